@@ -4,9 +4,9 @@
 
 #include <optional>
 
+#include "core/judge/trade/measured_settings.h"
+#include "core/judge/trade/view_time.h"
 #include "core/room/room.h"
-#include "core/view/measured_settings.h"
-#include "core/view/view_time.h"
 #include "render/presets.h"
 
 namespace raywalk::render {

@@ -12,8 +12,8 @@
 #include "core/files/block_results.h"
 #include "core/files/output_path.h"
 #include "core/files/sha256.h"
+#include "core/judge/trade/dial_json.h"
 #include "core/room/room_fingerprint.h"
-#include "core/view/dial_json.h"
 #include "render/picture/write_picture.h"
 #include "render/view_file.h"
 

@@ -8,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include "core/view/column_rows.h"
 #include "core/view/row_map.h"
 #include "core/view/test_grid.h"
 
@@ -126,9 +127,7 @@ TEST(RowMap, PlacesRowsByTheirMiddles) {
     const RowMap map(output, distances);
     for (std::size_t i = 0; i < static_cast<std::size_t>(output); ++i) {
       const double at = (static_cast<double>(i) + 0.5) * distances / output - 0.5;
-      if (at >= 0.0 && at <= distances - 1.0) {
-        EXPECT_NEAR(map.upper[i] + double(map.part[i]), at, 1e-6);
-      }
+      EXPECT_NEAR(map.nearest[i] + double(map.down[i]), at, 1e-6);
       EXPECT_LE(std::fabs(map.nearest[i] - at), 0.5 + 1e-9);
       const auto nearest = static_cast<std::size_t>(map.nearest[i]);
       EXPECT_GE(static_cast<int>(i), map.first[nearest]);
@@ -136,6 +135,33 @@ TEST(RowMap, PlacesRowsByTheirMiddles) {
     }
     EXPECT_EQ(map.first.front(), 0);
     EXPECT_EQ(map.first.back(), output);
+  }
+}
+
+// Linear within a surface, the nearest row's across a step and where a station's columns jump.
+TEST(InterpolateRows, JoinsWhatIsOneSurface) {
+  constexpr int kRows = 9;
+  for (const int per_row : {1, 2, 3, 4}) {
+    const RowMap map(kRows * per_row, kRows);
+    std::array<float, kRows + 2> at{}, joined{};
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      at[i] = i < 7 ? 3.0f * static_cast<float>(i) : 500.0f;
+      joined[i] = i == 4 ? 0.0f : 1.0f;  // a step between rows 3 and 4, a jump after row 5
+    }
+    std::array<float, 4 * kRows> out{}, general{};
+    const RowsBetween rows{map.nearest.data(), map.down.data(), map.per_row(), kRows * per_row};
+    interpolate_rows(at.data() + 1, joined.data() + 1, rows, 100.0f, out.data());
+    interpolate_rows(at.data() + 1, joined.data() + 1,
+                     {rows.nearest, rows.down, 0, rows.rows}, 100.0f, general.data());
+    for (std::size_t i = 0; i < static_cast<std::size_t>(rows.rows); ++i) {
+      const auto row = static_cast<std::size_t>(map.nearest[i]) + 1;
+      const double down = map.down[i];
+      const bool apart = down < 0.0 ? row == 5 || row == 7 : row == 4 || row == 6;
+      const double beside = down < 0.0 ? at[row - 1] : at[row + 1];
+      const double truth = at[row] + (apart ? 0.0 : std::fabs(down) * (beside - at[row]));
+      EXPECT_NEAR(general[i], truth, 1e-4) << i << " of " << rows.rows;
+      EXPECT_NEAR(out[i], truth, 1e-4) << i << " of " << rows.rows;
+    }
   }
 }
 

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -12,7 +11,6 @@
 
 #include "core/base/error.h"
 #include "core/base/test_error.h"
-#include "core/view/dial_json.h"
 #include "core/view/view_options.h"
 
 namespace raywalk {
@@ -54,14 +52,12 @@ TEST(DialTest, EveryDialHasItsOwnNamesAndIsExplained) {
   }
 }
 
-TEST(DialTest, EveryValueIsReadBackFromOptionsTextAndJson) {
+TEST(DialTest, EveryValueIsReadBackFromOptionsAndText) {
   for (const Dial& dial : kDials) {
     for (const double value : values_of(dial)) {
       const ViewOptions options = options_with(dial, value);
       EXPECT_EQ(dial.value.get(options), value) << dial.key;
       EXPECT_EQ(value_of(dial, text_of(dial, value)), value) << dial.key;
-      const std::string json = json_of(dial, options).dump();
-      EXPECT_EQ(value_from(dial, CheckedJson::parse(json, "test")), value) << dial.key;
       EXPECT_NO_THROW(require_view_options(options)) << dial.key << ' ' << value;
     }
     EXPECT_FALSE(fault_of(dial, default_of(dial))) << dial.key;
@@ -114,18 +110,6 @@ TEST(DialTest, TheProgramChoosesWhatIsNotGiven) {
   EXPECT_THAT(error_of([&] { require_view_options(options); }), HasSubstr("k_deg is 0"));
   EXPECT_THAT(error_of([] { require_view_options({}); }), HasSubstr("width_px is 0"));
   EXPECT_NO_THROW(require_view_options({.width = 64}));
-}
-
-TEST(DialTest, JsonHoldsTheSweptDialsUnderTheirKeys) {
-  const ViewOptions options{.generation = Generation::kTwoSided,
-                            .k_deg = 76.5,
-                            .width = 128,
-                            .second_side = SecondSide::kFaded};
-  const std::string text = swept_dials_json(options).dump();
-  EXPECT_EQ(text, R"({"generation":"two-sided","k_deg":76.5,"overlap_deg":5.0,"width_px":128,)"
-                  R"("interpolation":"linear","stations_mixed":1,"distance_maps":4,)"
-                  R"("second_side":"faded"})");
-  EXPECT_TRUE(options_from(CheckedJson::parse(text, "test")) == options);
 }
 
 TEST(Generation, NamesAreReadBack) {

@@ -101,8 +101,8 @@ void draw_wide(const DrawnPoints& points, const Latitudes& latitudes, DrawnColum
     const float half = half_size(view, column.rows), w = column.inverse[i];
     const float length = w / points.inverse[i];
     const int u = points.pixel[i] / view.height, v = points.pixel[i] % view.height;
-    const float plan = std::hypot(latitudes.cos_phi[i] + w * column.from_eye.ahead,
-                                  w * column.from_eye.aside);
+    const float plan =
+        std::hypot(latitudes.cos_phi[i] + w * column.from_eye.ahead, w * column.from_eye.aside);
     const auto across = static_cast<int>(std::min(half * latitudes.cos_phi[i] / (plan + 1e-6f),
                                                   static_cast<float>(view.width) / 16.0f));
     const auto down = static_cast<int>(std::min(half / length, 8.0f));

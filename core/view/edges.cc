@@ -118,9 +118,8 @@ class EdgeFinder {
       cos_phi_[i] = latitude.cos_phi;
       inverse_[i] = (around_[pixel].*surface).inverse;
     }
-    look_up_points(map, sin_phi_.data(), cos_phi_.data(), inverse_.data(),
-                   static_cast<int>(count), distances_.surface_tolerance(), part_.data(),
-                   held_.data());
+    look_up_points(map, sin_phi_.data(), cos_phi_.data(), inverse_.data(), static_cast<int>(count),
+                   distances_.surface_tolerance(), part_.data(), held_.data());
     std::size_t left = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const Unknown at = unknown_[i];

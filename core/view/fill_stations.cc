@@ -20,7 +20,8 @@ ViewPoint point_in(const DistanceView& distances, int theta, int row) {
   const auto sin_theta = static_cast<float>(std::sin(theta_rad));
   const auto cos_theta = static_cast<float>(std::cos(theta_rad));
   const auto i = static_cast<std::size_t>(row);
-  const float sin_phi = distances.latitudes().sin_phi[i], cos_phi = distances.latitudes().cos_phi[i];
+  const float sin_phi = distances.latitudes().sin_phi[i],
+              cos_phi = distances.latitudes().cos_phi[i];
   const float* const trust = distances.trust(theta);
   return {.eye_m = distances.eye().position_m(theta_rad),
           .direction = {cos_phi * sin_theta, sin_phi, cos_phi * cos_theta},

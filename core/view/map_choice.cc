@@ -114,23 +114,6 @@ std::vector<MapStation> farther_maps(const Room& room, std::span<const MapStatio
   return chosen;
 }
 
-OmegaRange omega_range(const Room& room, const MapStation& map) {
-  const DistanceVolume& volume = volume_of(room, map);
-  float least = std::numeric_limits<float>::infinity();
-  float most = 0.0f;
-  for (int theta = 0; theta < volume.size().width; ++theta) {
-    const auto distance = volume.distance_column(map.map, theta);
-    const auto confidence = volume.confidence_column(map.map, theta);
-    for (size_t row = 0; row < distance.size(); ++row) {
-      const float omega = stored_omega(distance[row], confidence[row]);
-      if (omega < 0.0f) continue;
-      least = std::min(least, omega);
-      most = std::max(most, omega);
-    }
-  }
-  return {std::min(least, most), most};
-}
-
 MapLookup look_up(const Room& room, const MapStation& map, const Eigen::Vector3f& direction,
                   float omega, const Eigen::Vector3d& viewpoint_m, float tolerance) {
   const DistanceVolume& volume = volume_of(room, map);

@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "core/geometry/layer_count.h"
 #include "core/room/room.h"
 
 namespace raywalk {
@@ -39,9 +38,6 @@ MapSpread map_spread(const Grid& grid, PlanPoint viewpoint);
 // cover any room. At most `most`.
 std::vector<MapStation> farther_maps(const Room& room, std::span<const MapStation> near,
                                      const Eigen::Vector3d& viewpoint_m, int most);
-
-// Range of the known inverse distances of a map, 1/m; {0, 0} where none is known.
-OmegaRange omega_range(const Room& room, const MapStation& map);
 
 // A distance map looked up from another place.
 struct MapLookup {

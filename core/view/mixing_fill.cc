@@ -14,6 +14,7 @@ constexpr int kNowhere = -1, kItsLines = -2;
 void StationMixing::fill_rows(const Column& column, RowRun rows, const float* total,
                               std::uint8_t* bgr) {
   const bool empty = column.sources.count == 0;
+  if (is_initial()) return leave_masked(column, rows, total, bgr);
   if (!empty && !column.any_masks && !view_.visibility.any_filled(column.nearest)) return;
   const auto& nearest = view_.rows.nearest;
   const std::uint8_t* const fill = view_.visibility.fill(column.nearest);
@@ -34,8 +35,8 @@ void StationMixing::fill_rows(const Column& column, RowRun rows, const float* to
       station = station_to_show(column, row, total + (row - rows.begin));
       if (!column.any_masks) end = view_.rows.first[static_cast<std::size_t>(distance_row) + 1];
     } else {
-      const std::uint8_t* const next =
-          std::find_if(fill + distance_row, fill + last + 1, [](std::uint8_t by) { return by != 0; });
+      const std::uint8_t* const next = std::find_if(fill + distance_row, fill + last + 1,
+                                                    [](std::uint8_t by) { return by != 0; });
       end = view_.rows.first[static_cast<std::size_t>(next - fill)];
     }
     end = std::min(end, rows.end);
@@ -47,6 +48,18 @@ void StationMixing::fill_rows(const Column& column, RowRun rows, const float* to
     run.end = row = end;
   }
   show(shown, run);
+}
+
+// Of an initial view.
+void StationMixing::leave_masked(const Column& column, RowRun rows, const float* total,
+                                 std::uint8_t* bgr) {
+  const bool empty = column.reads.empty();
+  if (empty) counts_.empty += rows.end - rows.begin;
+  if (!empty && !column.any_masks) return;
+  for (int row = rows.begin; row < rows.end; ++row) {
+    const int i = row - rows.begin;
+    if (empty || total[i] == 0.0f) leave_unread(column, {row, row + 1}, bgr + i * kStride);
+  }
 }
 
 // Nothing of what must not be used stays in the picture, even if nothing can be filled in.
@@ -99,8 +112,7 @@ void StationMixing::show_station(const Column& column, int station, RowRun rows,
   MaskCheck check(view_.room, read.line, read.station, beyond);
   for (int row = rows.begin; row < rows.end; ++row) {
     const auto i = static_cast<std::size_t>(row - rows.begin);
-    const std::int32_t left = s.points.stations[0].left[i],
-                       right = s.points.stations[0].right[i];
+    const std::int32_t left = s.points.stations[0].left[i], right = s.points.stations[0].right[i];
     if (check.usable(left, right)) continue;
     const ViewPoint point =
         point_in(view_.distances, column.nearest, view_.rows.nearest[first + i]);

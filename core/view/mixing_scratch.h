@@ -27,7 +27,7 @@ struct StationMixing::Column {
   Eigen::Vector3d eye_m{0, 0, 0};
   int nearest = 0, other = 0;  // columns of the distances, on either side of it
   float part = 0.0f;           // of the way from the nearest to the other one
-  float captured = 0.0f;                 // its place in the stations, W to 2 W
+  float captured = 0.0f;       // its place in the stations, W to 2 W
   ColumnSources sources{};
   std::array<const std::uint8_t*, kMaxSources> occluded{};
   const float* trust = nullptr;
@@ -83,7 +83,7 @@ struct StationMixing::Scratch {
   // Of the rows of the distances in a tile, or of single points.
   std::vector<float> inverse, joined, u, v, part, total;
   std::array<std::vector<float>, kMostSamples> weight;
-  std::array<Placed, 2> placed;          // of a column and the next one
+  std::array<Placed, 2> placed;  // of a column and the next one
   std::array<StationSamples, kMostSamples> samples{};
   std::array<SamplesAhead, kMostSamples> ahead{};
   // Of single points, at edges and where rows are filled.

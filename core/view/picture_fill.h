@@ -7,12 +7,6 @@
 
 namespace raywalk {
 
-// Rows of a panorama that a picture shows.
-struct ShownRows {
-  int first = 0;  // the picture's first one
-  int panorama_height = 0;
-};
-
 // Fills the pixels of a picture (CV_8UC3) where `unread` (of its size) is not 0, connected ones
 // together (fill_unknown). Only what is around them is looked at, so that a few cost little. A
 // picture of which nothing was read is left as it is.

@@ -5,9 +5,7 @@
 
 #include <cmath>
 #include <opencv2/core.hpp>
-#include <vector>
 
-#include "core/geometry/sphere.h"
 #include "core/view/unknown_pixels.h"
 
 namespace raywalk {
@@ -20,7 +18,8 @@ const cv::Vec3b kUnknown(0, 255, 0);
 
 // A picture whose values are not known in a rectangle, and absurd there.
 struct HoledPicture {
-  cv::Mat1f values = cv::Mat1f(kHeight, kWidth), truth, weights = cv::Mat1f::ones(values.size());
+  cv::Mat1f values = cv::Mat1f(kHeight, kWidth), truth;
+  cv::Mat1b unknown = cv::Mat1b::zeros(kHeight, kWidth);
 
   template <typename ValueAt>
   HoledPicture(const ValueAt& value_at, const cv::Rect& hole) {
@@ -29,9 +28,9 @@ struct HoledPicture {
     }
     truth = values.clone();
     values(hole) = 1e6f;
-    weights(hole) = 0.0f;
+    unknown(hole) = 255;
   }
-  bool fill(Seam seam) { return fill_unknown(values, weights, seam); }
+  bool fill(Seam seam) { return fill_unknown(unknown, seam, {0, kHeight}, &values); }
   double largest_error() const { return cv::norm(values, truth, cv::NORM_INF); }
 };
 
@@ -51,7 +50,7 @@ TEST(UnknownPixels, OneKnownPixelFillsAllAndNoneNothing) {
   EXPECT_FALSE(picture.fill(Seam::kJoined));
   EXPECT_EQ(picture.values(5, 7), 1e6f);
   picture.values(31, 77) = 3.0f;
-  picture.weights(31, 77) = 1.0f;
+  picture.unknown(31, 77) = 0;
   EXPECT_TRUE(picture.fill(Seam::kOpen));
   EXPECT_LT(picture.largest_error(), 1e-5);
 }
@@ -65,31 +64,18 @@ TEST(UnknownPixels, AHoleAcrossTheSeamIsFilledFromBothOfItsSides) {
   EXPECT_TRUE(picture.fill(Seam::kOpen));
   EXPECT_LT(picture.largest_error(), 1e-3);
   before.copyTo(picture.values);
-  picture.weights.colRange(kWidth - 12, kWidth) = 0.0f;
+  picture.unknown.colRange(kWidth - 12, kWidth) = 255;
   EXPECT_TRUE(picture.fill(Seam::kJoined));
   const auto at = [&](int x) { return picture.values(kHeight / 2, (x + kWidth) % kWidth); };
   for (int x = -12; x < 12; ++x) EXPECT_LT(std::fabs(at(x) - at(x - 1)), 100.0 / 8.0) << x;
   EXPECT_NEAR(0.5 * (at(-1) + at(0)), 50.0, 3.0);
 }
 
-TEST(UnknownPixels, WeightsBetweenMixWithTheSurroundings) {
-  HoledPicture picture([](int, int) { return 10.0; }, {40, 20, 1, 1});
-  picture.values(20, 40) = 50.0f;
-  picture.weights(20, 40) = 0.25f;
-  EXPECT_TRUE(picture.fill(Seam::kOpen));
-  EXPECT_NEAR(picture.values(20, 40), 0.25 * 50.0 + 0.75 * 10.0, 1e-4);
-}
-
 // All columns of a panorama meet at a pole: what is filled there must not depend on the column.
 TEST(UnknownPixels, APoleHasOneValue) {
   HoledPicture picture([](int x, int) { return x % 24 < 12 ? 0.0 : 100.0; },
                        {0, kHeight - 16, kWidth, 16});
-  std::vector<float> cosines;
-  for (int row = 0; row < kHeight; ++row) {
-    const SphereAngles angles = angles_from_pixel({0.0, double(row)}, {kWidth, kHeight});
-    cosines.push_back(static_cast<float>(std::cos(angles.phi_rad)));
-  }
-  EXPECT_TRUE(fill_unknown(picture.values, picture.weights, Seam::kJoined, cosines));
+  EXPECT_TRUE(picture.fill(Seam::kJoined));
   double least = 0.0, most = 0.0;
   cv::minMaxLoc(picture.values.row(kHeight - 1), &least, &most);
   EXPECT_NEAR(least, 50.0, 5.0);

@@ -11,7 +11,6 @@
 #include "core/base/huge_pages.h"
 #include "core/base/parallel.h"
 #include "core/geometry/panorama_pixels.h"
-#include "core/view/initial_view.h"
 #include "core/view/read_ahead.h"
 #include "core/view/station_mixing.h"
 
@@ -99,29 +98,23 @@ void PreparedView::look_at(const PanoramaPart& part, Visibility::Sources sources
 void PreparedView::render(std::span<PreparedView* const> eyes, const PanoramaPart& part,
                           cv::Mat* image, cv::Mat1b* unread, PixelCounts* counts) {
   const PanoramaSize output = eyes.front()->output_;
-  const bool initial = eyes.front()->options_.generation == Generation::kInitial;
   const int rows = part.rows.end - part.rows.begin;
   image->create(static_cast<int>(eyes.size()) * rows, part.columns, CV_8UC3);
   advise_huge_pages(image->data, image->step * static_cast<std::size_t>(image->rows));
   unread->release();
   std::vector<MixedView> mixed;
-  std::vector<InitialView> initial_views;
   for (const PreparedView* eye : eyes) {
-    if (initial) {
-      initial_views.push_back({eye->room_, eye->options_, eye->exposure_, eye->sources_, output});
-    } else {
-      mixed.push_back({.room = eye->room_,
-                       .options = eye->options_,
-                       .distances = eye->distances_,
-                       .visibility = eye->visibility_,
-                       .edges = eye->edges_,
-                       .fill = eye->fill_,
-                       .exposure = eye->exposure_,
-                       .sources = eye->sources_,
-                       .output = output,
-                       .rows = RowMap(output.height, eye->distances_.size().height),
-                       .latitudes = Latitudes(output.height)});
-    }
+    mixed.push_back({.room = eye->room_,
+                     .options = eye->options_,
+                     .distances = eye->distances_,
+                     .visibility = eye->visibility_,
+                     .edges = eye->edges_,
+                     .fill = eye->fill_,
+                     .exposure = eye->exposure_,
+                     .sources = eye->sources_,
+                     .output = output,
+                     .rows = RowMap(output.height, eye->distances_.size().height),
+                     .latitudes = Latitudes(output.height)});
   }
   for (const MixedView& view : mixed) read_ahead(view, part);
   std::mutex mutex;  // of what follows
@@ -129,30 +122,21 @@ void PreparedView::render(std::span<PreparedView* const> eyes, const PanoramaPar
   parallel_for(0, part.columns, StationMixing::kColumns, [&](int begin, int end) {
     for (std::size_t eye = 0; eye < eyes.size(); ++eye) {
       const int top = static_cast<int>(eye) * rows;
-      cv::Mat block = (*image)(cv::Rect(begin, top, end - begin, rows));
-      std::vector<UnreadRows> unread_rows;
-      PixelCounts block_counts;
-      if (initial) {
-        render_initial(initial_views[eye], part.first_column + begin, end - begin, part.rows, block,
-                       &unread_rows, &block_counts);
-      } else {
-        std::unique_ptr<StationMixing> mixing;
-        {
-          const std::scoped_lock lock(mutex);
-          if (!idle[eye].empty()) {
-            mixing = std::move(idle[eye].back());
-            idle[eye].pop_back();
-          }
-        }
-        if (!mixing) mixing = std::make_unique<StationMixing>(mixed[eye]);
-        mixing->render(part.first_column + begin, end - begin, part.rows, block);
-        unread_rows = mixing->take_unread();
-        block_counts = mixing->take_counts();
+      std::unique_ptr<StationMixing> mixing;
+      {
         const std::scoped_lock lock(mutex);
-        idle[eye].push_back(std::move(mixing));
+        if (!idle[eye].empty()) {
+          mixing = std::move(idle[eye].back());
+          idle[eye].pop_back();
+        }
       }
+      if (!mixing) mixing = std::make_unique<StationMixing>(mixed[eye]);
+      mixing->render(part.first_column + begin, end - begin, part.rows,
+                     (*image)(cv::Rect(begin, top, end - begin, rows)));
       const std::scoped_lock lock(mutex);
-      *counts += block_counts;
+      *counts += mixing->take_counts();
+      const std::vector<UnreadRows> unread_rows = mixing->take_unread();
+      idle[eye].push_back(std::move(mixing));
       if (unread_rows.empty()) continue;
       if (unread->empty()) *unread = cv::Mat1b::zeros(image->size());
       mark_unread(unread_rows, part, output.width, unread->rowRange(top, top + rows));

@@ -57,6 +57,7 @@ Reach reach_of(const MixedView& view, int theta, int line, int station) {
 }  // namespace
 
 void read_ahead(const MixedView& view, const PanoramaPart& part) {
+  const bool initial = view.options.generation == Generation::kInitial;
   const double captured_per_output =
       static_cast<double>(view.room.panorama().width) / view.output.width;
   parallel_for(0, (part.columns + kColumns - 1) / kColumns, 1, [&](int begin, int end) {
@@ -65,17 +66,17 @@ void read_ahead(const MixedView& view, const PanoramaPart& part) {
       const double middle = first + 0.5 * (kColumns - 1);
       const double theta_rad = theta_of_column(middle, view.output.width);
       const ColumnSources sources = view.sources(theta_rad);
-      const int theta = wrapped_column(
-          static_cast<int>(
-              std::lround((middle + 0.5) * view.distances.size().width / view.output.width - 0.5)),
-          view.distances.size().width);
+      const int maps = view.distances.size().width;
+      const double in_maps = (middle + 0.5) * maps / view.output.width - 0.5;
+      const int theta = initial ? 0 : wrapped_column(static_cast<int>(std::lround(in_maps)), maps);
       for (std::size_t i = 0; i < sources.count; ++i) {
         const RaySource& at = sources.source[i].at;
         const LineVolume& volume = view.room.volume(at.line);
         const StationWindow window =
-            stations_mixed(at, volume.stations(), view.options.stations_mixed);
+            initial ? StationWindow{at.station, at.station + 1}
+                    : stations_mixed(at, volume.stations(), view.options.stations_mixed);
         for (int station = window.first; station <= window.last; ++station) {
-          const Reach reach = reach_of(view, theta, at.line, station);
+          const Reach reach = initial ? Reach() : reach_of(view, theta, at.line, station);
           fetch_columns(
               volume, station, static_cast<int>(first * captured_per_output + reach.least) - 1,
               static_cast<int>((first + kColumns) * captured_per_output + reach.most) + 2);

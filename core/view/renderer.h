@@ -9,7 +9,7 @@
 //   edges.h            where the distances have an edge: they are found at twice the resolution
 //   station_mixing.h   the samples of the stations, mixed
 //   fill_stations.h    what no line sees, from other stations; picture_fill.h fills the rest
-// initial_view.h makes initial views, which have no distances, flat_view.h flat pictures.
+// mixing_initial.cc makes initial views, which have no distances, flat_view.h flat pictures.
 #pragma once
 
 #include <memory>

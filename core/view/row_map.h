@@ -12,6 +12,7 @@ struct RowMap {
   RowMap() = default;
   RowMap(int output_rows, int distance_rows)
       : per_distance(static_cast<double>(output_rows) / distance_rows) {
+    if (distance_rows == 0) return;  // of an initial view
     for (int i = 0; i < output_rows; ++i) {
       const double at = (i + 0.5) / per_distance - 0.5;
       nearest.push_back(std::clamp(static_cast<int>(std::floor(at + 0.5)), 0, distance_rows - 1));

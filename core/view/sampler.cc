@@ -15,7 +15,7 @@ namespace {
 using Int4 = std::int32_t __attribute__((vector_size(16)));
 using Float4 = float __attribute__((vector_size(16)));
 
-constexpr float kToNearest = 0.5f;  // before truncation
+constexpr float kToNearest = 0.5f;                 // before truncation
 constexpr int kSampleOne = kAcrossOne * kDownOne;  // a full level in what sample() returns
 
 RAYWALK_INLINE Float4 all(float value) { return Float4{value, value, value, value}; }
@@ -166,7 +166,8 @@ RAYWALK_VECTOR_CLONES void weigh_samples(const float* v, const float* weight, in
   }
 }
 
-void mix_linear(std::span<const StationSamples> samples, std::span<const SamplesAhead> ahead, int rows, std::uint8_t* bgr, int stride) {
+void mix_linear(std::span<const StationSamples> samples, std::span<const SamplesAhead> ahead,
+                int rows, std::uint8_t* bgr, int stride) {
   int row = 0;
   if (has_mix_avx2()) {
     row = rows / 4 * 4;
@@ -182,21 +183,26 @@ void mix_linear(std::span<const StationSamples> samples, std::span<const Samples
 RAYWALK_VECTOR_CLONES void mix_columns(std::span<const WeightedColumn> columns, int bytes,
                                        std::uint8_t* rgb) {
   constexpr int kAtOnce = 64;  // so that sums stay in registers
-  std::array<std::int32_t, kAtOnce> sum;
+  std::array<std::uint16_t, kAtOnce> sum;
   for (int first = 0; first < bytes; first += kAtOnce) {
-    sum.fill(kDownOne / 2);
+    sum.fill(kColumnsOne / 2);
     const int count = bytes - first < kAtOnce ? bytes - first : kAtOnce;
     for (const WeightedColumn& column : columns) {
       const std::uint8_t* const from = column.rgb + first;
       __builtin_prefetch(from + column.next);
+      const std::uint16_t weight = column.weight;
       if (count == kAtOnce) {
-        for (std::size_t i = 0; i < kAtOnce; ++i) sum[i] += from[i] * column.weight;
+        for (std::size_t i = 0; i < kAtOnce; ++i) {
+          sum[i] = static_cast<std::uint16_t>(sum[i] + from[i] * weight);
+        }
       } else {
-        for (int i = 0; i < count; ++i) sum[static_cast<std::size_t>(i)] += from[i] * column.weight;
+        for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+          sum[i] = static_cast<std::uint16_t>(sum[i] + from[i] * weight);
+        }
       }
     }
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-      rgb[static_cast<std::size_t>(first) + i] = static_cast<std::uint8_t>(sum[i] >> 14);
+      rgb[static_cast<std::size_t>(first) + i] = static_cast<std::uint8_t>(sum[i] / kColumnsOne);
     }
   }
 }

@@ -39,6 +39,8 @@ struct StationSamples {
   const float* exposure = nullptr;
   int exposure_step = 1;
 };
+// Where the samples mixed next are read, as in StationSamples: so that they are loaded in time.
+// Near the poles every one is in another column of the station.
 struct SamplesAhead {
   const std::uint8_t* pixels = nullptr;
   const std::int32_t *left = nullptr, *right = nullptr;
@@ -57,22 +59,24 @@ void weigh_samples(const float* v, const float* weight, int rows, PanoramaSize c
 
 // Mixes bilinear samples of up to kMostRows rows into bgr pixels that are `stride` bytes apart; the
 // byte after each is written too.
-void mix_linear(std::span<const StationSamples> samples, std::span<const SamplesAhead> ahead, int rows, std::uint8_t* bgr, int stride);
+void mix_linear(std::span<const StationSamples> samples, std::span<const SamplesAhead> ahead,
+                int rows, std::uint8_t* bgr, int stride);
 // The same for a multiple of 4 rows, with AVX2 (sampler_avx2.cc), to the same bits.
 bool has_mix_avx2();
-void mix_linear_avx2(std::span<const StationSamples> samples, std::span<const SamplesAhead> ahead, int rows, std::uint8_t* bgr,
-                     int stride);
+void mix_linear_avx2(std::span<const StationSamples> samples, std::span<const SamplesAhead> ahead,
+                     int rows, std::uint8_t* bgr, int stride);
 
 // The same of up to kMostSamples stations, bicubic or with exposure corrections. Of many samples,
 // those that contradict the others count less.
 void mix_exact(std::span<const StationSamples> samples, bool cubic, PanoramaSize captured, int rows,
                std::uint8_t* bgr, int stride);
 
-// Mixes captured columns as they are; weights in 1/kDownOne, together 1.
+// Mixes captured columns as they are; weights in 1/kColumnsOne, together 1.
+inline constexpr int kColumnsOne = 1 << 8;
 struct WeightedColumn {
   const std::uint8_t* rgb;
   int next;  // bytes to the column after it, which is asked for
-  std::int16_t weight;
+  std::uint16_t weight;
 };
 void mix_columns(std::span<const WeightedColumn> columns, int bytes, std::uint8_t* rgb);
 // Copies a tile of a picture into it, past the processor's caches: nothing is read of it again.

@@ -24,10 +24,10 @@ inline void store_pixel(std::int32_t bgr, std::uint8_t* to) { std::memcpy(to, &b
 // The i-th and the next sample of a station, each in a half: blue, green and red times weight.
 RAYWALK_AVX2 inline __m256i sample_two(const StationSamples& s, int i, __m256i across,
                                        __m256i down) {
-  const __m256i left =
-      _mm256_set_m128i(load_two_rows(s.pixels + s.at.left[i + 1]), load_two_rows(s.pixels + s.at.left[i]));
-  const __m256i right =
-      _mm256_set_m128i(load_two_rows(s.pixels + s.at.right[i + 1]), load_two_rows(s.pixels + s.at.right[i]));
+  const __m256i left = _mm256_set_m128i(load_two_rows(s.pixels + s.at.left[i + 1]),
+                                        load_two_rows(s.pixels + s.at.left[i]));
+  const __m256i right = _mm256_set_m128i(load_two_rows(s.pixels + s.at.right[i + 1]),
+                                         load_two_rows(s.pixels + s.at.right[i]));
   // Words: red, green, blue of the upper row, then of the lower one.
   const __m256i mixed = _mm256_maddubs_epi16(_mm256_unpacklo_epi8(left, right), across);
   constexpr std::int64_t kBlueGreen = 0x09'08'03'02'0b'0a'05'04;
@@ -43,17 +43,18 @@ bool has_mix_avx2() {
   return has;
 }
 
-RAYWALK_AVX2 void mix_linear_avx2(std::span<const StationSamples> samples, std::span<const SamplesAhead> ahead, int rows,
-                                  std::uint8_t* bgr, int stride) {
+RAYWALK_AVX2 void mix_linear_avx2(std::span<const StationSamples> samples,
+                                  std::span<const SamplesAhead> ahead, int rows, std::uint8_t* bgr,
+                                  int stride) {
   const __m256i first_two = _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1);
   const __m256i second_two = _mm256_setr_epi32(2, 2, 2, 2, 3, 3, 3, 3);
   for (int i = 0; i < rows; i += 4) {
     __m256i first = _mm256_set1_epi32(kAcrossOne * kDownOne / 2), second = first;
     for (const StationSamples& s : samples) {
       const __m256i across = load_four(s.at.across + i), down = load_four(s.at.down + i);
-      first = _mm256_add_epi32(
-          first, sample_two(s, i, _mm256_permutevar8x32_epi32(across, first_two),
-                            _mm256_permutevar8x32_epi32(down, first_two)));
+      first =
+          _mm256_add_epi32(first, sample_two(s, i, _mm256_permutevar8x32_epi32(across, first_two),
+                                             _mm256_permutevar8x32_epi32(down, first_two)));
       second = _mm256_add_epi32(
           second, sample_two(s, i + 2, _mm256_permutevar8x32_epi32(across, second_two),
                              _mm256_permutevar8x32_epi32(down, second_two)));
@@ -82,8 +83,9 @@ RAYWALK_AVX2 void mix_linear_avx2(std::span<const StationSamples> samples, std::
 
 namespace raywalk {
 bool has_mix_avx2() { return false; }
-void mix_linear_avx2(std::span<const StationSamples> /*samples*/, std::span<const SamplesAhead> /*ahead*/, int /*rows*/,
-                     std::uint8_t* /*bgr*/, int /*stride*/) {}
+void mix_linear_avx2(std::span<const StationSamples> /*samples*/,
+                     std::span<const SamplesAhead> /*ahead*/, int /*rows*/, std::uint8_t* /*bgr*/,
+                     int /*stride*/) {}
 }  // namespace raywalk
 
 #endif

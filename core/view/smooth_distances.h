@@ -1,15 +1,13 @@
 // How far the distances of a view can be relied on, and smooth distances for where they cannot.
 //
 // A distance is doubted where most pixels of the map around it are of low confidence: such maps are
-// full of gaps and of single wrong pixels. There the robust mean of what surrounds it is used.
-// Where most are confident, a few that are not change nothing.
+// full of gaps and of single wrong pixels. There the median of what surrounds it is used. Where
+// most are confident, a few that are not change nothing.
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <span>
-#include <vector>
 
 #include "core/geometry/eye_circle.h"
 #include "core/room/distance_volume.h"
@@ -26,7 +24,7 @@ class MapTrust {
   float at(const Eigen::Vector3f& direction) const;
 
  private:
-  cv::Mat cells_;  // CV_32FC1, a panorama of coarse pixels
+  cv::Mat1f cells_;  // a panorama of coarse pixels
   bool everywhere_ = false;
 };
 
@@ -44,20 +42,14 @@ class SmoothDistances {
   void compute(std::span<const float> omega, PanoramaSize size, const EyeCircle& eye,
                std::span<const TrustedMap> maps);
 
-  // Trust in the rows of a column, 0 to 1. Returns false, without setting it, where it is 1.
+  // Trust in the rows of a column, 0 to 1. Returns whether any is below 1.
   bool trust(int theta, std::span<float> trust) const;
   // Replaces a column's inverse distances (>= 0), the less they are trusted, by smooth ones.
   void smooth(int theta, std::span<const float> trust, std::span<float> omega) const;
 
  private:
-  void find_trust(const cv::Mat& omega, const EyeCircle& eye, std::span<const TrustedMap> maps);
-  bool is_doubted(int theta) const;
-  void interpolate(const cv::Mat& cells, int theta, std::span<float> out) const;
-
-  PanoramaSize size_;
-  cv::Mat trust_;  // CV_32FC1, per cell
-  cv::Mat omega_;
-  std::vector<std::uint8_t> doubted_;  // of each column of cells: whether any trust is below 1
+  cv::Mat1f trust_;  // [theta][phi]
+  cv::Mat1f omega_;
 };
 
 }  // namespace raywalk

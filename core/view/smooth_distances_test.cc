@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -93,6 +94,25 @@ TEST_F(DoubtedView, WithoutAnyDistanceEverythingIsFar) {
   std::ranges::fill(omega_, -1.0f);
   compute();
   for (const float omega : column(9)) EXPECT_EQ(omega, 0.0f);
+}
+
+TEST(SmoothDistances, AreFiniteWhateverTheDistancesInViewsOfAnySize) {
+  const MapTrust trust = trust_in([](int u, int) { return u % 3 == 0 ? 200 : 64; });
+  const std::vector<TrustedMap> maps{{.trust = &trust, .position_m = {1.0, 2.0, 3.0}}};
+  std::mt19937 random(3);
+  for (const int height : {1, 2, 3, 5, 125}) {
+    const auto rows = static_cast<size_t>(height);
+    std::vector<float> omega(2 * rows * rows);
+    for (float& each : omega) each = std::array{-1.0f, 0.0f, 1e-9f, 1e9f}[random() % 4];
+    SmoothDistances smooth;
+    smooth.compute(omega, {2 * height, height}, EyeCircle(), maps);
+    for (int theta = 0; theta < 2 * height; ++theta) {
+      std::vector<float> trusted(rows), column(rows, 1e9f);
+      EXPECT_TRUE(smooth.trust(theta, trusted));
+      smooth.smooth(theta, trusted, column);
+      for (const float each : column) EXPECT_TRUE(each >= 0.0f && each <= 1.001e9f) << height;
+    }
+  }
 }
 
 }  // namespace

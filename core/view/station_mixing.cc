@@ -59,32 +59,60 @@ void StationMixing::render(int first, int count, RowRun rows, cv::Mat image) {
   for (RowRun tile{rows.begin, 0}; tile.begin < rows.end; tile.begin = tile.end) {
     // Tiles begin with a row of the distances, if a whole number of rows lies in each.
     tile.end = std::min((tile.begin / kRows + 1) * kRows, rows.end);
-    // A column is placed before the one in front of it is mixed, so that its pixels arrive in time.
-    place_rows(s.columns[0], tile, &s.placed[0]);
-    for (int i = 0; i < count; ++i) {
-      const Column& column = s.columns[static_cast<std::size_t>(i)];
-      const auto next = static_cast<std::size_t>(i) + 1;
-      if (i + 1 < count) place_rows(s.columns[next], tile, &s.placed[next % 2]);
-      Placed& placed = s.placed[static_cast<std::size_t>(i) % 2];
-      std::uint8_t* const bgr = s.tile.data() + static_cast<std::ptrdiff_t>(3 * i);
-      mix(column.any_masks, tile.end - tile.begin, &placed, i + 1 < count ? &s.placed[next % 2] : nullptr, bgr, kStride);
-      fill_rows(column, tile, placed.total.data(), bgr);
-      render_edges(column, tile, bgr);
-    }
+    render_tile(count, tile);
     store_tile({s.tile.data(), kStride, 3 * static_cast<std::size_t>(count), tile.end - tile.begin},
                image.ptr(tile.begin - rows.begin), image.step);
   }
   counts_.all += static_cast<std::int64_t>(count) * (rows.end - rows.begin);
 }
 
+void StationMixing::render_tile(int count, RowRun rows) {
+  Scratch& s = *scratch_;
+  const bool stored = is_initial() && shows_stored_columns();
+  // A column is placed before the one in front of it is mixed, so that its pixels arrive in time.
+  if (!stored) place(s.columns[0], rows, &s.placed[0]);
+  for (int i = 0; i < count; ++i) {
+    const Column& column = s.columns[static_cast<std::size_t>(i)];
+    std::uint8_t* const bgr = s.tile.data() + static_cast<std::ptrdiff_t>(3 * i);
+    Placed& placed = s.placed[static_cast<std::size_t>(i) % 2];
+    if (stored && !column.reads.empty()) {
+      mix_stored(column, rows, bgr);
+      continue;
+    }
+    Placed* next = nullptr;
+    if (!stored && i + 1 < count) {
+      next = &s.placed[static_cast<std::size_t>(i + 1) % 2];
+      place(s.columns[static_cast<std::size_t>(i) + 1], rows, next);
+    }
+    if (!stored) mix(column.any_masks, rows.end - rows.begin, &placed, next, bgr, kStride);
+    fill_rows(column, rows, placed.total.data(), bgr);
+    render_edges(column, rows, bgr);
+  }
+}
+
+void StationMixing::place(const Column& column, RowRun rows, Placed* placed) {
+  if (is_initial()) {
+    place_cut(column, rows, placed);
+  } else {
+    place_rows(column, rows, placed);
+  }
+}
+
 void StationMixing::prepare(int u, Column* column) {
   Column& c = *column;
-  const int width = view_.distances.size().width;
   const int captured = view_.room.panorama().width;
   c.u = u;
   c.theta_rad = theta_of_column(u, view_.output.width);
-  c.eye_m = view_.distances.eye().position_m(c.theta_rad);
   c.captured = static_cast<float>((u + 0.5) * captured / view_.output.width - 0.5 + captured);
+  c.sources = view_.sources(c.theta_rad);
+  c.reads.clear();
+  c.any_masks = false;
+  if (is_initial()) {
+    for (std::size_t i = 0; i < c.sources.count; ++i) add_cut(i, column);
+    return;
+  }
+  const int width = view_.distances.size().width;
+  c.eye_m = view_.distances.eye().position_m(c.theta_rad);
   const double at = (u + 0.5) * width / view_.output.width - 0.5;
   c.nearest = wrapped_column(static_cast<int>(std::floor(at + 0.5)), width);
   const auto right = static_cast<float>(at - std::floor(at + 0.5));
@@ -92,9 +120,6 @@ void StationMixing::prepare(int u, Column* column) {
   c.part = std::fabs(right);
   c.trust = view_.distances.trust(c.nearest);
   c.edges = view_.edges.column(c.nearest);
-  c.sources = view_.sources(c.theta_rad);
-  c.reads.clear();
-  c.any_masks = false;
   for (std::size_t i = 0; i < c.sources.count; ++i) add_reads(i, column);
 }
 
@@ -154,8 +179,15 @@ void StationMixing::place_rows(const Column& column, RowRun rows, Placed* placed
   interpolate_columns(nearest + above, other + above, below - above + 1, column.part, tolerance,
                       s.inverse.data() + above);
   find_joined(s.inverse.data(), above, below, tolerance, s.joined.data() + 1);
-  if (first == 0) s.joined[0] = 0.0f;
-  if (last == height - 1) s.joined[static_cast<std::size_t>(height)] = 0.0f;
+  // Beyond the middles of the first and the last row it goes on as between them and the next ones.
+  const auto end = static_cast<std::size_t>(height) + 1;
+  const auto extend = [&](std::vector<float>* values) {
+    auto& of = *values;  // of row -1 on
+    if (first == 0) of[0] = height > 1 ? 2.0f * of[1] - of[2] : of[1];
+    if (last == height - 1) of[end] = height > 1 ? 2.0f * of[end - 1] - of[end - 2] : of[end - 1];
+  };
+  if (first == 0) s.joined[0] = height > 1 ? s.joined[1] : 0.0f;
+  if (last == height - 1) s.joined[end - 1] = height > 1 ? s.joined[end - 2] : 0.0f;
 
   const auto place = [&](const float* weight, const Read& read) {
     Placed::Station& station = placed->add(read);
@@ -168,6 +200,8 @@ void StationMixing::place_rows(const Column& column, RowRun rows, Placed* placed
                    offset_in_column(column.eye_m - station_m(view_.room, read.line, read.station),
                                     column.theta_rad),
                    captured, u + of, v + of);
+    extend(&s.u);
+    extend(&s.v);
     // Behind a station its columns jump by the width.
     const float wild = static_cast<float>(captured.width) / 8.0f;
     interpolate_rows(u, s.joined.data() + 1, between, wild, station.u.data());
@@ -249,7 +283,8 @@ void StationMixing::mix(bool any_masks, int rows, Placed* placed, Placed* next, 
         const auto row = static_cast<std::size_t>(std::min(node * step, rows - 1));
         const cv::Vec4f factors =
             view_.exposure->at(read.line, read.station, station.u[row], station.v[row]);
-        std::copy_n(factors.val, 4, station.exposure.begin() + static_cast<std::ptrdiff_t>(4 * node));
+        std::copy_n(factors.val, 4,
+                    station.exposure.begin() + static_cast<std::ptrdiff_t>(4 * node));
       }
       s.samples[k].exposure = station.exposure.data();
       s.samples[k].exposure_step = step;
@@ -263,7 +298,8 @@ void StationMixing::mix(bool any_masks, int rows, Placed* placed, Placed* next, 
     std::size_t ahead = 0;
     for (std::size_t k = 0; next != nullptr && k < next->count; ++k) {
       Placed::Station& station = next->stations[k];
-      s.ahead[ahead++] = {view_.room.volume(station.read.line).rays(station.read.station), station.left.data(), station.right.data()};
+      s.ahead[ahead++] = {view_.room.volume(station.read.line).rays(station.read.station),
+                          station.left.data(), station.right.data()};
     }
     mix_linear(samples, std::span(s.ahead.data(), ahead), rows, bgr, stride);
   }
@@ -278,7 +314,8 @@ void StationMixing::remove_masked(int rows, Placed* placed) {
     MaskCheck check(view_.room, station.read.line, station.read.station, beyond);
     for (std::size_t i = 0; i < static_cast<std::size_t>(rows); ++i) {
       if (station.weight[i] > 0.0f && station.read.has_masks &&
-          !check.usable(station.left[i], station.right[i])) {
+          !(is_initial() ? check.valid(station.left[i], station.right[i])
+                         : check.usable(station.left[i], station.right[i]))) {
         station.weight[i] = 0.0f;
       }
       placed->total[i] += station.weight[i];

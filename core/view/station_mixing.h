@@ -2,10 +2,10 @@
 //
 // A column of the output is read from the stations of its sources (column_sources.h). The distances
 // of its rows are interpolated where those around show one surface; each point is projected into
-// each station. A station counts by its share among those that see the point; what none sees is read
-// from the station that pass 2 or a search found (fill_stations.h). At an edge of the distances
-// (edges.h) a pixel is the mean of this and of samples of its quarters: of all four where the
-// output is about as fine as the distances, else of the one that it lies in.
+// each station. A station counts by its share among those that see the point; what none sees is
+// read from the station that pass 2 or a search found (fill_stations.h). At an edge of the
+// distances (edges.h) a pixel is the mean of this and of samples of its quarters: of all four where
+// the output is about as fine as the distances, else of the one that it lies in.
 #pragma once
 
 #include <cstdint>
@@ -70,9 +70,13 @@ class StationMixing {
   struct Placed;
   struct Scratch;
 
+  bool is_initial() const { return view_.options.generation == Generation::kInitial; }
   void prepare(int u, Column* column);
+  // Rows of all columns, into Scratch::tile.
+  void render_tile(int count, RowRun rows);
   void add_reads(std::size_t source, Column* column) const;
   // Places the samples of rows of a column in its stations.
+  void place(const Column& column, RowRun rows, Placed* placed);
   void place_rows(const Column& column, RowRun rows, Placed* placed);
   // Places the samples of points in a further station, with `weight`.
   void place_points(const Points& points, const float* weight, const Read& read, Placed* placed);
@@ -86,9 +90,16 @@ class StationMixing {
 
   // mixing_fill.cc: reads what no line sees from other stations.
   void fill_rows(const Column& column, RowRun rows, const float* total, std::uint8_t* bgr);
+  void leave_masked(const Column& column, RowRun rows, const float* total, std::uint8_t* bgr);
   void leave_unread(const Column& column, RowRun rows, std::uint8_t* bgr);
   int station_to_show(const Column& column, int row, const float* total);
   void show_station(const Column& column, int station, RowRun rows, std::uint8_t* bgr);
+
+  // mixing_initial.cc: initial views, which know no distances.
+  bool shows_stored_columns() const;
+  void add_cut(std::size_t source, Column* column) const;
+  void place_cut(const Column& column, RowRun rows, Placed* placed);
+  void mix_stored(const Column& column, RowRun rows, std::uint8_t* bgr);
 
   // mixing_edges.cc: reads the pixels at edges of the distances once more.
   void render_edges(const Column& column, RowRun rows, std::uint8_t* bgr);

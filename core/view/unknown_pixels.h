@@ -7,19 +7,20 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
-#include <span>
 
 namespace raywalk {
 
 // Whether a picture's last column meets its first.
 enum class Seam { kOpen, kJoined };
 
-// `values`: CV_32F, any number of channels. `weights`: CV_32FC1 of the same size, 0 (unknown) to 1
-// (known, is kept); a pixel of weight w becomes w of itself and 1 - w of what surrounds it. Values
-// of weight 0 are not read. `column_widths`: width of a pixel of each row relative to its height,
-// above 0, as the cosine of a panorama's latitudes; empty: 1. Returns false and leaves the picture
-// as it is where all of it is unknown.
-bool fill_unknown(cv::Mat& values, const cv::Mat& weights, Seam seam,
-                  std::span<const float> column_widths = {});
+// Rows of a panorama that a picture shows.
+struct ShownRows {
+  int first = 0;  // the picture's first one
+  int panorama_height = 0;
+};
+
+// `values`: CV_32F, any number of channels; not read where `unknown` (of the same size) is not 0.
+// Returns false and leaves the picture as it is where all of it is unknown.
+bool fill_unknown(const cv::Mat1b& unknown, Seam seam, ShownRows rows, cv::Mat* values);
 
 }  // namespace raywalk

@@ -54,14 +54,6 @@ Generation generation_from_name(const std::string& name) {
       fmt::format("unknown generation '{}'; use {}", name, fmt::join(kGenerationNames, ", ")));
 }
 
-std::string interpolation_name(Interpolation interpolation) {
-  return kInterpolationNames[static_cast<std::size_t>(interpolation)];
-}
-
-std::string second_side_name(SecondSide second_side) {
-  return kSecondSideNames[static_cast<std::size_t>(second_side)];
-}
-
 void require_view_options(const ViewOptions& options) {
   for (const Dial& dial : kDials) require_in_range(dial, options);
 }

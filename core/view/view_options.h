@@ -167,8 +167,6 @@ std::string text_of(const ViewOptions& options);
 // User-visible names, and back; throws UsageError on an unknown name.
 std::string generation_name(Generation generation);
 Generation generation_from_name(const std::string& name);
-std::string interpolation_name(Interpolation interpolation);
-std::string second_side_name(SecondSide second_side);
 
 // Throws UsageError on options out of range. What the program chooses for a room must already be
 // chosen: `k_deg` and `width` must not be 0.

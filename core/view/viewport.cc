@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/base/error.h"
@@ -29,60 +30,41 @@ bool holds(const Viewport& viewport, const Eigen::Vector3d& direction) {
          std::fabs(direction.y() / direction.z()) * f <= 0.5 * viewport.height + 1.0;
 }
 
-// Range of longitudes and latitudes along the picture's border. Longitudes are unwrapped across
-// +-180 degrees; the largest steps between samples bound what lies between them.
+// A range of angles along the picture's border, and their largest step between samples, which
+// bounds what lies between them.
 struct BorderRange {
-  double theta_least = 0.0, theta_most = 0.0, theta_step = 0.0;
-  double phi_least = 0.0, phi_most = 0.0, phi_step = 0.0;
-};
+  double least = 0.0, most = 0.0, step = 0.0;
 
-class BorderWalk {
- public:
-  explicit BorderWalk(const Eigen::Matrix3d& world_from_camera) : turn_(world_from_camera) {}
-
-  void visit(const Eigen::Vector3d& ray) {
-    const SphereAngles seen = angles_from_direction(turn_ * ray);
-    if (first_) {
-      theta_ = seen.theta_rad;
-      phi_ = seen.phi_rad;
-      range_ = {theta_, theta_, 0.0, seen.phi_rad, seen.phi_rad, 0.0};
-      first_ = false;
-    }
-    const double step = wrap_angle(seen.theta_rad - theta_);
-    range_.theta_step = std::max(range_.theta_step, std::fabs(step));
-    range_.phi_step = std::max(range_.phi_step, std::fabs(seen.phi_rad - phi_));
-    theta_ += step;
-    phi_ = seen.phi_rad;
-    range_.theta_least = std::min(range_.theta_least, theta_);
-    range_.theta_most = std::max(range_.theta_most, theta_);
-    range_.phi_least = std::min(range_.phi_least, phi_);
-    range_.phi_most = std::max(range_.phi_most, phi_);
+  void add(double angle, double before) {
+    least = std::min(least, angle);
+    most = std::max(most, angle);
+    step = std::max(step, std::fabs(angle - before));
   }
-  const BorderRange& range() const { return range_; }
-
- private:
-  Eigen::Matrix3d turn_;
-  bool first_ = true;
-  double theta_ = 0.0;
-  double phi_ = 0.0;
-  BorderRange range_;
+};
+struct BorderRanges {
+  BorderRange theta{}, phi{};  // longitudes are unwrapped across +-180 degrees
 };
 
-BorderRange border_range(const Viewport& viewport, const Eigen::Matrix3d& turn) {
-  BorderWalk walk(turn);
-  const int w = viewport.width;
-  const int h = viewport.height;
+BorderRanges border_ranges(const Viewport& viewport, const Eigen::Matrix3d& turn) {
   constexpr int kSamples = 256;  // per side; more would cost more than the few columns they save
-  for (int side = 0; side < 4; ++side) {
-    for (int i = 0; i < kSamples; ++i) {
-      const double along = static_cast<double>(side < 2 ? i : kSamples - i) / kSamples;
-      const double across = side == 0 || side == 3 ? 0.0 : 1.0;
-      walk.visit(side % 2 == 0 ? camera_ray(viewport, along * (w - 1), across * (h - 1))
-                               : camera_ray(viewport, across * (w - 1), along * (h - 1)));
+  const double right = viewport.width - 1, bottom = viewport.height - 1;
+  const std::array<std::array<double, 2>, 5> corners{
+      {{0.0, 0.0}, {right, 0.0}, {right, bottom}, {0.0, bottom}, {0.0, 0.0}}};
+  SphereAngles before = angles_from_direction(turn * camera_ray(viewport, 0.0, 0.0));
+  BorderRanges ranges{{before.theta_rad, before.theta_rad}, {before.phi_rad, before.phi_rad}};
+  for (std::size_t side = 0; side < 4; ++side) {
+    for (int i = 1; i <= kSamples; ++i) {
+      const double along = static_cast<double>(i) / kSamples;
+      SphereAngles at = angles_from_direction(
+          turn * camera_ray(viewport, std::lerp(corners[side][0], corners[side + 1][0], along),
+                            std::lerp(corners[side][1], corners[side + 1][1], along)));
+      at.theta_rad = before.theta_rad + wrap_angle(at.theta_rad - before.theta_rad);
+      ranges.theta.add(at.theta_rad, before.theta_rad);
+      ranges.phi.add(at.phi_rad, before.phi_rad);
+      before = at;
     }
   }
-  walk.visit(camera_ray(viewport, 0, 0));
-  return walk.range();
+  return ranges;
 }
 
 }  // namespace
@@ -117,18 +99,18 @@ PanoramaPart part_shown(const Viewport& viewport, PanoramaSize panorama) {
   // all longitudes occur.
   const bool zenith = holds(viewport, turn.transpose() * Eigen::Vector3d(0.0, 1.0, 0.0));
   const bool nadir = holds(viewport, turn.transpose() * Eigen::Vector3d(0.0, -1.0, 0.0));
-  const BorderRange border = border_range(viewport, turn);
+  const auto [theta, phi] = border_ranges(viewport, turn);
   const double px_per_rad = panorama.width / kTwoPi;
   PanoramaPart part;
-  const double phi_margin_px = px_per_rad * border.phi_step + 2.0;
-  const double top = (kHalfPi - border.phi_most) * px_per_rad - phi_margin_px;
-  const double bottom = (kHalfPi - border.phi_least) * px_per_rad + phi_margin_px;
+  const double phi_margin_px = px_per_rad * phi.step + 2.0;
+  const double top = (kHalfPi - phi.most) * px_per_rad - phi_margin_px;
+  const double bottom = (kHalfPi - phi.least) * px_per_rad + phi_margin_px;
   part.rows.begin = zenith ? 0 : std::max(0, static_cast<int>(std::floor(top)));
   part.rows.end =
       nadir ? panorama.height : std::min(panorama.height, static_cast<int>(std::ceil(bottom)) + 1);
-  const double theta_margin_px = px_per_rad * border.theta_step + 2.0;
-  const double left = (border.theta_least + kPi) * px_per_rad - 0.5 - theta_margin_px;
-  const double right = (border.theta_most + kPi) * px_per_rad - 0.5 + theta_margin_px;
+  const double theta_margin_px = px_per_rad * theta.step + 2.0;
+  const double left = (theta.least + kPi) * px_per_rad - 0.5 - theta_margin_px;
+  const double right = (theta.most + kPi) * px_per_rad - 0.5 + theta_margin_px;
   if (zenith || nadir || right - left + 2.0 >= panorama.width) {
     part.columns = panorama.width;
     return part;

@@ -12,7 +12,6 @@
 #include "core/judge/metrics/psnr.h"
 #include "core/room/tile_cache.h"
 #include "core/view/column_sources.h"
-#include "core/view/initial_view.h"
 #include "core/view/station_mixing.h"
 
 namespace raywalk {
@@ -85,21 +84,7 @@ struct Recreation {
   cv::Mat unknown;  // CV_8UC1, 255 where neither neighbour shows anything
 };
 
-Recreation render_cut(const InitialView& view, const SampledPixels& pixels) {
-  Recreation result(pixels);
-  parallel_for(0, pixels.columns(), kColumnsAtOnce, [&](int begin, int end) {
-    cv::Mat column(view.output.height, 1, CV_8UC3);
-    for (int i = begin; i < end; ++i) {
-      std::vector<UnreadRows> unread;
-      PixelCounts counts;
-      render_initial(view, pixels.at(i), 1, {0, view.output.height}, column, &unread, &counts);
-      result.keep(i, column, unread);
-    }
-  });
-  return result;
-}
-
-Recreation render_corrected(const MixedView& view, const SampledPixels& pixels) {
+Recreation render_columns(const MixedView& view, const SampledPixels& pixels) {
   Recreation result(pixels);
   parallel_for(0, pixels.columns(), kColumnsAtOnce, [&](int begin, int end) {
     StationMixing mixing(view);
@@ -217,8 +202,18 @@ RecreationScore StationRecreation::score(const HeldOutStation& station, const Ro
     return column_sources(plan.column(theta_rad), options);
   };
   const PanoramaSize output = kept.panorama();
-  const Recreation without_depth =
-      render_cut({.room = kept, .options = options, .sources = sources, .output = output}, pixels);
+  const ViewOptions cut{.generation = Generation::kInitial};
+  const FillStations others;  // none
+  const Visibility of_nothing(kept);
+  const Recreation without_depth = render_columns({.room = kept,
+                                                   .options = cut,
+                                                   .distances = distance_view_,
+                                                   .visibility = of_nothing,
+                                                   .edges = Edges(),
+                                                   .fill = others,
+                                                   .sources = sources,
+                                                   .output = output},
+                                                  pixels);
   Recreation with_distances = without_depth;
   cv::Mat hidden = without_depth.unknown;
   std::vector<int> lines(distances_.grid().lines.size());
@@ -228,23 +223,22 @@ RecreationScore StationRecreation::score(const HeldOutStation& station, const Ro
     const Room mapped = with_maps_of_neighbours(kept, between, truth.position_m);
     distance_view_.compute(maps, truth.position_m);
     const PanoramaSize size = distance_view_.size();
-    const FillStations others;  // none
     Visibility visibility(mapped);
     visibility.compute(distance_view_, {0, size.width}, sources, plan.lines(), 0.0,
                        options.stations_mixed, others);
     Edges edges;
     edges.compute(distance_view_, 0, size.width);
-    with_distances = render_corrected({.room = mapped,
-                                       .options = options,
-                                       .distances = distance_view_,
-                                       .visibility = visibility,
-                                       .edges = edges,
-                                       .fill = others,
-                                       .sources = sources,
-                                       .output = output,
-                                       .rows = RowMap(output.height, size.height),
-                                       .latitudes = Latitudes(output.height)},
-                                      pixels);
+    with_distances = render_columns({.room = mapped,
+                                     .options = options,
+                                     .distances = distance_view_,
+                                     .visibility = visibility,
+                                     .edges = edges,
+                                     .fill = others,
+                                     .sources = sources,
+                                     .output = output,
+                                     .rows = RowMap(output.height, size.height),
+                                     .latitudes = Latitudes(output.height)},
+                                    pixels);
     hidden = with_distances.unknown | hidden_from_both(visibility, size, pixels);
   }
   const LineVolume& volume = captured_.volume(station.line);

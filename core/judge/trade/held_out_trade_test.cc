@@ -5,11 +5,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "core/judge/trade/measured_settings.h"
 #include "core/judge/trade/trade.h"
 #include "core/judge/trade/trade_test_room.h"
 #include "core/report/markup_check.h"
 #include "core/room/requirements.h"
-#include "core/view/measured_settings.h"
 
 namespace raywalk {
 namespace {

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "core/base/block.h"
+#include "core/judge/trade/measured_settings.h"
 #include "core/judge/trade/timing_lock.h"
 #include "core/judge/trade/trade_input.h"
 #include "core/judge/trade/trade_result.h"
 #include "core/room/room.h"
-#include "core/view/measured_settings.h"
 #include "core/view/view_mode.h"
 
 namespace raywalk {

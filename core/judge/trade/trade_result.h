@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/judge/trade/trade_setting.h"
+#include "core/judge/trade/view_time.h"
 #include "core/judge/validation/view_scores.h"
-#include "core/view/view_time.h"
 
 namespace raywalk {
 

@@ -9,9 +9,9 @@
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/judge/trade/measure_trade.h"
+#include "core/judge/trade/measured_settings.h"
 #include "core/judge/trade/trade.h"
 #include "core/judge/trade/trade_test_room.h"
-#include "core/view/measured_settings.h"
 
 namespace raywalk {
 namespace {

@@ -5,7 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "core/view/dial_json.h"
+#include "core/judge/trade/dial_json.h"
 
 namespace raywalk {
 namespace {

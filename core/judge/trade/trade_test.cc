@@ -11,11 +11,11 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/csv_records.h"
+#include "core/judge/trade/measured_settings.h"
 #include "core/judge/trade/trade_test_room.h"
 #include "core/judge/validation/connect_error.h"
 #include "core/report/markup_check.h"
 #include "core/room/requirements.h"
-#include "core/view/measured_settings.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {

@@ -1,14 +1,16 @@
-#include "core/view/measured_settings.h"
+#include "core/judge/trade/measured_settings.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
+#include "core/judge/trade/dial_json.h"
 
 namespace raywalk {
 namespace {
@@ -18,12 +20,14 @@ namespace fs = std::filesystem;
 
 MeasuredChoice some_choice() {
   return {.name = "quick, k 76.5°",
-          .options = {.k_deg = 76.5,
+          .options = {.generation = Generation::kTwoSided,
+                      .k_deg = 76.5,
                       .overlap_deg = 0.1,
                       .width = 32,
                       .interpolation = Interpolation::kCubic,
                       .stations_mixed = 8,
-                      .distance_maps = 3},
+                      .distance_maps = 3,
+                      .second_side = SecondSide::kFaded},
           .ratio = 1.5,
           .psnr_db = 30.0};
 }
@@ -42,6 +46,15 @@ class MeasuredSettingsTest : public ::testing::Test {
   TestDirectory directory_;
   fs::path room_ = directory_ / "room.lf";
 };
+
+TEST(DialJson, HoldsTheSweptDialsUnderTheirKeys) {
+  const ViewOptions options = some_choice().options;
+  const std::string text = swept_dials_json(options).dump();
+  EXPECT_EQ(text, R"({"generation":"two-sided","k_deg":76.5,"overlap_deg":0.1,"width_px":32,)"
+                  R"("interpolation":"cubic","stations_mixed":8,"distance_maps":3,)"
+                  R"("second_side":"faded"})");
+  EXPECT_TRUE(options_from(CheckedJson::parse(text, "test")) == options);
+}
 
 TEST_F(MeasuredSettingsTest, AreReadAsWritten) {
   EXPECT_FALSE(read_measured_settings(room_));

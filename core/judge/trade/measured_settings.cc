@@ -1,14 +1,13 @@
-#include "core/view/measured_settings.h"
+#include "core/judge/trade/measured_settings.h"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
 
-#include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/checked_json.h"
-#include "core/view/dial_json.h"
+#include "core/files/json_text.h"
+#include "core/judge/trade/dial_json.h"
 
 namespace raywalk {
 namespace {
@@ -58,8 +57,7 @@ void write_measured_settings(const fs::path& room, const MeasuredSettings& measu
                     {"width_px", measured.width_px}};
   json["settings"] = ordered_json::array();
   for (const MeasuredChoice& choice : measured.choices) json["settings"].push_back(json_of(choice));
-  write_file_atomically(measured_settings_path(room),
-                        json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n");
+  write_file_atomically(measured_settings_path(room), json_text(json));
 }
 
 std::optional<StoredMeasurement> read_measured_settings(const fs::path& room) {

@@ -1,4 +1,4 @@
-#include "core/view/dial_json.h"
+#include "core/judge/trade/dial_json.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "core/view/view_time.h"
+#include "core/judge/trade/view_time.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,68 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/view/mixing_scratch.h"
+
+namespace raywalk {
+
+// Columns of a view of the captured size are columns of the stations, if nothing changes them.
+bool StationMixing::shows_stored_columns() const {
+  return view_.output == view_.room.panorama() && !view_.room.masked() && view_.exposure == nullptr;
+}
+
+// The two stations around each point where a line is met, by nearness.
+void StationMixing::add_cut(std::size_t source, Column* column) const {
+  const ColumnSource& of = column->sources.source[source];
+  for (const int next : {0, 1}) {
+    const auto part = static_cast<float>(next == 0 ? 1.0 - of.at.fraction : of.at.fraction);
+    if (part <= 0.0f) continue;
+    const bool masked = view_.room.volume(of.at.line).masked();
+    column->reads.push_back({.source = source,
+                             .line = of.at.line,
+                             .station = of.at.station + next,
+                             .share = {.reliable = of.share * part},
+                             .has_masks = masked});
+    column->any_masks |= masked;
+  }
+}
+
+// Every row is read in the same direction in each station.
+void StationMixing::place_cut(const Column& column, RowRun rows, Placed* placed) {
+  placed->count = 0;
+  const PanoramaSize captured = view_.room.panorama();
+  const int count = rows.end - rows.begin;
+  for (const Read& read : column.reads) {
+    Placed::Station& station = placed->add(read);
+    for (int i = 0; i < count; ++i) {
+      const double row = (rows.begin + i + 0.5) * captured.height / view_.output.height - 0.5;
+      station.v[static_cast<std::size_t>(i)] = static_cast<float>(row);
+    }
+    station.u.fill(0.0f);
+    place_samples(station.u.data(), station.v.data(), count, column.captured, captured,
+                  station.u.data(), station.places());
+    station.weight.fill(read.share.reliable);
+    weigh_samples(station.v.data(), station.weight.data(), count, captured, station.down.data());
+  }
+}
+
+void StationMixing::mix_stored(const Column& column, RowRun rows, std::uint8_t* bgr) {
+  const std::size_t bytes = 3 * static_cast<std::size_t>(rows.end - rows.begin);
+  std::array<WeightedColumn, 2 * kMaxSources> columns;
+  float share = 0.0f;
+  int weights = 0;
+  for (std::size_t k = 0; k < column.reads.size(); ++k) {
+    const Read& read = column.reads[k];
+    share += read.share.reliable;
+    const auto weight = static_cast<int>(std::lround(share * kColumnsOne)) - weights;
+    weights += weight;
+    columns[k] = {.rgb = view_.room.volume(read.line).column(read.station, column.u).data() +
+                         static_cast<std::ptrdiff_t>(3 * rows.begin),
+                  .next = 3 * view_.output.height,
+                  .weight = static_cast<std::uint16_t>(weight)};
+  }
+  std::array<std::uint8_t, 3 * kRows + 1> mixed;
+  mix_columns(std::span(columns).first(column.reads.size()), static_cast<int>(bytes), mixed.data());
+  store_column(mixed.data(), rows.end - rows.begin, bgr, kStride);
+}
+
+}  // namespace raywalk
