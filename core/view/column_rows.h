@@ -28,6 +28,8 @@ struct RowsBetween {
   const float* down;
   int per_row;
   int rows;
+  int first() const { return nearest[0]; }
+  int last() const { return nearest[rows - 1]; }
 };
 // 1 where rows [begin, end) and the next one show one surface, else 0.
 void find_joined(const float* inverse, int begin, int end, float tolerance, float* joined);

@@ -93,10 +93,11 @@ void StationMixing::sample_quarters(const Column& column, double u,
                       .inverse = s.point_inverse.data()};
   s.points.count = 0;
   for (std::size_t k = 0; k < column.reads.size(); ++k) {
-    if (!normalise(s.weight[k].data(), s.total.data(), count, s.part_of_point.data())) continue;
-    place_points(points, s.part_of_point.data(), column.reads[k], &s.points);
+    if (!normalise(s.weight[k].data(), s.total.data(), count, s.row_weight.data())) continue;
+    place_points(points, s.row_weight.data(), column.reads[k], &s.points);
   }
-  mix(column.any_masks, count, &s.points, nullptr, s.colour.data(), 4);
+  // Whole groups of four are faster; the last ones are of earlier points.
+  mix(column.any_masks, (count + 3) / 4 * 4, &s.points, nullptr, s.colour.data(), 4);
   for (std::size_t i = 0; i < quarters.size(); ++i) {
     if (column.any_masks && s.points.total[i] == 0.0f) continue;
     const std::uint8_t* const bgr = s.colour.data() + 4 * i;

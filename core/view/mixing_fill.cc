@@ -94,7 +94,7 @@ void StationMixing::show_station(const Column& column, int station, RowRun rows,
     s.point_inverse[i] = view_.distances.column(column.nearest)[view_.rows.nearest[first + i]];
   }
   s.points.count = 0;
-  s.part_of_point.fill(1.0f);
+  s.row_weight.fill(1.0f);
   place_points({.theta_rad = column.theta_rad,
                 .eye_m = column.eye_m,
                 .captured = column.captured,
@@ -102,7 +102,7 @@ void StationMixing::show_station(const Column& column, int station, RowRun rows,
                 .sin_phi = view_.latitudes.sin_phi.data() + first,
                 .cos_phi = view_.latitudes.cos_phi.data() + first,
                 .inverse = s.point_inverse.data()},
-               s.part_of_point.data(), read, &s.points);
+               s.row_weight.data(), read, &s.points);
   mix(false, count, &s.points, nullptr, bgr, kStride);
   counts_.filled += count;
   if (!read.has_masks) return;

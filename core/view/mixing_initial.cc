@@ -32,16 +32,14 @@ void StationMixing::place_cut(const Column& column, RowRun rows, Placed* placed)
   const PanoramaSize captured = view_.room.panorama();
   const int count = rows.end - rows.begin;
   for (const Read& read : column.reads) {
-    Placed::Station& station = placed->add(read);
+    PlacedStation& station = placed->add(read);
     for (int i = 0; i < count; ++i) {
       const double row = (rows.begin + i + 0.5) * captured.height / view_.output.height - 0.5;
       station.v[static_cast<std::size_t>(i)] = static_cast<float>(row);
     }
     station.u.fill(0.0f);
-    place_samples(station.u.data(), station.v.data(), count, column.captured, captured,
-                  station.u.data(), station.places());
-    station.weight.fill(read.share.reliable);
-    weigh_samples(station.v.data(), station.weight.data(), count, captured, station.down.data());
+    scratch_->row_weight.fill(read.share.reliable);
+    finish(column.captured, scratch_->row_weight.data(), count, &station);
   }
 }
 

@@ -45,24 +45,26 @@ struct StationMixing::Points {
   const float *sin_phi = nullptr, *cos_phi = nullptr, *inverse = nullptr;
 };
 
-// Samples of points in the stations that are mixed.
+// Samples of points in a station that is mixed.
+struct StationMixing::PlacedStation {
+  Read read{};
+  std::array<std::int32_t, kRows> left{}, right{}, across{}, down{};
+  std::array<float, kRows> u{}, v{}, weight{};
+  std::array<float, 4 * (kRows + 2)> exposure{};
+  SamplePlaces places() { return {left.data(), right.data(), across.data(), down.data()}; }
+};
+
+// In all of them.
 struct StationMixing::Placed {
-  struct Station {
-    Read read{};
-    std::array<std::int32_t, kRows> left, right, across, down;
-    std::array<float, kRows> u, v, weight;
-    std::array<float, 4 * (kRows + 2)> exposure;
-    SamplePlaces places() { return {left.data(), right.data(), across.data(), down.data()}; }
-  };
   // The next station.
-  Station& add(const Read& read) {
+  PlacedStation& add(const Read& read) {
     if (count == stations.size()) stations.emplace_back();
     stations[count].read = read;
     return stations[count++];
   }
-  std::vector<Station> stations;  // the first `count` are in use
+  std::vector<PlacedStation> stations;  // the first `count` are in use
   std::size_t count = 0;
-  std::array<float, kRows> total;  // of the weights, where stations have masks
+  std::array<float, kRows> total{};  // of the weights, where stations have masks
 };
 
 struct StationMixing::Scratch {
@@ -83,12 +85,13 @@ struct StationMixing::Scratch {
   // Of the rows of the distances in a tile, or of single points.
   std::vector<float> inverse, joined, u, v, part, total;
   std::array<std::vector<float>, kMostSamples> weight;
-  std::array<Placed, 2> placed;  // of a column and the next one
+  std::array<float, kRows> row_weight;  // of the samples placed next
+  std::array<Placed, 2> placed;         // of a column and the next one
   std::array<StationSamples, kMostSamples> samples{};
   std::array<SamplesAhead, kMostSamples> ahead{};
   // Of single points, at edges and where rows are filled.
   Placed points;
-  std::array<float, kRows> sin_phi, cos_phi, point_inverse, trust, part_of_point;
+  std::array<float, kRows> sin_phi, cos_phi, point_inverse, trust;
   std::array<std::array<std::uint8_t, kRows>, kMaxSources> occluded;
   std::array<std::uint8_t, 4 * kRows + 4> colour;
   std::array<cv::Vec4i, kRows> sum;  // of colours, and their number

@@ -168,69 +168,63 @@ void StationMixing::place_rows(const Column& column, RowRun rows, Placed* placed
   const bool whole = per_row != 0 && rows.begin % per_row == 0 && rows.end % per_row == 0;
   const RowsBetween between{view_.rows.nearest.data() + begin, view_.rows.down.data() + begin,
                             whole ? per_row : 0, rows.end - rows.begin};
-  const int first = between.nearest[0], last = between.nearest[between.rows - 1];
-  const int height = view_.distances.size().height;
-  const float tolerance = view_.distances.surface_tolerance();
-
-  // The distances, with a row before and after them; beyond a pole its own row is repeated.
-  const int above = std::max(first - 1, 0), below = std::min(last + 1, height - 1);
-  const float* const nearest = view_.distances.column(column.nearest);
-  const float* const other = view_.distances.column(column.other);
-  interpolate_columns(nearest + above, other + above, below - above + 1, column.part, tolerance,
-                      s.inverse.data() + above);
-  find_joined(s.inverse.data(), above, below, tolerance, s.joined.data() + 1);
-  // Beyond the middles of the first and the last row it goes on as between them and the next ones.
-  const auto end = static_cast<std::size_t>(height) + 1;
-  const auto extend = [&](std::vector<float>* values) {
-    auto& of = *values;  // of row -1 on
-    if (first == 0) of[0] = height > 1 ? 2.0f * of[1] - of[2] : of[1];
-    if (last == height - 1) of[end] = height > 1 ? 2.0f * of[end - 1] - of[end - 2] : of[end - 1];
-  };
-  if (first == 0) s.joined[0] = height > 1 ? s.joined[1] : 0.0f;
-  if (last == height - 1) s.joined[end - 1] = height > 1 ? s.joined[end - 2] : 0.0f;
-
-  const auto place = [&](const float* weight, const Read& read) {
-    Placed::Station& station = placed->add(read);
-    const Latitudes& latitudes = view_.distances.latitudes();
-    const auto of = static_cast<std::size_t>(above);
-    float *const u = s.u.data() + 1, *const v = s.v.data() + 1;  // of row 0
-    const PanoramaSize captured = view_.room.panorama();
-    find_positions(latitudes.sin_phi.data() + of, latitudes.cos_phi.data() + of,
-                   s.inverse.data() + of, below - above + 1,
-                   offset_in_column(column.eye_m - station_m(view_.room, read.line, read.station),
-                                    column.theta_rad),
-                   captured, u + of, v + of);
-    extend(&s.u);
-    extend(&s.v);
-    // Behind a station its columns jump by the width.
-    const float wild = static_cast<float>(captured.width) / 8.0f;
-    interpolate_rows(u, s.joined.data() + 1, between, wild, station.u.data());
-    interpolate_rows(v, s.joined.data() + 1, between, wild, station.v.data());
-    place_samples(station.u.data(), station.v.data(), between.rows, column.captured, captured,
-                  station.u.data(), station.places());
-    std::copy_n(weight, between.rows, station.weight.begin());
-    weigh_samples(station.v.data(), weight, between.rows, captured, station.down.data());
-  };
-  // A single station is read everywhere, and what it does not see is filled afterwards.
-  static constexpr auto kOne = [] {
-    std::array<float, kRows> one{};
-    one.fill(1.0f);
-    return one;
-  }();
+  find_distances(column, between);
   if (column.reads.size() == 1) {
-    place(kOne.data(), column.reads[0]);
-  } else {
-    const int count = last + 1 - first;
-    std::array<const std::uint8_t*, kMaxSources> occluded{};
-    for (std::size_t i = 0; i < column.sources.count; ++i) occluded[i] = column.occluded[i] + first;
-    find_weights(column, occluded, column.trust == nullptr ? nullptr : column.trust + first, count);
-    std::array<float, kRows> weight;
-    for (std::size_t k = 0; k < column.reads.size(); ++k) {
-      if (!normalise(s.weight[k].data(), s.total.data(), count, s.part.data())) continue;
-      repeat_rows(s.part.data() - first, between, weight.data());
-      place(weight.data(), column.reads[k]);
+    // It is read everywhere, and what it does not see is filled afterwards.
+    s.row_weight.fill(1.0f);
+    place_between(column, between, column.reads[0], placed);
+    return;
+  }
+  const int first = between.first(), count = between.last() + 1 - first;
+  std::array<const std::uint8_t*, kMaxSources> occluded{};
+  for (std::size_t i = 0; i < column.sources.count; ++i) occluded[i] = column.occluded[i] + first;
+  find_weights(column, occluded, column.trust == nullptr ? nullptr : column.trust + first, count);
+  for (std::size_t k = 0; k < column.reads.size(); ++k) {
+    if (!normalise(s.weight[k].data(), s.total.data(), count, s.part.data() + first)) continue;
+    repeat_rows(s.part.data(), between, s.row_weight.data());
+    place_between(column, between, column.reads[k], placed);
+  }
+}
+
+void StationMixing::find_distances(const Column& column, const RowsBetween& rows) {
+  Scratch& s = *scratch_;
+  const int height = view_.distances.size().height;
+  const int above = std::max(rows.first() - 1, 0), below = std::min(rows.last() + 1, height - 1);
+  const float tolerance = view_.distances.surface_tolerance();
+  interpolate_columns(view_.distances.column(column.nearest) + above,
+                      view_.distances.column(column.other) + above, below - above + 1, column.part,
+                      tolerance, s.inverse.data() + above);
+  float* const joined = s.joined.data() + 1;  // of row 0
+  find_joined(s.inverse.data(), above, below, tolerance, joined);
+  joined[-1] = height > 1 ? joined[0] : 0.0f;
+  joined[height - 1] = height > 1 ? joined[height - 2] : 0.0f;
+}
+
+void StationMixing::place_between(const Column& column, const RowsBetween& rows, const Read& read,
+                                  Placed* placed) {
+  Scratch& s = *scratch_;
+  const PanoramaSize captured = view_.room.panorama();
+  const int height = view_.distances.size().height;
+  const int above = std::max(rows.first() - 1, 0), below = std::min(rows.last() + 1, height - 1);
+  const Latitudes& latitudes = view_.distances.latitudes();
+  float *const u = s.u.data() + 1, *const v = s.v.data() + 1;  // of row 0
+  find_positions(latitudes.sin_phi.data() + above, latitudes.cos_phi.data() + above,
+                 s.inverse.data() + above, below - above + 1,
+                 offset_in_column(column.eye_m - station_m(view_.room, read.line, read.station),
+                                  column.theta_rad),
+                 captured, u + above, v + above);
+  // Beyond the middles of the first and the last row they go on as between them and the next ones.
+  for (float* const of : {u, v}) {
+    if (above == 0) of[-1] = height > 1 ? 2.0f * of[0] - of[1] : of[0];
+    if (below == height - 1) {
+      of[height] = height > 1 ? 2.0f * of[height - 1] - of[height - 2] : of[0];
     }
   }
+  PlacedStation& station = placed->add(read);
+  const float wild = static_cast<float>(captured.width) / 8.0f;  // columns jump behind a station
+  interpolate_rows(u, s.joined.data() + 1, rows, wild, station.u.data());
+  interpolate_rows(v, s.joined.data() + 1, rows, wild, station.v.data());
+  finish(column.captured, s.row_weight.data(), rows.rows, &station);
 }
 
 void StationMixing::find_weights(const Column& column,
@@ -247,16 +241,21 @@ void StationMixing::find_weights(const Column& column,
 
 void StationMixing::place_points(const Points& points, const float* weight, const Read& read,
                                  Placed* placed) {
-  Placed::Station& station = placed->add(read);
+  PlacedStation& station = placed->add(read);
   const PanoramaSize captured = view_.room.panorama();
   const Eigen::Vector3d to_eye_m = points.eye_m - station_m(view_.room, read.line, read.station);
   find_positions(points.sin_phi, points.cos_phi, points.inverse, points.count,
                  offset_in_column(to_eye_m, points.theta_rad), captured, station.u.data(),
                  station.v.data());
-  place_samples(station.u.data(), station.v.data(), points.count, points.captured, captured,
-                station.u.data(), station.places());
-  std::copy_n(weight, points.count, station.weight.begin());
-  weigh_samples(station.v.data(), weight, points.count, captured, station.down.data());
+  finish(points.captured, weight, points.count, &station);
+}
+
+void StationMixing::finish(float column, const float* weight, int count, PlacedStation* station) {
+  const PanoramaSize captured = view_.room.panorama();
+  place_samples(station->u.data(), station->v.data(), count, column, captured, station->u.data(),
+                station->places());
+  std::copy_n(weight, count, station->weight.begin());
+  weigh_samples(station->v.data(), weight, count, captured, station->down.data());
 }
 
 void StationMixing::mix(bool any_masks, int rows, Placed* placed, Placed* next, std::uint8_t* bgr,
@@ -267,7 +266,7 @@ void StationMixing::mix(bool any_masks, int rows, Placed* placed, Placed* next, 
   if (any_masks) remove_masked(rows, placed);
   bool any_exposure = false;
   for (std::size_t k = 0; k < placed->count; ++k) {
-    Placed::Station& station = placed->stations[k];
+    PlacedStation& station = placed->stations[k];
     const Read& read = station.read;
     const LineVolume& volume = view_.room.volume(read.line);
     s.samples[k] = {.pixels = volume.rays(read.station),
@@ -297,7 +296,7 @@ void StationMixing::mix(bool any_masks, int rows, Placed* placed, Placed* next, 
   } else {
     std::size_t ahead = 0;
     for (std::size_t k = 0; next != nullptr && k < next->count; ++k) {
-      Placed::Station& station = next->stations[k];
+      PlacedStation& station = next->stations[k];
       s.ahead[ahead++] = {view_.room.volume(station.read.line).rays(station.read.station),
                           station.left.data(), station.right.data()};
     }
@@ -310,7 +309,7 @@ void StationMixing::remove_masked(int rows, Placed* placed) {
   const PanoramaSize captured = view_.room.panorama();
   const std::span used(placed->stations.data(), placed->count);
   std::fill_n(placed->total.begin(), rows, 0.0f);
-  for (Placed::Station& station : used) {
+  for (PlacedStation& station : used) {
     MaskCheck check(view_.room, station.read.line, station.read.station, beyond);
     for (std::size_t i = 0; i < static_cast<std::size_t>(rows); ++i) {
       if (station.weight[i] > 0.0f && station.read.has_masks &&
@@ -321,7 +320,7 @@ void StationMixing::remove_masked(int rows, Placed* placed) {
       placed->total[i] += station.weight[i];
     }
   }
-  for (Placed::Station& station : used) {
+  for (PlacedStation& station : used) {
     normalise(station.weight.data(), placed->total.data(), rows, station.weight.data());
     weigh_samples(station.v.data(), station.weight.data(), rows, captured, station.down.data());
   }

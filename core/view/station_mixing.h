@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "core/room/room.h"
+#include "core/view/column_rows.h"
 #include "core/view/distance_view.h"
 #include "core/view/edges.h"
 #include "core/view/exposure.h"
@@ -67,6 +68,7 @@ class StationMixing {
   struct Read;
   struct Column;
   struct Points;
+  struct PlacedStation;
   struct Placed;
   struct Scratch;
 
@@ -78,9 +80,16 @@ class StationMixing {
   // Places the samples of rows of a column in its stations.
   void place(const Column& column, RowRun rows, Placed* placed);
   void place_rows(const Column& column, RowRun rows, Placed* placed);
+  // Sets Scratch::inverse and joined of the rows of the distances around.
+  void find_distances(const Column& column, const RowsBetween& rows);
+  // In a further station, with Scratch::row_weight, between the places of these rows.
+  void place_between(const Column& column, const RowsBetween& rows, const Read& read,
+                     Placed* placed);
   // Places the samples of points in a further station, with `weight`.
   void place_points(const Points& points, const float* weight, const Read& read, Placed* placed);
-  // Mixes samples, without those that are masked.
+  // The same of positions that are in `station`, relative to a captured column.
+  void finish(float column, const float* weight, int count, PlacedStation* station);
+  // Mixes samples, without those that are masked; `next`: those that are mixed after them, or null.
   void mix(bool any_masks, int rows, Placed* placed, Placed* next, std::uint8_t* bgr, int stride);
   void remove_masked(int rows, Placed* placed);
   // Sets Scratch::weight of the reads of a column whose sources' points are occluded as told.
