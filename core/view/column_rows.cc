@@ -68,14 +68,12 @@ RAYWALK_VECTOR_CLONES void find_joined(const float* inverse, int begin, int end,
 
 RAYWALK_VECTOR_CLONES void interpolate_rows(const float* at, const float* joined, RowsBetween rows,
                                             float wild, float* out) {
-  const int first = rows.nearest[0];
-  if (rows.per_row == 1) return repeat_whole<1>(at + first, rows.rows, out);
-  if (rows.per_row == 2) {
-    return interpolate_whole<2>(at + first, joined + first, rows.rows / 2, wild, out);
-  }
-  if (rows.per_row == 4) {
-    return interpolate_whole<4>(at + first, joined + first, rows.rows / 4, wild, out);
-  }
+  const float *const from = at + rows.nearest[0], *const same_from = joined + rows.nearest[0];
+  const int whole = rows.per_row == 0 ? 0 : rows.rows / rows.per_row;
+  if (rows.per_row == 1) return repeat_whole<1>(from, whole, out);
+  if (rows.per_row == 2) return interpolate_whole<2>(from, same_from, whole, wild, out);
+  if (rows.per_row == 4) return interpolate_whole<4>(from, same_from, whole, wild, out);
+  if (rows.per_row == 8) return interpolate_whole<8>(from, same_from, whole, wild, out);
   RAYWALK_INDEPENDENT
   for (int i = 0; i < rows.rows; ++i) {
     const int row = rows.nearest[i];
@@ -91,6 +89,7 @@ RAYWALK_VECTOR_CLONES void repeat_rows(const float* at, RowsBetween rows, float*
   if (rows.per_row == 1) return repeat_whole<1>(from, rows.rows, out);
   if (rows.per_row == 2) return repeat_whole<2>(from, rows.rows / 2, out);
   if (rows.per_row == 4) return repeat_whole<4>(from, rows.rows / 4, out);
+  if (rows.per_row == 8) return repeat_whole<8>(from, rows.rows / 8, out);
   for (int i = 0; i < rows.rows; ++i) out[i] = at[rows.nearest[i]];
 }
 

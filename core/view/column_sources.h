@@ -31,12 +31,12 @@ struct ColumnSources {
 ColumnSources column_sources(const ColumnPlan& plan, const ViewOptions& options);
 
 // The share of a station among those of its line that are mixed: the `mixed` stations around the
-// point where the line is met are those nearest in angle. Over the third of a spacing at either end
+// point where the line is met are those nearest in angle. Over the sixth of a spacing at either end
 // a station fades, so that the view is continuous when the eye moves. `from_met`: the station's
 // distance from that point, in spacings.
 inline float station_share(float from_met, int mixed) {
   const float inside = 0.5f * static_cast<float>(mixed) - (from_met < 0.0f ? -from_met : from_met);
-  const float share = 3.0f * inside + 0.5f;
+  const float share = 6.0f * inside + 0.5f;
   return share < 0.0f ? 0.0f : (share > 1.0f ? 1.0f : share);
 }
 

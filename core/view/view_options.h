@@ -117,7 +117,7 @@ inline constexpr auto kDials = std::to_array<Dial>({
      .group = DialGroup::kTrade,
      .help = "Stations of a line that are mixed in a pixel, those nearest in angle first; 1 is "
              "cross-faded from station to station",
-     .cost = "so many samples, and a third of one more for the fade",
+     .cost = "so many samples, and a sixth of one more for the fade",
      .phrase = "stations {}",
      .effect = DialEffect::kCorrectedViews,
      .sweep = DialSweep{.singly = {2, 4, 8, 16}, .grid = DialGrid::kSamples, .in_grid = {1, 2, 8}}},
