@@ -47,7 +47,8 @@ SurfacesAround surfaces_around(const std::array<const float*, 3>& columns, int r
   const EdgeQuarter own{.inverse = columns[1][row]};
   SurfacesAround around{own, own};
   for (int right = -1; right <= 1; ++right) {
-    const float* const column = columns[static_cast<std::size_t>(right + 1)];
+    const int beside = right + 1;
+    const float* const column = columns[static_cast<std::size_t>(beside)];
     for (int down = -1; down <= 1; ++down) {
       const EdgeQuarter other{.inverse = column[std::clamp(row + down, 0, rows - 1)],
                               .right = static_cast<std::int8_t>(right),

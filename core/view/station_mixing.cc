@@ -71,18 +71,19 @@ void StationMixing::render_tile(int count, RowRun rows) {
   const bool stored = is_initial() && shows_stored_columns();
   // A column is placed before the one in front of it is mixed, so that its pixels arrive in time.
   if (!stored) place(s.columns[0], rows, &s.placed[0]);
-  for (int i = 0; i < count; ++i) {
-    const Column& column = s.columns[static_cast<std::size_t>(i)];
-    std::uint8_t* const bgr = s.tile.data() + static_cast<std::ptrdiff_t>(3 * i);
-    Placed& placed = s.placed[static_cast<std::size_t>(i) % 2];
+  const auto columns = static_cast<std::size_t>(count);
+  for (std::size_t i = 0; i < columns; ++i) {
+    const Column& column = s.columns[i];
+    std::uint8_t* const bgr = s.tile.data() + 3 * i;
+    Placed& placed = s.placed[i % 2];
     if (stored && !column.reads.empty()) {
       mix_stored(column, rows, bgr);
       continue;
     }
     Placed* next = nullptr;
-    if (!stored && i + 1 < count) {
-      next = &s.placed[static_cast<std::size_t>(i + 1) % 2];
-      place(s.columns[static_cast<std::size_t>(i) + 1], rows, next);
+    if (!stored && i + 1 < columns) {
+      next = &s.placed[(i + 1) % 2];
+      place(s.columns[i + 1], rows, next);
     }
     if (!stored) mix(column.any_masks, rows.end - rows.begin, &placed, next, bgr, kStride);
     fill_rows(column, rows, placed.total.data(), bgr);

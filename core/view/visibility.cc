@@ -229,7 +229,8 @@ void Visibility::find_occluded(int theta, const Column& column, std::size_t sour
   const Eigen::Vector3d eye_m = distances_->eye().position_m(theta_rad);
   const Latitudes& latitudes = distances_->latitudes();
   const auto mark = [&](int bit, int first_row, int rows) {
-    const auto index = static_cast<std::size_t>(column.first_map[source] + bit);
+    const int map_index = column.first_map[source] + bit;
+    const auto index = static_cast<std::size_t>(map_index);
     const OccluderMap& map = *maps_[static_cast<std::size_t>(at.line)][index];
     const Eigen::Vector3d to_eye_m =
         eye_m - line.stations[static_cast<std::size_t>(stations[index])].position_m;
