@@ -99,7 +99,8 @@ void StationMixing::sample_quarters(const Column& column, double u,
   // Whole groups of four are faster; the last ones are of earlier points.
   mix(column.any_masks, (count + 3) / 4 * 4, &s.points, nullptr, s.colour.data(), 4);
   for (std::size_t i = 0; i < quarters.size(); ++i) {
-    if (column.any_masks && s.points.total[i] == 0.0f) continue;
+    constexpr float kUnseen = 1e-6f;  // a trace (add_share()): stations show something else there
+    if (s.total[i] < kUnseen || (column.any_masks && s.points.total[i] == 0.0f)) continue;
     const std::uint8_t* const bgr = s.colour.data() + 4 * i;
     s.sum[i] += cv::Vec4i(bgr[0], bgr[1], bgr[2], 1);
   }
