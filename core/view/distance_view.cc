@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/parallel.h"
@@ -99,10 +98,12 @@ void draw_wide(const DrawnPoints& points, const Latitudes& latitudes, DrawnColum
     const auto i = static_cast<std::size_t>(at - points.wide.begin());
     if (points.inverse[i] < 0.0f) continue;
     const float half = half_size(view, column.rows), w = column.inverse[i];
-    const float length = w / points.inverse[i];
+    const float ahead = latitudes.cos_phi[i] + w * column.from_eye.ahead;
+    const float aside = w * column.from_eye.aside, radius = w * column.radius_m;
+    const float leg = ahead * ahead + aside * aside - radius * radius;
+    const float plan = std::sqrt(std::max(leg, 0.0f));
+    const float length = std::hypot(plan, latitudes.sin_phi[i] + w * column.from_eye.up) + 1e-30f;
     const int u = points.pixel[i] / view.height, v = points.pixel[i] % view.height;
-    const float plan =
-        std::hypot(latitudes.cos_phi[i] + w * column.from_eye.ahead, w * column.from_eye.aside);
     const auto across = static_cast<int>(std::min(half * latitudes.cos_phi[i] / (plan + 1e-6f),
                                                   static_cast<float>(view.width) / 16.0f));
     const auto down = static_cast<int>(std::min(half / length, 8.0f));
@@ -115,31 +116,24 @@ void draw_wide(const DrawnPoints& points, const Latitudes& latitudes, DrawnColum
   }
 }
 
-// w <- what a map holds of the points at w; negative where it does not agree.
-RAYWALK_VECTOR_CLONES void look_up(const float* sin_phi, const float* cos_phi, const float* drawn,
-                                   int rows, ColumnLookup map, float tolerance, float* refined) {
-  RAYWALK_INDEPENDENT
-  for (int i = 0; i < rows; ++i) {
-    const float w = drawn[i] < 0.0f ? 0.0f : drawn[i];
-    const HeldPoint held = look_up_point(map, sin_phi[i], cos_phi[i], w, tolerance);
-    refined[i] = drawn[i] < 0.0f ? kUnseen : held.inverse;
-  }
-}
-
-// The rows of a column that no map has refined yet.
+// The drawn rows of a column that no map has refined yet.
 struct UnrefinedRows {
   void reset(const Latitudes& latitudes, std::span<const float> column) {
-    row.resize(column.size());
-    std::iota(row.begin(), row.end(), 0);
-    sin_phi = latitudes.sin_phi;
-    cos_phi = latitudes.cos_phi;
-    drawn.assign(column.begin(), column.end());
-    refined.resize(column.size());
+    row.clear();
+    for (auto* values : {&sin_phi, &cos_phi, &drawn}) values->clear();
+    for (std::size_t i = 0; i < column.size(); ++i) {
+      if (column[i] < 0.0f) continue;
+      row.push_back(static_cast<int>(i));
+      sin_phi.push_back(latitudes.sin_phi[i]);
+      cos_phi.push_back(latitudes.cos_phi[i]);
+      drawn.push_back(column[i]);
+    }
+    for (auto* values : {&part, &refined}) values->resize(row.size());
   }
-  // Takes those out that a map agrees with.
+  // w <- what a map holds of the points at w; takes those out that it agrees with.
   void refine(const ColumnLookup& map, float tolerance, float* inverse) {
-    look_up(sin_phi.data(), cos_phi.data(), drawn.data(), static_cast<int>(row.size()), map,
-            tolerance, refined.data());
+    look_up_points(map, sin_phi.data(), cos_phi.data(), drawn.data(), static_cast<int>(row.size()),
+                   tolerance, part.data(), refined.data());
     std::size_t left = 0;
     for (std::size_t i = 0; i < row.size(); ++i) {
       if (refined[i] >= 0.0f) {
@@ -155,7 +149,7 @@ struct UnrefinedRows {
   }
 
   std::vector<int> row;
-  std::vector<float> sin_phi, cos_phi, drawn, refined;
+  std::vector<float> sin_phi, cos_phi, drawn, part, refined;
 };
 
 }  // namespace
@@ -279,6 +273,7 @@ void DistanceView::close_and_refine(int begin, int end) {
   for (int theta = begin; theta < end; ++theta) {
     const float* const column = drawn[theta - begin + kMargin];
     float* const inverse = inverse_.data() + first(theta);
+    std::fill_n(inverse, rows, kUnseen);
     unknown.reset(latitudes_, {column, rows});
     for (const ColumnLookup& map : lookups(theta_of_column(theta, size_.width))) {
       unknown.refine(map, tolerance_, inverse);

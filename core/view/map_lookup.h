@@ -66,4 +66,8 @@ RAYWALK_INLINE HeldPoint look_up_point(ColumnLookup map, float sin_phi, float co
   return {held * seen.length, total * known};
 }
 
+// The same of `count` points of a column.
+void look_up_points(ColumnLookup map, const float* sin_phi, const float* cos_phi,
+                    const float* inverse, int count, float tolerance, float* part, float* held);
+
 }  // namespace raywalk

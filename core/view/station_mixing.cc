@@ -70,7 +70,7 @@ void StationMixing::render_tile(int count, RowRun rows) {
   Scratch& s = *scratch_;
   const bool stored = is_initial() && shows_stored_columns();
   // A column is placed before the one in front of it is mixed, so that its pixels arrive in time.
-  if (!stored) place(s.columns[0], rows, &s.placed[0]);
+  if (!stored) place_rows(s.columns[0], rows, &s.placed[0]);
   const auto columns = static_cast<std::size_t>(count);
   for (std::size_t i = 0; i < columns; ++i) {
     const Column& column = s.columns[i];
@@ -83,19 +83,11 @@ void StationMixing::render_tile(int count, RowRun rows) {
     Placed* next = nullptr;
     if (!stored && i + 1 < columns) {
       next = &s.placed[(i + 1) % 2];
-      place(s.columns[i + 1], rows, next);
+      place_rows(s.columns[i + 1], rows, next);
     }
     if (!stored) mix(column.any_masks, rows.end - rows.begin, &placed, next, bgr, kStride);
     fill_rows(column, rows, placed.total.data(), bgr);
     render_edges(column, rows, bgr);
-  }
-}
-
-void StationMixing::place(const Column& column, RowRun rows, Placed* placed) {
-  if (is_initial()) {
-    place_cut(column, rows, placed);
-  } else {
-    place_rows(column, rows, placed);
   }
 }
 
@@ -162,6 +154,7 @@ void StationMixing::add_reads(std::size_t source, Column* column) const {
 }
 
 void StationMixing::place_rows(const Column& column, RowRun rows, Placed* placed) {
+  if (is_initial()) return place_cut(column, rows, placed);
   Scratch& s = *scratch_;
   placed->count = 0;
   const auto begin = static_cast<std::size_t>(rows.begin);

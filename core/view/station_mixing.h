@@ -1,11 +1,12 @@
 // Pass 4: the samples of the stations, mixed.
 //
-// A column of the output is read from the stations of its sources (column_sources.h). The distances
-// of its rows are interpolated where those around show one surface; each point is projected into
-// each station. A station counts by its share among those that see the point; what none sees is
-// read from the station that pass 2 or a search found (fill_stations.h). At an edge of the
-// distances (edges.h) a pixel is the mean of this and of samples of its quarters: of all four where
-// the output is about as fine as the distances, else of the one that it lies in.
+// A column of the output is read from the stations of its sources (column_sources.h). Its distances
+// are interpolated between two columns of the distances, its points at their rows projected into
+// each station, and the places of output rows interpolated between these, all where they show one
+// surface. A station counts by its share among those that see the point; what none sees is read
+// from the station that pass 2 or a search found (fill_stations.h). At an edge of the distances
+// (edges.h) a pixel is the mean of this and of samples of its quarters: of all four where the
+// output is about as fine as the distances, else of the one that it lies in.
 #pragma once
 
 #include <cstdint>
@@ -78,7 +79,6 @@ class StationMixing {
   void render_tile(int count, RowRun rows);
   void add_reads(std::size_t source, Column* column) const;
   // Places the samples of rows of a column in its stations.
-  void place(const Column& column, RowRun rows, Placed* placed);
   void place_rows(const Column& column, RowRun rows, Placed* placed);
   // Sets Scratch::inverse and joined of the rows of the distances around.
   void find_distances(const Column& column, const RowsBetween& rows);
@@ -87,7 +87,7 @@ class StationMixing {
                      Placed* placed);
   // Places the samples of points in a further station, with `weight`.
   void place_points(const Points& points, const float* weight, const Read& read, Placed* placed);
-  // The same of positions that are in `station`, relative to a captured column.
+  // Completes samples whose rows, and columns relative to a captured one, are in `station`.
   void finish(float column, const float* weight, int count, PlacedStation* station);
   // Mixes samples, without those that are masked; `next`: those that are mixed after them, or null.
   void mix(bool any_masks, int rows, Placed* placed, Placed* next, std::uint8_t* bgr, int stride);
