@@ -27,9 +27,6 @@
 
 namespace raywalk {
 
-// DistanceView::surface_tolerance() of distances `width` pixels wide.
-float surface_tolerance_of_view(int width);
-
 class DistanceView {
  public:
   // The room must outlive the object.
@@ -62,8 +59,7 @@ class DistanceView {
     if (unreliable_.empty() || unreliable_[static_cast<std::size_t>(theta)] == 0) return nullptr;
     return trust_.data() + first(theta);
   }
-  // Neighbouring pixels are on one surface where their inverse distances differ by no more than
-  // this, relative to the larger: the change across one pixel of a plane seen at 80 deg incidence.
+  // surface_tolerance_of() the view.
   float surface_tolerance() const { return tolerance_; }
   // Share of pixels that no map saw.
   double unseen_share() const { return unseen_share_; }

@@ -41,7 +41,7 @@ float stored_omega(float distance_m, std::uint8_t confidence) {
 }
 
 SurfaceMap::SurfaceMap(const DistanceVolume& volume, int map)
-    : size(volume.size()), inverse(inverse_distances(volume, map)) {
+    : size(volume.size()), inverse(inverse_distances(volume, map)), points(inverse, size) {
   trust.compute(volume, map);
 }
 

@@ -12,6 +12,7 @@
 #include "core/base/parallel.h"
 #include "core/room/room.h"
 #include "core/view/map_choice.h"
+#include "core/view/map_points.h"
 #include "core/view/smooth_distances.h"
 
 namespace raywalk {
@@ -23,10 +24,11 @@ float stored_omega(float distance_m, std::uint8_t confidence);
 // A map whose points a view shows.
 struct SurfaceMap {
   SurfaceMap(const DistanceVolume& volume, int map);
-  std::size_t bytes() const { return inverse.size() * sizeof(float); }
+  std::size_t bytes() const { return inverse.size() * sizeof(float) + points.bytes(); }
 
   PanoramaSize size;
   std::vector<float> inverse;  // as stored_omega(), [theta][phi]
+  MapPoints points;
   MapTrust trust;
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <opencv2/core.hpp>
 #include <optional>
 
 #include "core/base/error.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "core/geometry/panorama_pixels.h"
+#include "core/base/parallel.h"
 #include "core/view/unknown_pixels.h"
 
 namespace raywalk {
@@ -25,46 +25,56 @@ float trust_of_share(float share) {
   return x * x * (3.0f - 2.0f * x);
 }
 
-// Blurs a panorama of cells, around its seam.
+// All panoramas here are [theta][phi], as distances are: seams lie between the last row and the
+// first. With `reach` more columns of the panorama on either side.
+cv::Mat around_seam(const cv::Mat& columns, int reach) {
+  cv::Mat wide;
+  cv::copyMakeBorder(columns, wide, reach, reach, 0, 0, cv::BORDER_WRAP);
+  return wide;
+}
+
 void blur(cv::Mat1f* cells) {
   constexpr int kReach = 3;
-  cv::Mat1f wide;
-  cv::copyMakeBorder(*cells, wide, 0, 0, kReach, kReach, cv::BORDER_WRAP);
+  cv::Mat wide = around_seam(*cells, kReach);
   cv::GaussianBlur(wide, wide, {2 * kReach + 1, 2 * kReach + 1}, 1.5, 1.5, cv::BORDER_REPLICATE);
-  wide.colRange(kReach, kReach + cells->cols).copyTo(*cells);
+  wide.rowRange(kReach, kReach + cells->rows).copyTo(*cells);
 }
 
 // The inverse distances that most of what is seen around each cell has.
 cv::Mat1f usual_distances(std::span<const float> omega, PanoramaSize size) {
   constexpr int kReach = 2;  // cells of a median
-  const cv::Mat1f columns(size.width, size.height, const_cast<float*>(omega.data()));
-  cv::Mat1f wide;
-  cv::copyMakeBorder(columns.t(), wide, 0, 0, kReach * kCell, kReach * kCell, cv::BORDER_WRAP);
+  cv::Mat cells(size.width, size.height, CV_32F, const_cast<float*>(omega.data()));
   // Medians of medians: of every second pixel, then of every second of those. Unseen pixels are
   // negative, so that a median is negative where most are unseen.
   for (int pixels = 1; pixels < kCell; pixels *= 2) {
-    cv::resize(wide, wide, (wide.size() + cv::Size(1, 1)) / 2, 0, 0, cv::INTER_NEAREST);
+    cv::resize(cells, cells, (cells.size() + cv::Size(1, 1)) / 2, 0, 0, cv::INTER_NEAREST);
+    cv::Mat wide = around_seam(cells, kReach);
     cv::medianBlur(wide, wide, 2 * kReach + 1);
+    cells = wide.rowRange(kReach, kReach + cells.rows);
   }
-  cv::Mat cells = wide.colRange(kReach, wide.cols - kReach).clone();
   // Where nothing at all is known, everything is infinitely far.
-  if (!fill_unknown(cells < 0.0, Seam::kJoined, {0, cells.rows}, &cells)) cells = 0.0;
-  return cells;
+  cv::Mat unknown = cells.t() < 0.0;
+  if (cv::countNonZero(unknown) == 0) return cells;
+  cv::Mat known = cells.t();
+  if (!fill_unknown(unknown, Seam::kJoined, {0, known.rows}, &known)) known = 0.0;
+  return known.t();
 }
 
 // The most that any map is trusted in each cell of a view.
 cv::Mat1f trust_in_any(const cv::Mat1f& omega, const EyeCircle& eye,
                        std::span<const TrustedMap> maps) {
-  cv::Mat1f trust = cv::Mat1f::zeros(omega.size());
-  trust.forEach([&](float& most, const int* cell) {
-    const SphereAngles angles =
-        angles_from_pixel({double(cell[1]), double(cell[0])}, {omega.cols, omega.rows});
-    const Eigen::Vector3f direction = direction_from_angles(angles).cast<float>();
-    const Eigen::Vector3d eye_m = eye.position_m(angles.theta_rad);
-    for (const TrustedMap& map : maps) {
-      if (most >= 1.0f) break;
-      const Eigen::Vector3f offset_m = (eye_m - map.position_m).cast<float>();
-      most = std::max(most, map.trust->at(direction + omega(cell) * offset_m));
+  cv::Mat1f trust(omega.size());
+  const Latitudes latitudes(omega.cols);
+  parallel_for(0, omega.rows, 8, [&](int begin, int end) {
+    for (int theta = begin; theta < end; ++theta) {
+      const double theta_rad = theta_of_column(theta, omega.rows);
+      const Eigen::Vector3d eye_m = eye.position_m(theta_rad);
+      std::fill_n(trust[theta], omega.cols, 0.0f);
+      for (const TrustedMap& map : maps) {
+        map.trust->find_most(theta_rad, latitudes,
+                             offset_in_column(eye_m - map.position_m, theta_rad), omega[theta],
+                             trust[theta]);
+      }
     }
   });
   blur(&trust);
@@ -72,11 +82,10 @@ cv::Mat1f trust_in_any(const cv::Mat1f& omega, const EyeCircle& eye,
   return trust;
 }
 
-// Interpolates a panorama of cells at the pixels of distances, [theta][phi].
-cv::Mat1f columns_of(const cv::Mat1f& cells, PanoramaSize size) {
-  cv::Mat1f wide, columns;
-  cv::copyMakeBorder(cells.t(), wide, 1, 1, 0, 0, cv::BORDER_WRAP);
-  cv::resize(wide, columns, {}, kCell, kCell, cv::INTER_LINEAR);
+// Interpolates a panorama of cells at the pixels of distances.
+cv::Mat1f pixels_of(const cv::Mat1f& cells, PanoramaSize size) {
+  cv::Mat1f columns;
+  cv::resize(around_seam(cells, 1), columns, {}, kCell, kCell, cv::INTER_LINEAR);
   return columns(cv::Rect(0, kCell, size.height, size.width));
 }
 
@@ -89,28 +98,42 @@ void MapTrust::compute(const DistanceVolume& volume, int map) {
     std::ranges::transform(volume.distance_column(map, theta), volume.confidence_column(map, theta),
                            columns[theta], trust_of);
   }
-  const cv::Size cells((size.width + kCell - 1) / kCell, (size.height + kCell - 1) / kCell);
-  cv::resize(columns.t(), cells_, cells, 0, 0, cv::INTER_AREA);
+  const cv::Size cells((size.height + kCell - 1) / kCell, (size.width + kCell - 1) / kCell);
+  cv::resize(columns, cells_, cells, 0, 0, cv::INTER_AREA);
   blur(&cells_);
   std::ranges::transform(cells_, cells_.begin(), trust_of_share);
   everywhere_ = std::ranges::all_of(cells_, [](float trust) { return trust >= 1.0f; });
 }
 
-float MapTrust::at(const Eigen::Vector3f& direction) const {
-  const PanoramaSize cells{cells_.cols, cells_.rows};
-  const SphereAngles angles = angles_from_direction(direction.cast<double>());
-  const PixelsAround around = pixels_around(pixel_from_angles(angles, cells), cells);
-  const auto in_row = [&](int row) {
-    return std::lerp(cells_(row, around.column[0]), cells_(row, around.column[1]), around.part_u);
-  };
-  return static_cast<float>(std::lerp(in_row(around.row[0]), in_row(around.row[1]), around.part_v));
+void MapTrust::find_most(double theta_rad, const Latitudes& latitudes, Offset to_eye,
+                         const float* omega, float* trust) const {
+  const auto per_turn = static_cast<float>(cells_.rows / kTwoPi);
+  const auto per_phi = static_cast<float>(cells_.cols / kPi);
+  const auto column = static_cast<float>((theta_rad + kPi) / kTwoPi * cells_.rows - 0.5);
+  for (int row = 0; row < latitudes.rows(); ++row) {
+    const auto i = static_cast<std::size_t>(row);
+    const SeenPoint seen =
+        seen_from(latitudes.sin_phi[i], latitudes.cos_phi[i], omega[row], to_eye);
+    const float u = column + seen.turn_rad * per_turn + static_cast<float>(cells_.rows);
+    const float v = std::clamp((static_cast<float>(kHalfPi) - seen.phi_rad) * per_phi - 0.5f, 0.0f,
+                               static_cast<float>(cells_.cols - 1));
+    const int left = static_cast<int>(u), upper = static_cast<int>(v);
+    const auto in_column = [&](int theta) {
+      const float* const cells = cells_[theta % cells_.rows];
+      return std::lerp(cells[upper], cells[std::min(upper + 1, cells_.cols - 1)],
+                       v - static_cast<float>(upper));
+    };
+    const float here =
+        std::lerp(in_column(left), in_column(left + 1), u - static_cast<float>(left));
+    trust[row] = std::max(trust[row], here);
+  }
 }
 
 void SmoothDistances::compute(std::span<const float> omega, PanoramaSize size, const EyeCircle& eye,
                               std::span<const TrustedMap> maps) {
   const cv::Mat1f usual = usual_distances(omega, size);
-  omega_ = columns_of(usual, size);
-  trust_ = columns_of(trust_in_any(usual, eye, maps), size);
+  omega_ = pixels_of(usual, size);
+  trust_ = pixels_of(trust_in_any(usual, eye, maps), size);
 }
 
 bool SmoothDistances::trust(int theta, std::span<float> trust) const {

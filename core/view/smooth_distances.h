@@ -5,12 +5,12 @@
 // most are confident, a few that are not change nothing.
 #pragma once
 
-#include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 #include <span>
 
 #include "core/geometry/eye_circle.h"
 #include "core/room/distance_volume.h"
+#include "core/view/column_geometry.h"
 
 namespace raywalk {
 
@@ -20,11 +20,13 @@ class MapTrust {
   void compute(const DistanceVolume& volume, int map);
   // Whether the map is trusted in all directions, as exact maps are.
   bool everywhere() const { return everywhere_; }
-  // From 0 to 1; `direction` of any nonzero length.
-  float at(const Eigen::Vector3f& direction) const;
+  // Raises `trust`, from 0 to 1, in rows of a column at inverse distances `omega` of a view whose
+  // eye is `to_eye` from the map's station, to that in the cells that show them.
+  void find_most(double theta_rad, const Latitudes& latitudes, Offset to_eye, const float* omega,
+                 float* trust) const;
 
  private:
-  cv::Mat1f cells_;  // a panorama of coarse pixels
+  cv::Mat1f cells_;  // of kCell x kCell pixels, [theta][phi]
   bool everywhere_ = false;
 };
 

@@ -88,7 +88,7 @@ TEST_F(ExportWebTest, TheManifestDescribesTheRoom) {
   EXPECT_EQ(m["budget_mb"], 256.0);
   EXPECT_EQ(m["panorama"], json({{"width_px", 192}, {"coarse_width_px", 96}}));
   EXPECT_EQ(m["distances"]["width_px"], 192);
-  EXPECT_FLOAT_EQ(m["distances"]["surface_tolerance"], surface_tolerance_of_view(192));
+  EXPECT_FLOAT_EQ(m["distances"]["surface_tolerance"], surface_tolerance_of(192));
   EXPECT_EQ(m["view"], json({{"generation", "two-sided"},
                              {"k_deg", 80.0},
                              {"overlap_deg", 5.0},

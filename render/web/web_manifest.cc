@@ -110,7 +110,7 @@ ordered_json web_manifest(const Room& room, const WebContent& content) {
           {"distances",
            {{"width_px", content.distance_width},
             {"omega_step_per_m", content.omega_step_per_m},
-            {"surface_tolerance", surface_tolerance_of_view(content.distance_width)}}},
+            {"surface_tolerance", surface_tolerance_of(content.distance_width)}}},
           {"view",
            {{"generation", generation_name(content.view.generation)},
             {"k_deg", content.view.k_deg},
