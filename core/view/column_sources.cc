@@ -47,7 +47,7 @@ ColumnSources column_sources(const ColumnPlan& plan, const ViewOptions& options)
 
 StationWindow stations_mixed(const RaySource& at, int stations_of_line, int mixed) {
   const double met = at.station + at.fraction;
-  const double reach = 0.5 * mixed + 1.0 / 12.0;
+  const double reach = 0.5 * mixed + 0.083333333;
   return {std::max(static_cast<int>(std::ceil(met - reach)), 0),
           std::min(static_cast<int>(std::floor(met + reach)), stations_of_line - 1)};
 }

@@ -5,62 +5,32 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/parallel.h"
+#include "core/geometry/fast_math.h"
+#include "core/view/vector_clones.h"
 
 namespace raywalk {
 namespace {
 
-// Positions in the panorama are exact at every eighth pixel and linear between them. In 16 degrees
-// around a pole, where they are not, every pixel's is exact.
-constexpr int kStep = 8;
-
-struct FlatPositions {
-  const PanoramaPart& part;
-  PanoramaSize panorama;
-  const Viewport& viewport;
-  Eigen::Matrix3d world_from_camera;
-  double focal_px;
-
-  // Of a pixel, in the part; `v` beyond the part's rows is the caller's concern.
-  PixelPosition at(double column, double row) const {
-    const Eigen::Vector3d ray((column + 0.5 - 0.5 * viewport.width) / focal_px,
-                              -(row + 0.5 - 0.5 * viewport.height) / focal_px, 1.0);
-    const PixelPosition p =
-        pixel_from_angles(angles_from_direction(world_from_camera * ray), panorama);
-    const double u = p.u - part.first_column;
-    // The part has more columns on either side than the picture shows.
-    return {u < -0.5 ? u + panorama.width : u, p.v - part.rows.begin};
-  }
-  bool is_polar(const PixelPosition& p) const {
-    const double from_pole =
-        std::min(p.v + part.rows.begin, panorama.height - 1.0 - p.v - part.rows.begin);
-    return from_pole < panorama.height * (16.0 / 180.0);
-  }
+// A row of a picture: the ray of its first pixel in world axes, the step to the next one, and what
+// turns angles into positions in the part that is rendered.
+struct FlatRow {
+  Eigen::Vector3f ray, step;
+  float px_per_rad;
+  float middle_u, middle_v;  // of longitude and latitude 0
+  float width;               // of the panorama
 };
 
-// The positions of a block of pixels.
-void find_positions(const FlatPositions& positions, int x, int y, cv::Mat1f u, cv::Mat1f v) {
-  const double last_x = x + u.cols - 1, last_y = y + u.rows - 1;
-  const std::array<PixelPosition, 4> corner{positions.at(x, y), positions.at(last_x, y),
-                                            positions.at(x, last_y), positions.at(last_x, last_y)};
-  const auto [least, most] = std::ranges::minmax(corner, {}, &PixelPosition::u);
-  const bool exact =
-      most.u - least.u > positions.panorama.width / 4.0 ||
-      std::ranges::any_of(corner, [&](const auto& p) { return positions.is_polar(p); });
-  const auto between = [](double a, double b, double part) { return a + (b - a) * part; };
-  const double right_part = 1.0 / std::max(u.cols - 1, 1),
-               down_part = 1.0 / std::max(u.rows - 1, 1);
-  for (int j = 0; j < u.rows; ++j) {
-    const double down = j * down_part;
-    const PixelPosition left{between(corner[0].u, corner[2].u, down),
-                             between(corner[0].v, corner[2].v, down)};
-    const PixelPosition step{(between(corner[1].u, corner[3].u, down) - left.u) * right_part,
-                             (between(corner[1].v, corner[3].v, down) - left.v) * right_part};
-    for (int i = 0; i < u.cols; ++i) {
-      const PixelPosition p = exact ? positions.at(x + i, y + j)
-                                    : PixelPosition{left.u + i * step.u, left.v + i * step.v};
-      u(j, i) = static_cast<float>(p.u);
-      v(j, i) = static_cast<float>(p.v);
-    }
+RAYWALK_VECTOR_CLONES void find_positions(FlatRow row, int columns, float* u, float* v) {
+  const float x0 = row.ray.x(), y0 = row.ray.y(), z0 = row.ray.z();
+  const float dx = row.step.x(), dy = row.step.y(), dz = row.step.z();
+  RAYWALK_INDEPENDENT
+  for (int i = 0; i < columns; ++i) {
+    const auto at = static_cast<float>(i);
+    const float x = x0 + at * dx, y = y0 + at * dy, z = z0 + at * dz;
+    const float column = row.middle_u + fast_atan2(x, z) * row.px_per_rad;
+    // The part has more columns on either side than the picture shows.
+    u[i] = column + (column < -0.5f ? row.width : 0.0f);
+    v[i] = row.middle_v - fast_atan2(y, std::sqrt(x * x + z * z)) * row.px_per_rad;
   }
 }
 
@@ -74,28 +44,32 @@ int flat_supersampling(const Viewport& viewport, PanoramaSize panorama) {
 
 void resample_flat(const cv::Mat& rendered, const PanoramaPart& part, PanoramaSize panorama,
                    const Viewport& viewport, Interpolation interpolation, cv::Mat* image) {
-  // A margin around: all columns continue around the seam, rows repeat at the poles.
-  constexpr int kMargin = 3;
-  cv::Mat around;
+  // All columns continue around the seam; rows repeat at the poles.
   const bool whole = part.columns == panorama.width;
-  cv::copyMakeBorder(rendered, around, 0, 0, kMargin, kMargin,
-                     whole ? cv::BORDER_WRAP : cv::BORDER_REPLICATE);
+  const int margin = whole ? 3 : 0;
+  cv::Mat around = rendered;
+  if (whole) cv::copyMakeBorder(rendered, around, 0, 0, margin, margin, cv::BORDER_WRAP);
   image->create(viewport.height, viewport.width, CV_8UC3);
-  const FlatPositions positions{part, panorama, viewport, world_from_camera(viewport.attitude),
-                                focal_length_px(viewport)};
+  const Eigen::Matrix3d turn = world_from_camera(viewport.attitude);
+  const double focal_px = focal_length_px(viewport);
   const int method = interpolation == Interpolation::kCubic ? cv::INTER_CUBIC : cv::INTER_LINEAR;
-  parallel_for(0, (viewport.height + kStep - 1) / kStep, 4, [&](int begin, int end) {
-    const cv::Range rows(begin * kStep, std::min(end * kStep, viewport.height));
-    cv::Mat1f u(rows.size(), viewport.width), v(rows.size(), viewport.width);
-    for (int y = 0; y < rows.size(); y += kStep) {
-      for (int x = 0; x < viewport.width; x += kStep) {
-        const cv::Rect block(x, y, std::min(kStep, viewport.width - x),
-                             std::min(kStep, rows.size() - y));
-        find_positions(positions, x, rows.start + y, u(block), v(block));
-      }
+  constexpr int kRows = 16;  // at once
+  parallel_for(0, viewport.height, kRows, [&](int begin, int end) {
+    cv::Mat1f u(end - begin, viewport.width), v(end - begin, viewport.width);
+    for (int y = begin; y < end; ++y) {
+      const Eigen::Vector3d ray((0.5 - 0.5 * viewport.width) / focal_px,
+                                -(y + 0.5 - 0.5 * viewport.height) / focal_px, 1.0);
+      const FlatRow row{
+          .ray = (turn * ray).cast<float>(),
+          .step = (turn.col(0) / focal_px).cast<float>(),
+          .px_per_rad = static_cast<float>(panorama.width / kTwoPi),
+          .middle_u = static_cast<float>(0.5 * panorama.width - 0.5 - part.first_column),
+          .middle_v = static_cast<float>(0.5 * panorama.height - 0.5 - part.rows.begin),
+          .width = static_cast<float>(panorama.width)};
+      find_positions(row, viewport.width, u[y - begin], v[y - begin]);
     }
-    u += kMargin;
-    cv::remap(around, image->rowRange(rows), u, v, method, cv::BORDER_REPLICATE);
+    u += margin;
+    cv::remap(around, image->rowRange(begin, end), u, v, method, cv::BORDER_REPLICATE);
   });
 }
 

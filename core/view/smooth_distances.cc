@@ -40,24 +40,40 @@ void blur(cv::Mat1f* cells) {
   wide.rowRange(kReach, kReach + cells->rows).copyTo(*cells);
 }
 
-// The inverse distances that most of what is seen around each cell has.
+// Every second pixel and row.
+cv::Mat every_second(const cv::Mat& columns) {
+  cv::Mat half;
+  cv::resize(columns, half, (columns.size() + cv::Size(1, 1)) / 2, 0, 0, cv::INTER_NEAREST);
+  return half;
+}
+
+cv::Mat median_around(const cv::Mat& columns) {
+  constexpr int kReach = 2;
+  cv::Mat wide = around_seam(columns, kReach);
+  cv::medianBlur(wide, wide, 2 * kReach + 1);
+  return wide.rowRange(kReach, kReach + columns.rows).clone();
+}
+
+// Fills what is not seen (negative) from around, coarsely. Where nothing at all is seen, everything
+// is infinitely far.
+void fill_unseen(cv::Mat* columns) {
+  const cv::Mat unseen = *columns < 0.0;
+  if (cv::countNonZero(unseen) == 0) return;
+  cv::Mat rows = every_second(*columns).t();
+  if (!fill_unknown(rows < 0.0, Seam::kJoined, {0, rows.rows}, &rows)) rows = 0.0;
+  cv::Mat filled;
+  cv::resize(rows.t(), filled, columns->size(), 0, 0, cv::INTER_NEAREST);
+  filled.copyTo(*columns, unseen);
+}
+
+// The inverse distances that most of what is seen around each cell has: medians of medians, of
+// every second pixel, then of every second of those.
 cv::Mat1f usual_distances(std::span<const float> omega, PanoramaSize size) {
-  constexpr int kReach = 2;  // cells of a median
-  cv::Mat cells(size.width, size.height, CV_32F, const_cast<float*>(omega.data()));
-  // Medians of medians: of every second pixel, then of every second of those. Unseen pixels are
-  // negative, so that a median is negative where most are unseen.
-  for (int pixels = 1; pixels < kCell; pixels *= 2) {
-    cv::resize(cells, cells, (cells.size() + cv::Size(1, 1)) / 2, 0, 0, cv::INTER_NEAREST);
-    cv::Mat wide = around_seam(cells, kReach);
-    cv::medianBlur(wide, wide, 2 * kReach + 1);
-    cells = wide.rowRange(kReach, kReach + cells.rows);
-  }
-  // Where nothing at all is known, everything is infinitely far.
-  cv::Mat unknown = cells.t() < 0.0;
-  if (cv::countNonZero(unknown) == 0) return cells;
-  cv::Mat known = cells.t();
-  if (!fill_unknown(unknown, Seam::kJoined, {0, known.rows}, &known)) known = 0.0;
-  return known.t();
+  static_assert(kCell == 4);
+  cv::Mat half =
+      every_second(cv::Mat(size.width, size.height, CV_32F, const_cast<float*>(omega.data())));
+  fill_unseen(&half);
+  return median_around(every_second(median_around(half)));
 }
 
 // The most that any map is trusted in each cell of a view.

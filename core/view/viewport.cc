@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,13 +16,6 @@ namespace {
 // Angles of many turns lose their fractions of a degree.
 constexpr double kMaxTurns = 100.0;
 
-// Direction of a pixel position in the camera frame, not normalised; (0, 0) is the centre of the
-// top left pixel.
-Eigen::Vector3d camera_ray(const Viewport& viewport, double column, double row) {
-  const double f = focal_length_px(viewport);
-  return {(column + 0.5 - 0.5 * viewport.width) / f, -(row + 0.5 - 0.5 * viewport.height) / f, 1.0};
-}
-
 // Whether the picture, enlarged by a pixel on every side, contains a direction of the camera frame.
 bool holds(const Viewport& viewport, const Eigen::Vector3d& direction) {
   if (direction.z() <= 0.0) return false;
@@ -30,41 +24,12 @@ bool holds(const Viewport& viewport, const Eigen::Vector3d& direction) {
          std::fabs(direction.y() / direction.z()) * f <= 0.5 * viewport.height + 1.0;
 }
 
-// A range of angles along the picture's border, and their largest step between samples, which
-// bounds what lies between them.
-struct BorderRange {
-  double least = 0.0, most = 0.0, step = 0.0;
-
-  void add(double angle, double before) {
-    least = std::min(least, angle);
-    most = std::max(most, angle);
-    step = std::max(step, std::fabs(angle - before));
-  }
-};
-struct BorderRanges {
-  BorderRange theta{}, phi{};  // longitudes are unwrapped across +-180 degrees
-};
-
-BorderRanges border_ranges(const Viewport& viewport, const Eigen::Matrix3d& turn) {
-  constexpr int kSamples = 256;  // per side; more would cost more than the few columns they save
-  const double right = viewport.width - 1, bottom = viewport.height - 1;
-  const std::array<std::array<double, 2>, 5> corners{
-      {{0.0, 0.0}, {right, 0.0}, {right, bottom}, {0.0, bottom}, {0.0, 0.0}}};
-  SphereAngles before = angles_from_direction(turn * camera_ray(viewport, 0.0, 0.0));
-  BorderRanges ranges{{before.theta_rad, before.theta_rad}, {before.phi_rad, before.phi_rad}};
-  for (std::size_t side = 0; side < 4; ++side) {
-    for (int i = 1; i <= kSamples; ++i) {
-      const double along = static_cast<double>(i) / kSamples;
-      SphereAngles at = angles_from_direction(
-          turn * camera_ray(viewport, std::lerp(corners[side][0], corners[side + 1][0], along),
-                            std::lerp(corners[side][1], corners[side + 1][1], along)));
-      at.theta_rad = before.theta_rad + wrap_angle(at.theta_rad - before.theta_rad);
-      ranges.theta.add(at.theta_rad, before.theta_rad);
-      ranges.phi.add(at.phi_rad, before.phi_rad);
-      before = at;
-    }
-  }
-  return ranges;
+// The directions of the corner pixels, in order around the picture.
+std::array<Eigen::Vector3d, 4> corner_rays(const Viewport& viewport, const Eigen::Matrix3d& turn) {
+  const double f = focal_length_px(viewport);
+  const double right = 0.5 * (viewport.width - 1) / f, top = 0.5 * (viewport.height - 1) / f;
+  return {turn * Eigen::Vector3d(-right, top, 1.0), turn * Eigen::Vector3d(right, top, 1.0),
+          turn * Eigen::Vector3d(right, -top, 1.0), turn * Eigen::Vector3d(-right, -top, 1.0)};
 }
 
 }  // namespace
@@ -93,31 +58,54 @@ double focal_length_px(const Viewport& viewport) {
   return 0.5 * viewport.width / std::tan(0.5 * viewport.fov_x_rad);
 }
 
+// In a picture without a pole, meridians are straight lines that meet outside, so that the extremes
+// of longitude lie in corners, and those of latitude on the border. A side of the border is part of
+// a great circle, whose extremes are the directions in its plane nearest to the poles.
 PanoramaPart part_shown(const Viewport& viewport, PanoramaSize panorama) {
+  constexpr double kMargin = 3.0;  // pixels: what cubic samples reach, and rounding
   const Eigen::Matrix3d turn = world_from_camera(viewport.attitude);
-  // Latitude has no extremum inside a region without a pole, so the border has both; around a pole
-  // all longitudes occur.
-  const bool zenith = holds(viewport, turn.transpose() * Eigen::Vector3d(0.0, 1.0, 0.0));
-  const bool nadir = holds(viewport, turn.transpose() * Eigen::Vector3d(0.0, -1.0, 0.0));
-  const auto [theta, phi] = border_ranges(viewport, turn);
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitY();
+  const double middle_rad = angles_from_direction(turn.col(2)).theta_rad;
+  double left_rad = 0.0, right_rad = 0.0;  // from the middle
+  double lowest_rad = kHalfPi, highest_rad = -kHalfPi;
+  const auto add_latitude = [&](const Eigen::Vector3d& ray) {
+    const double phi_rad = angles_from_direction(ray).phi_rad;
+    lowest_rad = std::min(lowest_rad, phi_rad);
+    highest_rad = std::max(highest_rad, phi_rad);
+  };
+  const auto corners = corner_rays(viewport, turn);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Eigen::Vector3d &from = corners[i], &to = corners[(i + 1) % corners.size()];
+    add_latitude(from);
+    const double theta_rad = wrap_angle(angles_from_direction(from).theta_rad - middle_rad);
+    left_rad = std::min(left_rad, theta_rad);
+    right_rad = std::max(right_rad, theta_rad);
+    const Eigen::Vector3d normal = from.cross(to);
+    if (normal.squaredNorm() == 0.0) continue;  // a single pixel
+    const Eigen::Vector3d highest = up - up.dot(normal) / normal.squaredNorm() * normal;
+    for (const Eigen::Vector3d& extreme : {highest, Eigen::Vector3d(-highest)}) {
+      const bool on_side =
+          from.cross(extreme).dot(normal) > 0.0 && extreme.cross(to).dot(normal) > 0.0;
+      if (on_side) add_latitude(extreme);
+    }
+  }
+  const bool zenith = holds(viewport, turn.transpose() * up);
+  const bool nadir = holds(viewport, turn.transpose() * -up);
   const double px_per_rad = panorama.width / kTwoPi;
   PanoramaPart part;
-  const double phi_margin_px = px_per_rad * phi.step + 2.0;
-  const double top = (kHalfPi - phi.most) * px_per_rad - phi_margin_px;
-  const double bottom = (kHalfPi - phi.least) * px_per_rad + phi_margin_px;
+  const double top = (kHalfPi - highest_rad) * px_per_rad - 0.5 - kMargin;
+  const double bottom = (kHalfPi - lowest_rad) * px_per_rad - 0.5 + kMargin;
   part.rows.begin = zenith ? 0 : std::max(0, static_cast<int>(std::floor(top)));
   part.rows.end =
       nadir ? panorama.height : std::min(panorama.height, static_cast<int>(std::ceil(bottom)) + 1);
-  const double theta_margin_px = px_per_rad * theta.step + 2.0;
-  const double left = (theta.least + kPi) * px_per_rad - 0.5 - theta_margin_px;
-  const double right = (theta.most + kPi) * px_per_rad - 0.5 + theta_margin_px;
-  if (zenith || nadir || right - left + 2.0 >= panorama.width) {
-    part.columns = panorama.width;
-    return part;
-  }
-  const auto first = static_cast<int>(std::floor(left));
-  part.columns = static_cast<int>(std::ceil(right)) - first + 1;
+  const double middle = (middle_rad + kPi) * px_per_rad - 0.5;
+  const auto first = static_cast<int>(std::floor(middle + left_rad * px_per_rad - kMargin));
+  part.columns = static_cast<int>(std::ceil(middle + right_rad * px_per_rad + kMargin)) - first + 1;
   part.first_column = wrapped_column(first, panorama.width);
+  if (zenith || nadir || part.columns >= panorama.width) {
+    part.columns = panorama.width;
+    part.first_column = 0;
+  }
   return part;
 }
 
