@@ -40,6 +40,7 @@ Preset fast(const SceneNumbers& scene) {
   ViewSettings settings;
   settings.options.distance_maps = 2;
   settings.options.second_side = SecondSide::kFaded;
+  settings.options.station_fade = 0.125;
   if (parallax > 1.0) {
     settings.options.generation = Generation::kHlfVd;
     return {settings, fmt::format("the nearest surfaces move by {:.0f} pixels over the reach of "

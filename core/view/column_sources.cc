@@ -45,9 +45,9 @@ ColumnSources column_sources(const ColumnPlan& plan, const ViewOptions& options)
   return sources;
 }
 
-StationWindow stations_mixed(const RaySource& at, int stations_of_line, int mixed) {
+StationWindow stations_mixed(const RaySource& at, int stations_of_line, StationMix mix) {
   const double met = at.station + at.fraction;
-  const double reach = 0.5 * mixed + 0.083333333;
+  const double reach = 0.5 * (mix.stations + mix.fade);
   return {std::max(static_cast<int>(std::ceil(met - reach)), 0),
           std::min(static_cast<int>(std::floor(met + reach)), stations_of_line - 1)};
 }

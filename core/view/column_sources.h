@@ -2,7 +2,9 @@
 // are mixed.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 #include "core/view/view_options.h"
@@ -30,20 +32,28 @@ struct ColumnSources {
 // it is read where only it sees a point.
 ColumnSources column_sources(const ColumnPlan& plan, const ViewOptions& options);
 
-// The share of a station among those of its line that are mixed: the `mixed` stations around the
-// point where the line is met are those nearest in angle. Over the sixth of a spacing at either end
-// a station fades, so that the view is continuous when the eye moves. `from_met`: the station's
-// distance from that point, in spacings.
-inline float station_share(float from_met, int mixed) {
-  const float inside = 0.5f * static_cast<float>(mixed) - (from_met < 0.0f ? -from_met : from_met);
-  const float share = 6.0f * inside + 0.5f;
-  return share < 0.0f ? 0.0f : (share > 1.0f ? 1.0f : share);
+// How many stations of a line are mixed, and the part of a spacing over which one fades into the
+// next (ViewOptions).
+struct StationMix {
+  int stations = 1;
+  double fade = 0.5;
+};
+inline StationMix station_mix(const ViewOptions& options) {
+  return {options.stations_mixed, options.station_fade};
+}
+
+// The share of a station among those of its line that are mixed, which are those nearest in angle
+// to the point where the line is met. At either end of these a station fades, so that the view is
+// continuous when the eye moves. `from_met`: the station's distance from that point, in spacings.
+inline float station_share(double from_met, StationMix mix) {
+  const double inside = 0.5 * mix.stations - std::abs(from_met);
+  return static_cast<float>(std::clamp(inside / mix.fade + 0.5, 0.0, 1.0));
 }
 
 // The stations of a line that have a share.
 struct StationWindow {
   int first = 0, last = 0;
 };
-StationWindow stations_mixed(const RaySource& at, int stations_of_line, int mixed);
+StationWindow stations_mixed(const RaySource& at, int stations_of_line, StationMix mix);
 
 }  // namespace raywalk

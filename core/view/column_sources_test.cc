@@ -85,36 +85,40 @@ TEST(ColumnSources, AFadedSideGoesFromNothingToAllInTheMiddleThird) {
 // The shares of all stations of an endless line add up to the number that is mixed, wherever the
 // line is met: one station is cross-faded to the next.
 TEST(StationShare, IsAContinuousPartition) {
-  for (int mixed = 1; mixed <= 16; ++mixed) {
-    for (double met = 0.0; met < 1.0; met += 0.01) {
-      double sum = 0.0;
-      for (int station = -10; station <= 11; ++station) {
-        const auto from_met = static_cast<float>(station - met);
-        sum += station_share(from_met, mixed);
-        EXPECT_NEAR(station_share(from_met, mixed), station_share(from_met + 1e-4f, mixed), 7e-4);
+  for (const double fade : {0.1, 0.5, 1.0}) {
+    for (int mixed = 1; mixed <= 16; ++mixed) {
+      const StationMix mix{mixed, fade};
+      for (double met = 0.0; met < 1.0; met += 0.01) {
+        double sum = 0.0;
+        for (int station = -10; station <= 11; ++station) {
+          const double from_met = station - met;
+          sum += station_share(from_met, mix);
+          EXPECT_NEAR(station_share(from_met, mix), station_share(from_met + 1e-4, mix),
+                      1.1e-4 / fade);
+        }
+        EXPECT_NEAR(sum, mixed, 1e-4) << mixed << " at " << met;
       }
-      EXPECT_NEAR(sum, mixed, 1e-4) << mixed << " at " << met;
     }
   }
-  EXPECT_EQ(station_share(0.3f, 1), 1.0f);
-  EXPECT_EQ(station_share(0.7f, 1), 0.0f);
+  EXPECT_EQ(station_share(0.2, {1, 0.5}), 1.0f);
+  EXPECT_EQ(station_share(0.8, {1, 0.5}), 0.0f);
 }
 
 TEST(StationWindow, HoldsTheStationsOfTheLineThatHaveAShare) {
   for (const int stations : {2, 3, 9, 40}) {
-    for (const int mixed : {1, 2, 3, 8, 16}) {
+    for (const StationMix mix : {StationMix{1, 0.1}, {1, 1.0}, {2, 0.5}, {3, 0.2}, {16, 1.0}}) {
       for (int place = 0; place <= 10 * (stations - 1); ++place) {
         const int station = std::min(place / 10, stations - 2);
         const RaySource at{.station = station, .fraction = 0.1 * place - station};
-        const StationWindow window = stations_mixed(at, stations, mixed);
+        const StationWindow window = stations_mixed(at, stations, mix);
         ASSERT_GE(window.first, 0);
         ASSERT_LE(window.first, window.last) << "there is one at the end of a line";
         ASSERT_LT(window.last, stations);
         for (int i = 0; i < stations; ++i) {
-          const float share = station_share(static_cast<float>(i - 0.1 * place), mixed);
+          const float share = station_share(i - 0.1 * place, mix);
           const bool inside = i >= window.first && i <= window.last;
           ASSERT_TRUE(inside ? share >= 0.0f : share < 1e-5f)
-              << i << " of " << stations << ", " << mixed << " around " << 0.1 * place;
+              << i << " of " << stations << ", " << mix.stations << " around " << 0.1 * place;
         }
       }
     }

@@ -92,7 +92,7 @@ void PreparedView::look_at(const PanoramaPart& part, Visibility::Sources sources
       static_cast<int>(std::ceil((part.first_column + part.columns) * per_output)) + kMargin;
   const int count = std::min(end - first, width);
   visibility_.compute(distances_, {wrapped_column(first, width), count, fills_empty}, sources_,
-                      plan_->lines(), plan_->above_lines_m(), options_.stations_mixed, fill_);
+                      plan_->lines(), plan_->above_lines_m(), station_mix(options_), fill_);
   edges_.compute(distances_, wrapped_column(first, width), count);
 }
 

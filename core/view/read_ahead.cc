@@ -74,7 +74,7 @@ void read_ahead(const MixedView& view, const PanoramaPart& part) {
         const LineVolume& volume = view.room.volume(at.line);
         const StationWindow window =
             initial ? StationWindow{at.station, at.station + 1}
-                    : stations_mixed(at, volume.stations(), view.options.stations_mixed);
+                    : stations_mixed(at, volume.stations(), station_mix(view.options));
         for (int station = window.first; station <= window.last; ++station) {
           const Reach reach = initial ? Reach() : reach_of(view, theta, at.line, station);
           fetch_columns(

@@ -122,18 +122,19 @@ void StationMixing::add_reads(std::size_t source, Column* column) const {
   const std::uint8_t* const occluded =
       view_.visibility.occluded(column->nearest, line, of.behind());
   column->occluded[source] = occluded == nullptr ? scratch_->nothing_occluded.data() : occluded;
-  const int mixed = view_.options.stations_mixed;
+  const StationMix mix = station_mix(view_.options);
   // Where distances are unreliable a single station would show things out of place: the two
   // neighbours are mixed by nearness.
-  const int most = column->trust == nullptr ? mixed : std::max(mixed, 2);
-  const StationWindow window = stations_mixed(of.at, view_.room.volume(line).stations(), most);
+  const StationMix two{.stations = 1, .fade = 1.0};
+  const StationMix unreliable = mix.stations > 2 ? mix : two;
+  const StationWindow window =
+      stations_mixed(of.at, view_.room.volume(line).stations(),
+                     column->trust == nullptr || mix.stations > 1 ? mix : two);
   const std::size_t first = column->reads.size();
   StationShare sum{0.0f, 0.0f};
   for (int station = window.first; station <= window.last; ++station) {
-    const auto from_met = static_cast<float>(station - of.at.station - of.at.fraction);
-    const StationShare share{
-        station_share(from_met, mixed),
-        mixed > 2 ? station_share(from_met, mixed) : std::max(1.0f - std::fabs(from_met), 0.0f)};
+    const double from_met = station - of.at.station - of.at.fraction;
+    const StationShare share{station_share(from_met, mix), station_share(from_met, unreliable)};
     constexpr float kNone = 1e-3f;
     if (share.reliable < kNone && (column->trust == nullptr || share.unreliable < kNone)) continue;
     sum.reliable += share.reliable;

@@ -36,7 +36,8 @@ struct ViewOptions {
   double overlap_deg = 5.0;  // width of the blend at a connection
   int width = 0;             // of the output, pixels; 0: size_as_captured (renderer.h)
   Interpolation interpolation = Interpolation::kLinear;
-  int stations_mixed = 1;  // of each line and pixel, those nearest in angle first
+  int stations_mixed = 1;     // of each line and pixel, those nearest in angle first
+  double station_fade = 0.5;  // over which one fades into the next, in spacings of stations
   int distance_maps = 4;
   SecondSide second_side = SecondSide::kEverywhere;
   bool gains = true;  // whether stations are multiplied by their gains (Room::gains)
@@ -115,12 +116,24 @@ inline constexpr auto kDials = std::to_array<Dial>({
      .least = 1.0,
      .most = 16.0,
      .group = DialGroup::kTrade,
-     .help = "Stations of a line that are mixed in a pixel, those nearest in angle first; 1 is "
-             "cross-faded from station to station",
-     .cost = "so many samples, and a sixth of one more for the fade",
+     .help = "Stations of a line that are mixed in a pixel, those nearest in angle first",
+     .cost = "so many samples",
      .phrase = "stations {}",
      .effect = DialEffect::kCorrectedViews,
      .sweep = DialSweep{.singly = {2, 4, 8, 16}, .grid = DialGrid::kSamples, .in_grid = {1, 2, 8}}},
+    {.key = "station_fade",
+     .flag = "--station-fade",
+     .value = kAccess<&ViewOptions::station_fade>,
+     .unit = "spacings",
+     .least = 0.1,
+     .most = 1.0,
+     .group = DialGroup::kTrade,
+     .help = "Part of a spacing of stations over which one station fades into the next; more is "
+             "better where stations are far apart, their photographs noisy or unevenly exposed",
+     .cost = "so much of one more sample for each line",
+     .phrase = "fade {}",
+     .effect = DialEffect::kCorrectedViews,
+     .sweep = DialSweep{.singly = {0.125, 1.0}}},
     {.key = "distance_maps",
      .flag = "--distance-maps",
      .value = kAccess<&ViewOptions::distance_maps>,

@@ -155,12 +155,12 @@ class Visibility::Ring {
 };
 
 void Visibility::compute(const DistanceView& distances, Columns columns, const Sources& sources,
-                         std::span<const int> lines, double above_lines_m, int stations_mixed,
+                         std::span<const int> lines, double above_lines_m, StationMix mix,
                          const FillStations& fill) {
   distances_ = &distances;
   fill_stations_ = &fill;
   above_lines_m_ = above_lines_m;
-  stations_mixed_ = stations_mixed;
+  mix_ = mix;
   fills_empty_ = columns.fills_empty;
   rows_ = distances.size().height;
   std::vector<MapStation> all;
@@ -217,8 +217,7 @@ void Visibility::find_occluded(int theta, const Column& column, std::size_t sour
   for (std::size_t i = source; i < column.sources.count; ++i) {
     const RaySource& same = column.sources.source[i].at;
     if (index_of(column, same.line, same.d_p_m < 0.0) != source) continue;
-    const StationWindow window =
-        stations_mixed(same, static_cast<int>(line.stations.size()), stations_mixed_);
+    const StationWindow window = stations_mixed(same, static_cast<int>(line.stations.size()), mix_);
     for (int station = window.first; station <= window.last; ++station) {
       const std::uint8_t maps = occluders(theta, at.line, at.d_p_m < 0.0, station).maps;
       wanted |= maps;

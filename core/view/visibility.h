@@ -67,7 +67,7 @@ class Visibility {
     bool fills_empty = true;  // whether stations are searched for columns without sources
   };
   void compute(const DistanceView& distances, Columns columns, const Sources& sources,
-               std::span<const int> lines, double above_lines_m, int stations_mixed,
+               std::span<const int> lines, double above_lines_m, StationMix mix,
                const FillStations& fill);
 
   const ColumnSources& sources(int theta) const {
@@ -104,7 +104,7 @@ class Visibility {
   const DistanceView* distances_ = nullptr;
   const FillStations* fill_stations_ = nullptr;
   double above_lines_m_ = 0.0;
-  int stations_mixed_ = 1;
+  StationMix mix_;
   bool fills_empty_ = true;
   int rows_ = 0;
   std::vector<std::vector<std::shared_ptr<const OccluderMap>>> maps_;  // [line][map]

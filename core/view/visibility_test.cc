@@ -43,7 +43,7 @@ class SeenView {
   }
   void compute(const Visibility::Sources& sources) {
     visibility_.compute(distances_, {0, size().width}, sources, kFourLines, plan_.above_lines_m(),
-                        options_.stations_mixed, fill_);
+                        station_mix(options_), fill_);
   }
 
   PanoramaSize size() const { return distances_.size(); }
@@ -109,7 +109,7 @@ Found compare_with_truth(const SeenView& view, const TestRoom& room, int mixed) 
       const Line& line = room.room().grid().lines[static_cast<std::size_t>(at.line)];
       const auto* const occluded = view.visibility().occluded(theta, at.line, behind);
       const StationWindow window =
-          stations_mixed(at, static_cast<int>(line.stations.size()), mixed);
+          stations_mixed(at, static_cast<int>(line.stations.size()), {mixed});
       for (int station = window.first; station <= window.last; ++station) {
         const StationOccluders by = view.visibility().occluders(theta, at.line, behind, station);
         const Vector3d& from_m = line.stations[static_cast<std::size_t>(station)].position_m;

@@ -225,7 +225,7 @@ RecreationScore StationRecreation::score(const HeldOutStation& station, const Ro
     const PanoramaSize size = distance_view_.size();
     Visibility visibility(mapped);
     visibility.compute(distance_view_, {0, size.width}, sources, plan.lines(), 0.0,
-                       options.stations_mixed, others);
+                       station_mix(options), others);
     Edges edges;
     edges.compute(distance_view_, 0, size.width);
     with_distances = render_columns({.room = mapped,
