@@ -110,7 +110,6 @@ void DistanceView::gather(const EyeCircle& circle) {
   if (latitudes_.rows() != size_.height) latitudes_ = Latitudes(size_.height);
   const std::size_t pixels = first(size_.width);
   inverse_.resize(pixels);
-  unseen_.resize(pixels);
   unseen_count_.resize(static_cast<std::size_t>(size_.width));
   drawn_.resize(pixels * maps_.size());
   parallel_for(0, static_cast<int>(maps_.size()), 1, [&](int begin, int end) {
@@ -124,20 +123,17 @@ void DistanceView::gather(const EyeCircle& circle) {
   double unseen = 0.0;
   for (const int count : unseen_count_) unseen += count;
   unseen_share_ = unseen / static_cast<double>(pixels);
-  // Whether any map is unreliable somewhere; smooth_ then knows where.
-  trust_.clear();
-  unreliable_.clear();
   std::vector<TrustedMap> trusted;
   for (std::size_t i = 0; i < maps_.size(); ++i) trusted.push_back({&maps_[i]->trust, map_m_[i]});
-  if (std::ranges::any_of(trusted, [](const auto& map) { return !map.trust->everywhere(); })) {
-    // As the nearest map has it: of several unreliable maps the nearest surface is mostly wrong.
-    filled_ = inverse_;
-    for (std::size_t i = 0; i < pixels; ++i) {
-      if (drawn_[i] >= 0.0f) filled_[i] = drawn_[i];
-    }
-    smooth_.compute(filled_, size_, eye_, trusted);
-    unreliable_.resize(static_cast<std::size_t>(size_.width));
+  unreliable_ =
+      std::ranges::any_of(trusted, [](const auto& map) { return !map.trust->everywhere(); });
+  if (!unreliable_) return;
+  // As the nearest map has it: of several unreliable maps the nearest surface is mostly wrong.
+  std::vector<float> seen = inverse_;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    if (drawn_[i] >= 0.0f) seen[i] = drawn_[i];
   }
+  smooth_.compute(seen, size_, eye_, trusted);
 }
 
 // Columns [begin, end): the nearest of what the maps drew, without cracks, read where it is.
@@ -161,12 +157,8 @@ void DistanceView::close_and_refine(int begin, int end) {
     float* const inverse = inverse_.data() + first(theta);
     refined.refine(lookups(theta_of_column(theta, size_.width)), latitudes_,
                    {drawn[theta - begin + kMargin], rows}, tolerance_, inverse);
-    int unseen = 0;
-    for (std::size_t row = 0; row < rows; ++row) {
-      unseen_[first(theta) + row] = inverse[row] < 0.0f ? 1 : 0;
-      unseen += inverse[row] < 0.0f ? 1 : 0;
-    }
-    unseen_count_[static_cast<std::size_t>(theta)] = unseen;
+    unseen_count_[static_cast<std::size_t>(theta)] =
+        static_cast<int>(std::count_if(inverse, inverse + rows, [](float w) { return w < 0.0f; }));
   }
 }
 
@@ -209,46 +201,11 @@ void DistanceView::fill_unseen(int theta, DistanceView* opposite) {
 }
 
 void DistanceView::smooth() {
-  if (unseen_share_ > 0.0) {
-    filled_ = inverse_;
-    parallel_for(0, size_.width, 16, [&](int begin, int end) {
-      for (int theta = begin; theta < end; ++theta) {
-        if (unseen_count_[static_cast<std::size_t>(theta)] > 0) smooth_filled(theta);
-      }
-    });
-  }
-  if (!unreliable_.empty()) smooth_unreliable();
-}
-
-void DistanceView::smooth_filled(int theta) {
-  // What a row is filled from lies above or below: within this angle it is mostly one surface.
-  constexpr double kReach_rad = radians_from_degrees(4.0);
-  const int reach = std::max(1, static_cast<int>(std::lround(kReach_rad / kTwoPi * size_.width)));
-  std::vector<float> around;
-  for (int row = 0; row < size_.height; ++row) {
-    const auto pixel = [&](int u) {
-      return first(wrapped_column(u, size_.width)) + static_cast<std::size_t>(row);
-    };
-    if (unseen_[pixel(theta)] == 0) continue;
-    around.clear();
-    for (int u = theta - reach; u <= theta + reach; ++u) {
-      if (unseen_[pixel(u)] != 0) around.push_back(filled_[pixel(u)]);
-    }
-    const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
-    std::ranges::nth_element(around, middle);
-    inverse_[pixel(theta)] = *middle;
-  }
-}
-
-void DistanceView::smooth_unreliable() {
-  const auto rows = static_cast<std::size_t>(size_.height);
-  trust_.resize(inverse_.size());
+  if (!unreliable_) return;
   parallel_for(0, size_.width, 16, [&](int begin, int end) {
     for (int theta = begin; theta < end; ++theta) {
-      const std::span trust(trust_.data() + first(theta), rows);
-      std::uint8_t& unreliable = unreliable_[static_cast<std::size_t>(theta)];
-      unreliable = smooth_.trust(theta, trust) ? 1 : 0;
-      if (unreliable != 0) smooth_.smooth(theta, trust, {inverse_.data() + first(theta), rows});
+      smooth_.smooth(theta,
+                     {inverse_.data() + first(theta), static_cast<std::size_t>(size_.height)});
     }
   });
 }

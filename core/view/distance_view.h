@@ -8,8 +8,7 @@
 //
 // Pixels that no map sees with sufficient confidence (kMinConfidence) take the farther of their
 // neighbours along the great circle around the column's eye, because a near object occludes the
-// background, and then the median of their row around them, so that a wrong neighbour is not drawn
-// as a streak. Where most of the maps' pixels are unreliable, all take a smooth distance
+// background. Where most of the maps' pixels are unreliable, all take a smooth distance
 // (smooth_distances.h). A view without any confident pixel equals the initial view.
 #pragma once
 
@@ -55,10 +54,7 @@ class DistanceView {
     return opposite_->column((theta + size_.width / 2) % size_.width);
   }
   // How far the distances of a column can be relied on, 0 to 1 for each row; null where all are 1.
-  const float* trust(int theta) const {
-    if (unreliable_.empty() || unreliable_[static_cast<std::size_t>(theta)] == 0) return nullptr;
-    return trust_.data() + first(theta);
-  }
+  const float* trust(int theta) const { return unreliable_ ? smooth_.trust(theta) : nullptr; }
   // surface_tolerance_of() the view.
   float surface_tolerance() const { return tolerance_; }
   // Share of pixels that no map saw.
@@ -80,23 +76,18 @@ class DistanceView {
   void fill_unseen(int theta, DistanceView* opposite);
   // After filling.
   void smooth();
-  void smooth_filled(int theta);
-  void smooth_unreliable();
 
   EyeCircle eye_;
   const DistanceView* opposite_ = nullptr;  // the view of the other eye; from one place this one
   PanoramaSize size_;
   float tolerance_ = 0.0f;
   double unseen_share_ = 0.0;
-  Latitudes latitudes_;               // of size_.height rows
-  std::vector<float> inverse_;        // [theta][phi]; negative while unseen
-  std::vector<std::uint8_t> unseen_;  // [theta][phi]
-  std::vector<int> unseen_count_;     // of each column
-  std::vector<float> filled_;         // inverse_ before its unseen pixels are smoothed
-  std::vector<float> drawn_;          // [map][theta][phi]; negative where a map sees nothing
+  Latitudes latitudes_;            // of size_.height rows
+  std::vector<float> inverse_;     // [theta][phi]; negative while unseen
+  std::vector<int> unseen_count_;  // of each column
+  std::vector<float> drawn_;       // [map][theta][phi]; negative where a map sees nothing
+  bool unreliable_ = false;        // whether any map is, somewhere; smooth_ then knows where
   SmoothDistances smooth_;
-  std::vector<float> trust_;              // [theta][phi]; of unreliable columns
-  std::vector<std::uint8_t> unreliable_;  // [theta]; empty where nothing is
   MapCache<SurfaceMap> cache_;
   std::vector<std::shared_ptr<const SurfaceMap>> maps_;  // of the view, nearest first
   std::vector<Eigen::Vector3d> map_m_;                   // where they are

@@ -88,7 +88,8 @@ TEST(Exposure, IsThatOfTheRoomsGainsAnywhere) {
   }
 }
 
-// All lines with another exposure, and gains that undo it: the room as it is, up to rounding.
+// All lines with another exposure, and gains that undo it: the room as it is, up to rounding, which
+// other samples have in their positions too.
 TEST(Exposure, GainsUndoWhatLinesWereExposedBy) {
   SyntheticRoomSpec spec = box_room(96);
   const TestRoom plain(spec);
@@ -102,7 +103,7 @@ TEST(Exposure, GainsUndoWhatLinesWereExposedBy) {
       const ViewOptions options{.generation = generation, .gains = gains};
       const cv::Mat view = Renderer(room.room(), options).render(PlanPoint{0.1, -0.2}).image;
       const cv::Mat expected = plain.image(options, {0.1, -0.2});
-      EXPECT_EQ(largest_difference(view, expected) <= 2.0, gains) << generation_name(generation);
+      EXPECT_EQ(largest_difference(view, expected) <= 4.0, gains) << generation_name(generation);
     }
   }
 }

@@ -150,15 +150,17 @@ void SmoothDistances::compute(std::span<const float> omega, PanoramaSize size, c
   const cv::Mat1f usual = usual_distances(omega, size);
   omega_ = pixels_of(usual, size);
   trust_ = pixels_of(trust_in_any(usual, eye, maps), size);
+  unreliable_.clear();
+  for (int theta = 0; theta < size.width; ++theta) {
+    const float* const column = trust_[theta];
+    unreliable_.push_back(
+        std::any_of(column, column + size.height, [](float t) { return t < 1.0f; }));
+  }
 }
 
-bool SmoothDistances::trust(int theta, std::span<float> trust) const {
-  std::ranges::copy(cv::Mat1f(trust_.row(theta)), trust.begin());
-  return std::ranges::any_of(trust, [](float value) { return value < 1.0f; });
-}
-
-void SmoothDistances::smooth(int theta, std::span<const float> trust,
-                             std::span<float> omega) const {
+void SmoothDistances::smooth(int theta, std::span<float> omega) const {
+  const float* const trust = this->trust(theta);
+  if (trust == nullptr) return;
   const float* const smooth = omega_[theta];
   for (size_t row = 0; row < omega.size(); ++row) {
     if (trust[row] < 1.0f) omega[row] = smooth[row] + (omega[row] - smooth[row]) * trust[row];

@@ -5,8 +5,10 @@
 // most are confident, a few that are not change nothing.
 #pragma once
 
+#include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <span>
+#include <vector>
 
 #include "core/geometry/eye_circle.h"
 #include "core/room/distance_volume.h"
@@ -44,14 +46,17 @@ class SmoothDistances {
   void compute(std::span<const float> omega, PanoramaSize size, const EyeCircle& eye,
                std::span<const TrustedMap> maps);
 
-  // Trust in the rows of a column, 0 to 1. Returns whether any is below 1.
-  bool trust(int theta, std::span<float> trust) const;
+  // Trust in the rows of a column, 0 to 1; null where all are 1.
+  const float* trust(int theta) const {
+    return unreliable_[static_cast<std::size_t>(theta)] == 0 ? nullptr : trust_[theta];
+  }
   // Replaces a column's inverse distances (>= 0), the less they are trusted, by smooth ones.
-  void smooth(int theta, std::span<const float> trust, std::span<float> omega) const;
+  void smooth(int theta, std::span<float> omega) const;
 
  private:
   cv::Mat1f trust_;  // [theta][phi]
   cv::Mat1f omega_;
+  std::vector<std::uint8_t> unreliable_;  // [theta]
 };
 
 }  // namespace raywalk
