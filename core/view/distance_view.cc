@@ -1,6 +1,7 @@
 #include "core/view/distance_view.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -59,14 +60,29 @@ class DrawnRows {
   std::vector<float> sin_phi_, cos_phi_, drawn_, part_, refined_;
 };
 
+// Unseen rows of a column take the farther of the surfaces above and below; all of them unseen,
+// everything is infinitely far. Returns how many there were.
+int fill_unseen(std::span<float> inverse) {
+  int unseen = 0;
+  auto before = inverse.end();  // the last row that was seen
+  for (auto row = inverse.begin(); row != inverse.end();) {
+    const auto next = std::find_if(row, inverse.end(), [](float w) { return w >= 0.0f; });
+    float fill = next == inverse.end() ? 0.0f : *next;
+    if (before != inverse.end()) fill = next == inverse.end() ? *before : std::min(*before, *next);
+    std::fill(row, next, fill);
+    unseen += static_cast<int>(next - row);
+    before = next;
+    row = next == inverse.end() ? next : next + 1;
+  }
+  return unseen;
+}
+
 }  // namespace
 
 void DistanceView::compute(std::span<const MapStation> maps, const Eigen::Vector3d& viewpoint_m) {
   read(maps);
   opposite_ = this;
   gather({viewpoint_m});
-  fill(this, size_.width / 2);
-  smooth();
 }
 
 void DistanceView::compute_stereo(std::span<const MapStation> maps, const EyeCircle& circle,
@@ -80,9 +96,6 @@ void DistanceView::compute_stereo(std::span<const MapStation> maps, const EyeCir
   right->drawn_.swap(left->drawn_);  // one eye after the other in the same memory
   right->gather(circle.opposite());
   left->drawn_.swap(right->drawn_);
-  left->fill(right, left->size_.width);
-  left->smooth();
-  right->smooth();
 }
 
 void DistanceView::read(std::span<const MapStation> maps) {
@@ -110,7 +123,6 @@ void DistanceView::gather(const EyeCircle& circle) {
   if (latitudes_.rows() != size_.height) latitudes_ = Latitudes(size_.height);
   const std::size_t pixels = first(size_.width);
   inverse_.resize(pixels);
-  unseen_count_.resize(static_cast<std::size_t>(size_.width));
   drawn_.resize(pixels * maps_.size());
   parallel_for(0, static_cast<int>(maps_.size()), 1, [&](int begin, int end) {
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
@@ -120,20 +132,28 @@ void DistanceView::gather(const EyeCircle& circle) {
     }
   });
   parallel_for(0, size_.width, 32, [&](int begin, int end) { close_and_refine(begin, end); });
-  double unseen = 0.0;
-  for (const int count : unseen_count_) unseen += count;
-  unseen_share_ = unseen / static_cast<double>(pixels);
   std::vector<TrustedMap> trusted;
   for (std::size_t i = 0; i < maps_.size(); ++i) trusted.push_back({&maps_[i]->trust, map_m_[i]});
   unreliable_ =
       std::ranges::any_of(trusted, [](const auto& map) { return !map.trust->everywhere(); });
-  if (!unreliable_) return;
-  // As the nearest map has it: of several unreliable maps the nearest surface is mostly wrong.
-  std::vector<float> seen = inverse_;
-  for (std::size_t i = 0; i < pixels; ++i) {
-    if (drawn_[i] >= 0.0f) seen[i] = drawn_[i];
+  if (unreliable_) {
+    // As the nearest map has it: of several unreliable maps the nearest surface is mostly wrong.
+    std::vector<float> seen = inverse_;
+    for (std::size_t i = 0; i < pixels; ++i) {
+      if (drawn_[i] >= 0.0f) seen[i] = drawn_[i];
+    }
+    smooth_.compute(seen, size_, eye_, trusted);
   }
-  smooth_.compute(seen, size_, eye_, trusted);
+  std::atomic<int> unseen = 0;
+  parallel_for(0, size_.width, 32, [&](int begin, int end) {
+    for (int theta = begin; theta < end; ++theta) {
+      const std::span column(inverse_.data() + first(theta),
+                             static_cast<std::size_t>(size_.height));
+      unseen += fill_unseen(column);
+      if (unreliable_) smooth_.smooth(theta, column);
+    }
+  });
+  unseen_share_ = unseen / static_cast<double>(pixels);
 }
 
 // Columns [begin, end): the nearest of what the maps drew, without cracks, read where it is.
@@ -157,57 +177,7 @@ void DistanceView::close_and_refine(int begin, int end) {
     float* const inverse = inverse_.data() + first(theta);
     refined.refine(lookups(theta_of_column(theta, size_.width)), latitudes_,
                    {drawn[theta - begin + kMargin], rows}, tolerance_, inverse);
-    unseen_count_[static_cast<std::size_t>(theta)] =
-        static_cast<int>(std::count_if(inverse, inverse + rows, [](float w) { return w < 0.0f; }));
   }
-}
-
-void DistanceView::fill(DistanceView* opposite, int columns) {
-  if (unseen_share_ + opposite->unseen_share_ == 0.0) return;
-  parallel_for(0, columns, 16, [&](int begin, int end) {
-    for (int theta = begin; theta < end; ++theta) {
-      const int behind = (theta + size_.width / 2) % size_.width;
-      if (unseen_count_[static_cast<std::size_t>(theta)] +
-              opposite->unseen_count_[static_cast<std::size_t>(behind)] >
-          0) {
-        fill_unseen(theta, opposite);
-      }
-    }
-  });
-}
-
-void DistanceView::fill_unseen(int theta, DistanceView* opposite) {
-  const int rows = size_.height;
-  float* const down = inverse_.data() + first(theta);
-  float* const up = opposite->inverse_.data() + first((theta + size_.width / 2) % size_.width);
-  const auto ring = [&](int i) -> float& {
-    const int at = (i % (2 * rows) + 2 * rows) % (2 * rows);
-    return at < rows ? down[at] : up[2 * rows - 1 - at];
-  };
-  int seen = 0;
-  while (seen < 2 * rows && ring(seen) < 0.0f) ++seen;
-  if (seen == 2 * rows) {
-    std::fill_n(down, rows, 0.0f);
-    std::fill_n(up, rows, 0.0f);
-    return;
-  }
-  for (int i = seen; i < seen + 2 * rows;) {
-    int next = i + 1;
-    while (ring(next) < 0.0f) ++next;
-    const float farther = std::min(ring(i), ring(next));
-    for (int gap = i + 1; gap < next; ++gap) ring(gap) = farther;
-    i = next;
-  }
-}
-
-void DistanceView::smooth() {
-  if (!unreliable_) return;
-  parallel_for(0, size_.width, 16, [&](int begin, int end) {
-    for (int theta = begin; theta < end; ++theta) {
-      smooth_.smooth(theta,
-                     {inverse_.data() + first(theta), static_cast<std::size_t>(size_.height)});
-    }
-  });
 }
 
 }  // namespace raywalk

@@ -6,10 +6,10 @@
 // the centre's ray meets them: w <- held(r + w (P - S)) |r + w (P - S)|, one step of a fixed point,
 // from the nearest map that agrees.
 //
-// Pixels that no map sees with sufficient confidence (kMinConfidence) take the farther of their
-// neighbours along the great circle around the column's eye, because a near object occludes the
-// background. Where most of the maps' pixels are unreliable, all take a smooth distance
-// (smooth_distances.h). A view without any confident pixel equals the initial view.
+// Pixels that no map sees with sufficient confidence (kMinConfidence) take the farther of the
+// surfaces above and below, because a near object occludes the background. Where most of the maps'
+// pixels are unreliable, all take a smooth distance (smooth_distances.h). A view without any
+// confident pixel equals the initial view.
 #pragma once
 
 #include <cstdint>
@@ -70,23 +70,16 @@ class DistanceView {
   // What the eyes of a circle see of maps_.
   void gather(const EyeCircle& circle);
   void close_and_refine(int begin, int end);
-  // Fills what none of the maps saw in the first `columns` columns, and in their opposite ones.
-  void fill(DistanceView* opposite, int columns);
-  // Of the great circle down column `theta` and up the opposite one.
-  void fill_unseen(int theta, DistanceView* opposite);
-  // After filling.
-  void smooth();
 
   EyeCircle eye_;
   const DistanceView* opposite_ = nullptr;  // the view of the other eye; from one place this one
   PanoramaSize size_;
   float tolerance_ = 0.0f;
   double unseen_share_ = 0.0;
-  Latitudes latitudes_;            // of size_.height rows
-  std::vector<float> inverse_;     // [theta][phi]; negative while unseen
-  std::vector<int> unseen_count_;  // of each column
-  std::vector<float> drawn_;       // [map][theta][phi]; negative where a map sees nothing
-  bool unreliable_ = false;        // whether any map is, somewhere; smooth_ then knows where
+  Latitudes latitudes_;         // of size_.height rows
+  std::vector<float> inverse_;  // [theta][phi]; negative while unseen
+  std::vector<float> drawn_;    // [map][theta][phi]; negative where a map sees nothing
+  bool unreliable_ = false;     // whether any map is, somewhere; smooth_ then knows where
   SmoothDistances smooth_;
   MapCache<SurfaceMap> cache_;
   std::vector<std::shared_ptr<const SurfaceMap>> maps_;  // of the view, nearest first
