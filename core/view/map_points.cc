@@ -34,20 +34,6 @@ RAYWALK_VECTOR_CLONES void average_surfaces(std::array<const float*, 4> columns,
   }
 }
 
-// The points of a column of a map in the view.
-struct DrawnPoints {
-  void resize(std::size_t points) {
-    pixel.resize(points);
-    inverse.resize(points);
-    wide.resize(points);
-  }
-  std::vector<std::int32_t> pixel;
-  std::vector<float> inverse;
-  std::vector<std::uint8_t> wide;  // whether a point covers more than what is closed afterwards
-};
-
-constexpr float kWide = 1.5f;  // pixels from a point's middle; less is closed afterwards
-
 struct DrawnColumn {
   const float *sin_phi, *cos_phi, *inverse;
   int points;
@@ -57,12 +43,28 @@ struct DrawnColumn {
   float u;          // the column's place in the view, from its left border
 };
 
+// The points of a column in the view.
+struct DrawnPoints {
+  void resize(std::size_t points) {
+    for (auto* values : {&pixel, &across, &down}) values->resize(points);
+    inverse.resize(points);
+  }
+  std::vector<std::int32_t> pixel;
+  std::vector<std::int32_t> across, down;  // pixels on either side that a point covers too
+  std::vector<float> inverse;
+};
+
+// Pixels that a point covers beside its own, if `half` lie from its middle to its end: what is
+// closed afterwards needs not be drawn.
+RAYWALK_INLINE std::int32_t covered(float half, float most) {
+  return half < 1.5f ? 0 : static_cast<std::int32_t>(half < most ? half : most);
+}
+
 // A point is seen in the column whose eye sees it: the ray touches the circle of eyes, so that it
 // is turned by asin(radius / plan distance) against the direction from the centre, and the plan
 // distance from the eye is the other leg (core/geometry/eye_circle.h).
-template <bool kOnCircle>
-RAYWALK_INLINE void project_points(DrawnColumn column, PanoramaSize view, std::int32_t* pixel,
-                                   float* inverse, std::uint8_t* wide) {
+RAYWALK_VECTOR_CLONES void project(DrawnColumn column, PanoramaSize view, std::int32_t* pixel,
+                                   std::int32_t* across, std::int32_t* down, float* inverse) {
   const auto width = static_cast<float>(view.width);
   const float per_turn = width / static_cast<float>(kTwoPi);
   const float per_phi = static_cast<float>(view.height) / static_cast<float>(kPi);
@@ -76,7 +78,8 @@ RAYWALK_INLINE void project_points(DrawnColumn column, PanoramaSize view, std::i
     const float radius = w * column.radius_m;
     const float leg = ahead * ahead + aside * aside - radius * radius;
     const float plan = std::sqrt(leg > 0.0f ? leg : 0.0f);
-    const float turn = fast_atan2(aside, ahead) + (kOnCircle ? fast_atan2(radius, plan) : 0.0f);
+    // The sum of atan2(aside, ahead) and atan2(radius, plan).
+    const float turn = fast_atan2(aside * plan + ahead * radius, ahead * plan - aside * radius);
     const float length = std::sqrt(plan * plan + up * up) + 1e-30f;
     float u = column.u + turn * per_turn;
     u += u < 0.0f ? width : 0.0f;
@@ -85,50 +88,26 @@ RAYWALK_INLINE void project_points(DrawnColumn column, PanoramaSize view, std::i
     const int x = u < 0.0f ? 0 : static_cast<int>(u), y = v < 0.0f ? 0 : static_cast<int>(v);
     pixel[i] = (x > view.width - 1 ? view.width - 1 : x) * view.height +
                (y > view.height - 1 ? view.height - 1 : y);
+    across[i] = covered(column.half * cos_phi[i] / (plan + 1e-6f), width / 16.0f);
+    down[i] = covered(column.half / length, 8.0f);
     // What is inside the circle no eye sees.
     inverse[i] = leg >= 0.0f ? w / length : -1.0f;
-    const float reach = cos_phi[i] * length > plan ? cos_phi[i] * length : plan;
-    wide[i] = static_cast<std::uint8_t>(column.half * reach >= kWide * plan * length);
-  }
-}
-
-RAYWALK_VECTOR_CLONES void project(DrawnColumn column, PanoramaSize view, std::int32_t* pixel,
-                                   float* inverse, std::uint8_t* wide) {
-  if (column.radius_m == 0.0f) {
-    project_points<false>(column, view, pixel, inverse, wide);
-  } else {
-    project_points<true>(column, view, pixel, inverse, wide);
   }
 }
 
 // Draws the points of a column, the nearest surface staying.
-void draw_small(const DrawnPoints& points, float* image) {
+void draw_points(const DrawnPoints& points, PanoramaSize view, float* image) {
   for (std::size_t i = 0; i < points.pixel.size(); ++i) {
-    float& pixel = image[points.pixel[i]];
-    pixel = std::max(pixel, points.inverse[i]);
-  }
-}
-
-// Draws those that cover several pixels.
-void draw_wide(const DrawnPoints& points, DrawnColumn column, PanoramaSize view, float* image) {
-  const auto next = [&](auto from) { return std::find(from, points.wide.end(), std::uint8_t{1}); };
-  for (auto at = next(points.wide.begin()); at != points.wide.end(); at = next(at + 1)) {
-    const auto i = static_cast<std::size_t>(at - points.wide.begin());
-    if (points.inverse[i] < 0.0f) continue;
-    const float half = column.half, w = column.inverse[i];
-    const float ahead = column.cos_phi[i] + w * column.from_eye.ahead;
-    const float aside = w * column.from_eye.aside, radius = w * column.radius_m;
-    const float leg = ahead * ahead + aside * aside - radius * radius;
-    const float plan = std::sqrt(std::max(leg, 0.0f));
-    const float length = std::hypot(plan, column.sin_phi[i] + w * column.from_eye.up) + 1e-30f;
+    const float inverse = points.inverse[i];
+    const int across = points.across[i], down = points.down[i];
+    float& middle = image[points.pixel[i]];
+    middle = std::max(middle, inverse);
+    if ((across | down) == 0 || inverse < 0.0f) continue;
     const int u = points.pixel[i] / view.height, v = points.pixel[i] % view.height;
-    const auto across = static_cast<int>(std::min(half * column.cos_phi[i] / (plan + 1e-6f),
-                                                  static_cast<float>(view.width) / 16.0f));
-    const auto down = static_cast<int>(std::min(half / length, 8.0f));
     for (int x = u - across; x <= u + across; ++x) {
       float* const pixels = image + wrapped_column(x, view.width) * view.height;
       for (int y = std::max(0, v - down); y <= std::min(view.height - 1, v + down); ++y) {
-        pixels[y] = std::max(pixels[y], points.inverse[i]);
+        pixels[y] = std::max(pixels[y], inverse);
       }
     }
   }
@@ -174,9 +153,9 @@ void MapPoints::draw(const Eigen::Vector3d& map_m, const EyeCircle& eye, Panoram
         .radius_m = static_cast<float>(eye.radius_m),
         .u = (static_cast<float>(of_map.u) + 0.5f) * scale};
     points.resize(of_map.end - from);
-    project(column, view, points.pixel.data(), points.inverse.data(), points.wide.data());
-    draw_small(points, image);
-    draw_wide(points, column, view, image);
+    project(column, view, points.pixel.data(), points.across.data(), points.down.data(),
+            points.inverse.data());
+    draw_points(points, view, image);
   }
 }
 
