@@ -61,8 +61,7 @@ Preset balanced() {
 }
 
 Preset accurate() {
-  ViewSettings settings;
-  settings.options.generation = Generation::kTwoSided;
+  ViewSettings settings = balanced().settings;
   settings.options.interpolation = Interpolation::kCubic;
   settings.options.stations_mixed = 8;
   return {settings, "samples are cubic, of up to 8 stations on each side that sees the point"};

@@ -88,8 +88,7 @@ TEST(Exposure, IsThatOfTheRoomsGainsAnywhere) {
   }
 }
 
-// All lines with another exposure, and gains that undo it: the room as it is, up to rounding, which
-// other samples have in their positions too.
+// All lines with another exposure, and gains that undo it: the room but for rounded positions.
 TEST(Exposure, GainsUndoWhatLinesWereExposedBy) {
   SyntheticRoomSpec spec = box_room(96);
   const TestRoom plain(spec);

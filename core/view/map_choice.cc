@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <optional>
-#include <utility>
 
 #include "core/geometry/fast_math.h"
 #include "core/view/map_cache.h"
@@ -13,54 +11,22 @@
 namespace raywalk {
 namespace {
 
-const DistanceVolume& volume_of(const Room& room, const MapStation& map) {
-  return room.distances(map.line);
-}
-
 // The maps of lines, the nearest to a viewpoint first; equally near ones in the order of the lines.
-// A heap gives the first few of thousands without sorting all.
-class MapsByDistance {
- public:
-  MapsByDistance(const Room& room, std::span<const int> lines, const Eigen::Vector3d& viewpoint_m)
-      : room_(room) {
-    int place = 0;
-    for (const int line : lines) {
-      const auto stations = room.distances(line).stations();
-      for (int map = 0; map < static_cast<int>(stations.size()); ++map) {
-        const double away_m =
-            (position_m(line, stations[static_cast<size_t>(map)]) - viewpoint_m).norm();
-        heap_.push_back({away_m, place++, line, map});
-      }
+std::vector<MapStation> maps_by_distance(const Room& room, std::span<const int> lines,
+                                         const Eigen::Vector3d& viewpoint_m) {
+  std::vector<MapStation> maps;
+  for (const int line : lines) {
+    const auto& stations = room.grid().lines[static_cast<size_t>(line)].stations;
+    int map = 0;
+    for (const int station : room.distances(line).stations()) {
+      maps.push_back({line, map++, station, stations[static_cast<size_t>(station)].position_m});
     }
-    std::make_heap(heap_.begin(), heap_.end(), is_farther);
   }
-
-  std::optional<MapStation> next() {
-    if (heap_.empty()) return std::nullopt;
-    std::pop_heap(heap_.begin(), heap_.end(), is_farther);
-    const Entry entry = heap_.back();
-    heap_.pop_back();
-    const auto map = static_cast<size_t>(entry.map);
-    const int station = room_.distances(entry.line).stations()[map];
-    return MapStation{entry.line, entry.map, station, position_m(entry.line, station)};
-  }
-
- private:
-  struct Entry {
-    double away_m;
-    int place, line, map;
-  };
-  static bool is_farther(const Entry& a, const Entry& b) {
-    return std::pair(a.away_m, a.place) > std::pair(b.away_m, b.place);
-  }
-  const Eigen::Vector3d& position_m(int line, int station) const {
-    const Line& geometry = room_.grid().lines[static_cast<size_t>(line)];
-    return geometry.stations[static_cast<size_t>(station)].position_m;
-  }
-
-  const Room& room_;
-  std::vector<Entry> heap_;
-};
+  std::ranges::stable_sort(maps, {}, [&](const MapStation& map) {
+    return (map.position_m - viewpoint_m).squaredNorm();
+  });
+  return maps;
+}
 
 bool is_near(const MapStation& map, std::span<const MapStation> others, double gap_m) {
   return std::any_of(others.begin(), others.end(), [&](const MapStation& other) {
@@ -74,11 +40,8 @@ std::vector<MapStation> nearest_maps(const Room& room, std::span<const int> line
                                      const Eigen::Vector3d& viewpoint_m, double gap_m,
                                      int most_per_line, int most) {
   std::vector<MapStation> chosen;
-  MapsByDistance maps(room, lines, viewpoint_m);
-  while (static_cast<int>(chosen.size()) != most) {
-    const std::optional<MapStation> next = maps.next();
-    if (!next) break;
-    const MapStation& map = *next;
+  for (const MapStation& map : maps_by_distance(room, lines, viewpoint_m)) {
+    if (static_cast<int>(chosen.size()) == most) break;
     const auto of_line = std::count_if(chosen.begin(), chosen.end(), [&](const MapStation& other) {
       return other.line == map.line;
     });
@@ -100,11 +63,8 @@ std::vector<MapStation> farther_maps(const Room& room, std::span<const MapStatio
   std::vector<int> lines(room.grid().lines.size());
   std::iota(lines.begin(), lines.end(), 0);
   std::vector<MapStation> chosen;
-  MapsByDistance maps(room, lines, viewpoint_m);
-  while (static_cast<int>(chosen.size()) != most) {
-    const std::optional<MapStation> next = maps.next();
-    if (!next) break;
-    const MapStation& map = *next;
+  for (const MapStation& map : maps_by_distance(room, lines, viewpoint_m)) {
+    if (static_cast<int>(chosen.size()) == most) break;
     const double gap_m = 0.25 * (map.position_m - viewpoint_m).norm();
     // A map at the viewpoint itself is already among the nearest.
     if (gap_m > 0.0 && !is_near(map, near, gap_m) && !is_near(map, chosen, gap_m)) {
@@ -116,7 +76,7 @@ std::vector<MapStation> farther_maps(const Room& room, std::span<const MapStatio
 
 MapLookup look_up(const Room& room, const MapStation& map, const Eigen::Vector3f& direction,
                   float omega, const Eigen::Vector3d& viewpoint_m, float tolerance) {
-  const DistanceVolume& volume = volume_of(room, map);
+  const DistanceVolume& volume = room.distances(map.line);
   const PanoramaSize size = volume.size();
   const Eigen::Vector3f seen = direction + omega * (viewpoint_m - map.position_m).cast<float>();
   const float plan = std::sqrt(seen.x() * seen.x() + seen.z() * seen.z());

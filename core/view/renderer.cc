@@ -17,6 +17,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
 PanoramaPart whole(PanoramaSize size) {
   return {.first_column = 0, .columns = size.width, .rows = {0, size.height}};
 }
@@ -85,30 +89,21 @@ PreparedView& Renderer::prepare(const Viewpoint& viewpoint) {
   return *eye_;
 }
 
-RenderedView Renderer::render(const Viewpoint& viewpoint) {
-  RenderedView view;
-  render(viewpoint, view);
-  return view;
-}
-
-void Renderer::render(const Viewpoint& viewpoint, RenderedView& view) {
+RenderedView Renderer::render(const Viewpoint& viewpoint, RenderedView view) {
   const auto start = Clock::now();
   render_eyes(std::array{&prepare(viewpoint)}, &view);
-  view.report.render_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-RenderedView Renderer::render_stereo(const Viewpoint& viewpoint, double eyes_apart_m) {
-  RenderedView view;
-  render_stereo(viewpoint, eyes_apart_m, view);
+  view.report.render_ms = ms_since(start);
   return view;
 }
 
-void Renderer::render_stereo(const Viewpoint& viewpoint, double eyes_apart_m, RenderedView& view) {
+RenderedView Renderer::render_stereo(const Viewpoint& viewpoint, double eyes_apart_m,
+                                     RenderedView view) {
   const auto start = Clock::now();
   require_viewpoint(viewpoint, options_.generation);
   PreparedView::prepare_stereo(viewpoint, eyes_apart_m, eye_.get(), right_eye_.get());
   render_eyes(std::array{eye_.get(), right_eye_.get()}, &view);
-  view.report.render_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  view.report.render_ms = ms_since(start);
+  return view;
 }
 
 void Renderer::render_eyes(std::span<PreparedView* const> eyes, RenderedView* view) {
@@ -131,13 +126,8 @@ void Renderer::render_eyes(std::span<PreparedView* const> eyes, RenderedView* vi
              cv::INTER_AREA);
 }
 
-RenderedView Renderer::render(const Viewpoint& viewpoint, const Viewport& viewport) {
-  RenderedView view;
-  render(viewpoint, viewport, view);
-  return view;
-}
-
-void Renderer::render(const Viewpoint& viewpoint, const Viewport& viewport, RenderedView& view) {
+RenderedView Renderer::render(const Viewpoint& viewpoint, const Viewport& viewport,
+                              RenderedView view) {
   require_viewport(viewport);
   const auto start = Clock::now();
   prepare(viewpoint);
@@ -172,7 +162,8 @@ void Renderer::render(const Viewpoint& viewpoint, const Viewport& viewport, Rend
   }
   report_counts(counts, &view.report);
   view.report.limited_corners = eye_->plan().limited_corners();
-  view.report.render_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  view.report.render_ms = ms_since(start);
+  return view;
 }
 
 }  // namespace raywalk

@@ -64,20 +64,18 @@ class Renderer {
   ~Renderer();
 
   // Throws UsageError as require_viewpoint does, Error where the room cannot be rendered (see
-  // ViewPlan). The second form reuses the memory of an earlier view's image.
-  RenderedView render(const Viewpoint& viewpoint);
-  void render(const Viewpoint& viewpoint, RenderedView& view);
+  // ViewPlan). An earlier `view`, moved in, lends the memory of its image.
+  RenderedView render(const Viewpoint& viewpoint, RenderedView view = {});
 
   // Omnidirectional stereo (core/geometry/eye_circle.h) for eyes `eyes_apart_m` apart, above 0: the
   // panorama of the left eye above that of the right one, options.width columns and rows in all.
-  RenderedView render_stereo(const Viewpoint& viewpoint, double eyes_apart_m);
-  void render_stereo(const Viewpoint& viewpoint, double eyes_apart_m, RenderedView& view);
+  RenderedView render_stereo(const Viewpoint& viewpoint, double eyes_apart_m,
+                             RenderedView view = {});
 
   // A flat picture, which reads only the part of the volumes that it shows. It is resampled from a
   // panorama of options.width columns; much coarser pictures are averaged down. Throws UsageError
   // as require_viewport does.
-  RenderedView render(const Viewpoint& viewpoint, const Viewport& viewport);
-  void render(const Viewpoint& viewpoint, const Viewport& viewport, RenderedView& view);
+  RenderedView render(const Viewpoint& viewpoint, const Viewport& viewport, RenderedView view = {});
 
   // A view that is planned and has its distances, to render parts of it from other lines. The next
   // view overwrites it.

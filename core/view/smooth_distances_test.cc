@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <random>
@@ -32,13 +31,11 @@ MapTrust trust_in(const std::function<std::uint8_t(int u, int v)>& confidence) {
   return trust;
 }
 
-// In column `u`, row 60 of a view from the map's station.
+// In column `u`, at the horizon, of a view from the map's station.
 float trust_at(const MapTrust& map, double u) {
-  const std::vector<float> omega(static_cast<size_t>(kMapSize.height));
-  std::vector<float> trust(omega.size());
-  map.find_most(theta_of_column(u, kMapSize.width), Latitudes(kMapSize.height), {}, omega.data(),
-                trust.data());
-  return trust[60];
+  float trust = 0.0f, far = 0.0f;
+  map.find_most(theta_of_column(u, kMapSize.width), Latitudes(1), {}, &far, &trust);
+  return trust;
 }
 
 TEST(MapTrust, FallsSmoothlyToNothingWhereMostPixelsAreUnreliable) {

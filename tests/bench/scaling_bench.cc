@@ -36,7 +36,7 @@ void bench_scaling(benchmark::State& state, Generation generation) {
   const std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
   Renderer renderer(room, {.generation = generation, .k_deg = 76.0, .width = kBenchWidth});
   RenderedView view;
-  for (const PlanPoint& viewpoint : viewpoints) renderer.render(viewpoint, view);
+  for (const PlanPoint& viewpoint : viewpoints) view = renderer.render(viewpoint, std::move(view));
   PitchRemap remap(kBenchWidth);
   remap.run();
 
@@ -48,7 +48,7 @@ void bench_scaling(benchmark::State& state, Generation generation) {
     for (int extra = 0; extra < 2; ++extra) {
       set_thread_count(1 + extra);
       remap_s[extra] = times_of([&] { remap.run(); }).wall_s;
-      view_s[extra] = times_of([&] { renderer.render(viewpoint, view); }).wall_s;
+      view_s[extra] = times_of([&] { view = renderer.render(viewpoint, std::move(view)); }).wall_s;
     }
     view_gains.push_back(view_s[0] / view_s[1]);
     remap_gains.push_back(remap_s[0] / remap_s[1]);

@@ -49,7 +49,7 @@ void bench_options(benchmark::State& state, ViewOptions options) {
   const std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
   Renderer renderer(room, options);
   RenderedView view;
-  for (const PlanPoint& viewpoint : viewpoints) renderer.render(viewpoint, view);
+  for (const PlanPoint& viewpoint : viewpoints) view = renderer.render(viewpoint, std::move(view));
   PitchRemap remap(kBenchWidth);
   remap.run();
 
@@ -57,7 +57,7 @@ void bench_options(benchmark::State& state, ViewOptions options) {
   for (auto _ : state) {
     const PlanPoint viewpoint = viewpoints[view_s.size() % viewpoints.size()];
     const Times yardstick = times_of([&] { remap.run(); });
-    const Times times = times_of([&] { renderer.render(viewpoint, view); });
+    const Times times = times_of([&] { view = renderer.render(viewpoint, std::move(view)); });
     benchmark::DoNotOptimize(view.image.data);
     view_s.push_back(times.wall_s);
     remap_s.push_back(yardstick.wall_s);

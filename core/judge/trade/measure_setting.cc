@@ -100,12 +100,12 @@ TradeMeasurement measure_setting(const TradeSetting& setting, std::span<const Tr
 ViewTime measure_time(const TradeSetting& setting, std::span<const TradeView> views,
                       const ViewTimer& timer) {
   Renderers renderers(setting);
-  RenderedView rendered;
+  RenderedView shown;
   const bool switches = setting.threads != thread_count();
   const auto time_of_view = [&](const TradeView& view) {
     const ThreadsInUse threads(setting.threads);
     const Viewpoint at = viewpoint_of(view, setting.mode.options);
-    return timer.source.times([&] { renderers.of(view).render(at, rendered); });
+    return timer.source.times([&] { shown = renderers.of(view).render(at, std::move(shown)); });
   };
   for (const TradeView& view : views) time_of_view(view);
   timer.yardstick->run();
