@@ -90,25 +90,21 @@ TEST(DistanceView, EdgesOfNearSurfacesMoveByLessThanHalfAPixel) {
   EXPECT_LT(wrong, 0.25 * edge);
 }
 
-// A single wrong pixel at the rim of a gap is the farther one to fill its column with; the columns
-// beside it tell otherwise.
-TEST(DistanceView, AWrongPixelBesideAGapIsNoStreak) {
-  constexpr int kRim = 39, kEnd = 56, kColumn = 30;
+// Rows that no map sees are what is behind: the farther of the surfaces above and below.
+TEST(DistanceView, AGapIsFilledFromTheFartherSurface) {
   SyntheticRoomSpec spec = spec_with(false);
-  spec.stored_distance = [](int u, int v, double metres) {
-    return static_cast<float>(u == kColumn && v == kRim ? 100.0 : metres);
-  };
+  spec.stored_distance = [](int, int v, double) { return v < 30 ? 1.0f : 3.0f; };
   spec.stored_confidence = [](int, int v) {
-    return static_cast<std::uint8_t>(v > kRim && v < kEnd ? 0 : 255);
+    return static_cast<std::uint8_t>(v > 28 && v < 32 ? 0 : 255);
   };
   const TestRoom room(spec);
   const Vector3d at = room.room().grid().lines[1].stations[2].position_m;
   DistanceView view(room.room());
   view.compute(nearest_maps(room.room(), kAllLines, at, 0.1, 1, 1), at);
-  for (int v = kRim + 1; v < kEnd; ++v) {
-    const float beside = view.column(kColumn - 1)[v];
-    EXPECT_NEAR(view.column(kColumn)[v], beside, 0.1 * beside) << v;
+  for (int v = 0; v < view.size().height; ++v) {
+    EXPECT_NEAR(view.column(7)[v], v <= 28 ? 1.0 : 1.0 / 3, 1e-5) << v;
   }
+  EXPECT_NEAR(view.unseen_share(), 3.0 / view.size().height, 1e-9);
 }
 
 TEST(NearestMaps, AreSortedSpreadAndLimited) {

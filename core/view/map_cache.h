@@ -24,7 +24,7 @@ float stored_omega(float distance_m, std::uint8_t confidence);
 // A map whose points a view shows.
 struct SurfaceMap {
   SurfaceMap(const DistanceVolume& volume, int map);
-  std::size_t bytes() const { return inverse.size() * sizeof(float) + points.bytes(); }
+  std::size_t bytes() const { return (inverse.size() + 3 * points.inverse.size()) * sizeof(float); }
 
   PanoramaSize size;
   std::vector<float> inverse;  // as stored_omega(), [theta][phi]

@@ -31,7 +31,6 @@ struct MapPoints {
   // where fewer than three pixels lie.
   void draw(const Eigen::Vector3d& map_m, const EyeCircle& eye, PanoramaSize view,
             float* image) const;
-  std::size_t bytes() const { return 3 * inverse.size() * sizeof(float); }
 
   PanoramaSize size;
   std::vector<Column> columns;

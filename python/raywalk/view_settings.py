@@ -37,6 +37,8 @@ class ViewSettings(TypedDict, total=False):
     """How a pixel is read from a panorama."""
     stations_mixed: int
     """Stations of each line that are mixed in a pixel, 1 to 16."""
+    station_fade: float
+    """Part of the stations' spacing over which one fades into the next, 0.1 to 1."""
     distance_maps: int
     """Distance maps that a view's distances are gathered from, 1 to 4."""
     second_side: Literal["everywhere", "faded"]

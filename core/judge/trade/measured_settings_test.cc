@@ -50,9 +50,10 @@ class MeasuredSettingsTest : public ::testing::Test {
 TEST(DialJson, HoldsTheSweptDialsUnderTheirKeys) {
   const ViewOptions options = some_choice().options;
   const std::string text = swept_dials_json(options).dump();
-  EXPECT_EQ(text, R"({"generation":"two-sided","k_deg":76.5,"overlap_deg":0.1,"width_px":32,)"
-                  R"("interpolation":"cubic","stations_mixed":8,"distance_maps":3,)"
-                  R"("second_side":"faded"})");
+  EXPECT_EQ(text,
+            R"({"generation":"two-sided","k_deg":76.5,"overlap_deg":0.1,"width_px":32,)"
+            R"("interpolation":"cubic","stations_mixed":8,"station_fade":0.5,"distance_maps":3,)"
+            R"("second_side":"faded"})");
   EXPECT_TRUE(options_from(CheckedJson::parse(text, "test")) == options);
 }
 

@@ -61,6 +61,7 @@ TEST_F(TradeTest, WritesTheDocumentedFiles) {
                                                    "width_px",
                                                    "interpolation",
                                                    "stations_mixed",
+                                                   "station_fade",
                                                    "distance_maps",
                                                    "second_side",
                                                    "threads",
