@@ -29,9 +29,9 @@ struct HeldPoint {
   float part;     // of the four pixels around the point, by bilinear weight, that are on it
 };
 
-// What a map holds at the point at inverse distance `w` >= 0 in a row of a column: the mean, by
+// What a map holds at the point at inverse distance `w` in a row of a column: the mean, by
 // bilinear weight, of those of the four pixels around it that agree with the point within
-// `tolerance`, relative to it. Without any, `part` is 0 and `inverse` negative.
+// `tolerance`, relative to it. Without any, or of a negative w, `part` is 0, `inverse` negative.
 RAYWALK_INLINE HeldPoint look_up_point(ColumnLookup map, float sin_phi, float cos_phi, float w,
                                        float tolerance) {
   const SeenPoint seen = seen_from(sin_phi, cos_phi, w, map.to_eye);

@@ -55,7 +55,7 @@ struct DrawnPoints {
 };
 
 // Pixels that a point covers beside its own, if `half` lie from its middle to its end: what is
-// closed afterwards needs not be drawn.
+// closed afterwards need not be drawn.
 RAYWALK_INLINE std::int32_t covered(float half, float most) {
   return half < 1.5f ? 0 : static_cast<std::int32_t>(half < most ? half : most);
 }

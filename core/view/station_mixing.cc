@@ -125,7 +125,7 @@ void StationMixing::add_reads(std::size_t source, Column* column) const {
   const StationMix mix = station_mix(view_.options);
   // Where distances are unreliable a single station would show things out of place: the two
   // neighbours are mixed by nearness.
-  const StationMix two{.stations = 1, .fade = 1.0};
+  const StationMix two{.stations = 1, .fade = 1.0};  // fading all the way between them
   const StationMix unreliable = mix.stations > 2 ? mix : two;
   const StationWindow window =
       stations_mixed(of.at, view_.room.volume(line).stations(),
