@@ -135,7 +135,7 @@ class Planner {
     std::vector<DepthPart> parts{{"links", stations_mpx, scale_.stations - scale_.lines}};
     // Only where there are no cells.
     if (scale_.cells == 0) parts.push_back({"reach", maps_mpx, scale_.maps});
-    for (const char* step : {"surfaces", "colours", "sweep", "fuse"}) {
+    for (const char* step : {"surfaces", "colours", "sweep", "choose", "fuse"}) {
       parts.push_back({step, maps_mpx, scale_.maps});
     }
     parts.push_back({"moved", maps_mpx, scale_.stations});

@@ -72,7 +72,7 @@ TEST(ClusterPlan, EveryStepComesAfterThoseItNeeds) {
   }
   EXPECT_THAT(step_of(plan, "depth-links").after, ElementsAre("pack-merge"));
   EXPECT_THAT(step_of(plan, "depth-sweep").after, ElementsAre("depth-colours-merge"));
-  EXPECT_THAT(step_of(plan, "depth-fuse").after, ElementsAre("depth-sweep"));
+  EXPECT_THAT(step_of(plan, "depth-fuse").after, ElementsAre("depth-choose"));
   EXPECT_THAT(step_of(plan, "depth-merge").after, ElementsAre("depth-gains"));
   EXPECT_THAT(step_of(plan, "require").after, ElementsAre("connect-error-merge"));
   EXPECT_THAT(step_of(plan, "validate").after, step_of(plan, "path").after);

@@ -24,6 +24,7 @@ inline constexpr std::array kStepRates{
     StepRate{"depth-surfaces", 6.5, "of all distance maps"},
     StepRate{"depth-colours", 3.8, "of all distance maps"},
     StepRate{"depth-sweep", 0.14, "of all distance maps"},
+    StepRate{"depth-choose", 0.25, "of all distance maps"},
     StepRate{"depth-fuse", 0.45, "of all distance maps"},
     StepRate{"depth-moved", 0.6, "of all distance maps"},
     StepRate{"depth-volumes", 20.0, "of all distance maps"},

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "build_lf/depth/depth_work.h"
+#include "build_lf/depth/finish_maps.h"
 #include "build_lf/depth/flow_depth.h"
 #include "build_lf/depth/station_links.h"
 #include "build_lf/depth/step_bytes.h"
@@ -75,6 +76,12 @@ std::string DepthWork::run(DepthStep step, Block block) {
       if (options_.method == DepthMethod::kFlow) return make_flow_maps(share);
       sweep_maps(room_, plan(), nearest_per_m(), matching_gains(), valid_, share, &partial_);
       return "";
+    case DepthStep::kChoose:
+      for (std::size_t i = share.begin; i < share.end; ++i) {
+        require_maps(DepthStep::kSweep, kSweptStage, seen_from(plan(), static_cast<int>(i)));
+      }
+      choose_maps(room_, plan(), matching_gains(), valid_, share, &partial_);
+      return "";
     case DepthStep::kFuse:
       return make_fused_maps(share);
     case DepthStep::kMoved:
@@ -137,22 +144,20 @@ std::string DepthWork::make_flow_maps(IndexRange share) {
   return bytes_of(summaries);
 }
 
-// Neighbours may be of other blocks, which need not all be done.
-void DepthWork::require_swept_neighbours(IndexRange share) {
-  for (std::size_t i = share.begin; i < share.end; ++i) {
-    for (const int voter : fused_with(plan(), room_.masked(), static_cast<int>(i))) {
-      if (!partial_.has(kSweptStage, plan().maps[static_cast<size_t>(voter)].station)) {
-        require(DepthStep::kSweep);
-      }
-    }
+void DepthWork::require_maps(DepthStep step, const char* stage, const std::vector<int>& maps) {
+  for (const int map : maps) {
+    if (!partial_.has(stage, plan().maps[static_cast<size_t>(map)].station)) require(step);
   }
 }
 
 std::string DepthWork::make_fused_maps(IndexRange share) {
-  require_swept_neighbours(share);
+  for (std::size_t i = share.begin; i < share.end; ++i) {
+    require_maps(DepthStep::kChoose, kChosenStage,
+                 fused_with(plan(), room_.masked(), static_cast<int>(i)));
+  }
   std::vector<MapSummary> summaries;
-  fuse_swept_maps(room_, plan(), matching_gains(), share, &partial_,
-                  [&](const InverseDistanceMap& map) { summaries.push_back(summary_of(map)); });
+  fuse_chosen_maps(room_, plan(), matching_gains(), share, &partial_,
+                   [&](const InverseDistanceMap& map) { summaries.push_back(summary_of(map)); });
   return bytes_of(summaries);
 }
 

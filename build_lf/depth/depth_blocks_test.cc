@@ -106,7 +106,7 @@ TEST_F(DepthBlocksTest, WhatIsMissingIsNamed) {
   }
   for (const int index : {1, 2, 4, 8}) estimate_block(options, DepthStep::kSweep, {index, 8});
   EXPECT_THAT(error_of([&] {
-                estimate_block(options, DepthStep::kFuse, {1, 1});
+                estimate_block(options, DepthStep::kChoose, {1, 1});
               }),
               HasSubstr("step sweep: 4 of 8 blocks are missing: 3 and 5 to 7"));
   EXPECT_THAT(error_of([&] { merge_depth(options); }),
@@ -128,8 +128,8 @@ TEST_F(DepthBlocksTest, WhatIsMissingIsNamed) {
   estimate_depth(options);
 }
 
-// Fusing a neighbourhood needs the maps around it only.
-TEST_F(DepthBlocksTest, FusingWaitsForTheNeighboursOnly) {
+// Choosing in a neighbourhood needs the swept maps around it only, fusing the chosen ones.
+TEST_F(DepthBlocksTest, ChoosingAndFusingWaitForTheNeighboursOnly) {
   SyntheticRoomSpec spec = blocks_spec();
   spec.cells_x = 5;
   const DepthTestRoom wide(spec);
@@ -140,11 +140,15 @@ TEST_F(DepthBlocksTest, FusingWaitsForTheNeighboursOnly) {
   for (const int index : {1, 2, 3}) {  // all but the last line
     estimate_block(options, DepthStep::kSweep, {index, 4});
   }
-  EXPECT_NO_THROW(estimate_block(options, DepthStep::kFuse, {1, 40}));
+  EXPECT_NO_THROW(estimate_block(options, DepthStep::kChoose, {1, 40}));
   EXPECT_THAT(error_of([&] {
-                estimate_block(options, DepthStep::kFuse, {40, 40});
+                estimate_block(options, DepthStep::kChoose, {40, 40});
               }),
               HasSubstr("1 of 4 blocks is missing: 4"));
+  EXPECT_THAT(error_of([&] {
+                estimate_block(options, DepthStep::kFuse, {1, 40});
+              }),
+              HasSubstr("step choose: 39 of 40 blocks are missing: 2 to 40"));
 }
 
 }  // namespace

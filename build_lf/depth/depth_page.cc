@@ -95,13 +95,13 @@ void add_truth(JsonPage truth) {
   truth.section("Comparison with the given distances")
       .paragraph("{maps:counted map}: {summary}.")
       .figures({truth.plot(axes,
-                           {{"calibration", "all pixels", "confidence", "wrong_share"},
-                            {"completed", "completed pixels", "confidence", "wrong_share"}},
+                           {{"elsewhere", "elsewhere", "confidence", "wrong_share"},
+                            {"edges", "beside silhouettes", "confidence", "wrong_share"}},
                            "Calibration of the confidence")})
-      .table("calibration", columns)
-      .when("completed")
-      .paragraph("Of these, the pixels completed from their surroundings:")
-      .table("completed", columns);
+      .table("elsewhere", columns)
+      .when("edges")
+      .paragraph("Beside silhouettes (within 3 pixels):")
+      .table("edges", columns);
 }
 
 }  // namespace

@@ -74,14 +74,14 @@ TEST_F(DepthPageTest, ShowsTheTruthIfCompared) {
   for (const char* figure : {"51.2 %", "75.0 %", "87.5 %", "2.00 %", "1234", "90.0 %", "2.50"}) {
     EXPECT_THAT(page(), HasSubstr(figure));
   }
-  EXPECT_THAT(page(), Not(HasSubstr("completed")));
+  EXPECT_THAT(page(), Not(HasSubstr("Beside silhouettes")));
 }
 
-TEST_F(DepthPageTest, ShowsTheErrorsOfCompletedPixelsByThemselves) {
+TEST_F(DepthPageTest, ShowsTheErrorsBesideSilhouettesByThemselves) {
   summary_.truth = TruthComparison{
       2, 0.512, 0.75, 0.875, 0.02, {{0.3, 5678, 0.9, 2.5}}, {{0.3, 432, 0.35, 1.5}}};
   EXPECT_EQ(markup_fault(page()), "");
-  for (const char* text : {"completed pixels", "432", "35.0 %", "1.50", "5678", "90.0 %"}) {
+  for (const char* text : {"beside silhouettes", "432", "35.0 %", "1.50", "5678", "90.0 %"}) {
     EXPECT_THAT(page(), HasSubstr(text));
   }
 }

@@ -10,7 +10,8 @@ namespace raywalk::build_lf {
 namespace {
 
 constexpr std::array<const char*, kDepthSteps.size()> kNames{
-    "links", "reach", "surfaces", "colours", "sweep", "fuse", "moved", "volumes", "gains"};
+    "links",  "reach", "surfaces", "colours", "sweep",
+    "choose", "fuse",  "moved",    "volumes", "gains"};
 
 }  // namespace
 

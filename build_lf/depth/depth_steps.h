@@ -6,13 +6,15 @@
 
 namespace raywalk::build_lf {
 
-// In this order: each needs all blocks of those before it, kFuse only those around its maps.
+// In this order: each needs all blocks of those before it, kChoose and kFuse only those around
+// their maps.
 enum class DepthStep {
   kLinks,     // compare neighbouring frames
   kReach,     // how near surfaces are, in a room without cells
   kSurfaces,  // coarse maps
   kColours,   // compare the colours of what they show
   kSweep,     // a map from the pictures of every station; with optical flow the finished map
+  kChoose,    // each pixel's surface among those around it
   kFuse,      // the finished maps: neighbours vote
   kMoved,     // what single stations show and the others contradict
   kVolumes,   // the room's distance volumes
@@ -20,9 +22,9 @@ enum class DepthStep {
 };
 
 inline constexpr std::array kDepthSteps{
-    DepthStep::kLinks,   DepthStep::kReach,   DepthStep::kSurfaces,
-    DepthStep::kColours, DepthStep::kSweep,   DepthStep::kFuse,
-    DepthStep::kMoved,   DepthStep::kVolumes, DepthStep::kGains};
+    DepthStep::kLinks,   DepthStep::kReach,  DepthStep::kSurfaces, DepthStep::kColours,
+    DepthStep::kSweep,   DepthStep::kChoose, DepthStep::kFuse,     DepthStep::kMoved,
+    DepthStep::kVolumes, DepthStep::kGains};
 
 // "links", "reach", ...
 std::string name_of(DepthStep step);

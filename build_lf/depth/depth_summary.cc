@@ -34,8 +34,8 @@ ordered_json json_of(const TruthComparison& truth) {
           {"within_4px_share", truth.within_4px_share},
           {"median_relative_error", truth.median_relative_error},
           {"summary", text_of(truth)},
-          {"calibration", json_of(truth.calibration)},
-          {"completed", json_of(truth.completed)}};
+          {"elsewhere", json_of(truth.elsewhere)},
+          {"edges", json_of(truth.edges)}};
 }
 
 ordered_json json_of(const GainsSummary& gains) {

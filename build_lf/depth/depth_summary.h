@@ -21,14 +21,17 @@ struct ConfidenceBand {
   double median_error_px = 0.0;
 };
 
+// What counts as beside a silhouette, pixels.
+inline constexpr int kEdgePx = 3;
+
 struct TruthComparison {
   int maps = 0;
   double within_1px_share = 0.0;  // error as parallax over the reach, at the maps' width
   double within_2px_share = 0.0;
   double within_4px_share = 0.0;
-  double median_relative_error = 0.0;  // of distances, where both are finite
-  std::vector<ConfidenceBand> calibration{};
-  std::vector<ConfidenceBand> completed{};  // the same where complete_map() decided
+  double median_relative_error = 0.0;       // of distances, where both are finite
+  std::vector<ConfidenceBand> elsewhere{};  // over kEdgePx from silhouettes
+  std::vector<ConfidenceBand> edges{};      // nearer to them
 };
 
 struct MapSummary {

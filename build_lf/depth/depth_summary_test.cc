@@ -96,13 +96,13 @@ TEST(DepthSummaryTest, TruthIsPresentIfCompared) {
   EXPECT_EQ(truth["within_4px_share"], 0.875);
   EXPECT_EQ(truth["median_relative_error"], 0.02);
   EXPECT_EQ(truth["summary"], text_of(*summary.truth));
-  ASSERT_EQ(truth["calibration"].size(), 1U);
-  EXPECT_EQ(truth["calibration"][0]["confidence"], 0.0625);
-  EXPECT_EQ(truth["calibration"][0]["pixels"], 1000);
-  EXPECT_EQ(truth["calibration"][0]["wrong_share"], 0.9);
-  EXPECT_EQ(truth["calibration"][0]["median_error_px"], 2.5);
-  ASSERT_EQ(truth["completed"].size(), 1U);
-  EXPECT_EQ(truth["completed"][0]["pixels"], 10);
+  ASSERT_EQ(truth["elsewhere"].size(), 1U);
+  EXPECT_EQ(truth["elsewhere"][0]["confidence"], 0.0625);
+  EXPECT_EQ(truth["elsewhere"][0]["pixels"], 1000);
+  EXPECT_EQ(truth["elsewhere"][0]["wrong_share"], 0.9);
+  EXPECT_EQ(truth["elsewhere"][0]["median_error_px"], 2.5);
+  ASSERT_EQ(truth["edges"].size(), 1U);
+  EXPECT_EQ(truth["edges"][0]["pixels"], 10);
 }
 
 }  // namespace

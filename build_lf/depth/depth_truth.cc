@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "build_lf/room_distances.h"
 #include "core/base/error.h"
+#include "core/panorama/transposed_border.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -60,6 +62,30 @@ class ErrorsByConfidence {
   std::vector<ErrorHistogram> bands_ = std::vector<ErrorHistogram>(kBands);
 };
 
+// Pixels within kEdgePx of a silhouette: of neighbours whose parallax at the reach differs by over
+// 1.5 pixels, which no slope of a surface farther away than the reach does.
+std::vector<bool> near_edges(const std::vector<float>& omega, PanoramaSize size,
+                             double px_per_omega) {
+  constexpr double kTornPx = 1.5;
+  cv::Mat edges(size.width, size.height, CV_8U, cv::Scalar(0));
+  const auto compare = [&](int theta, int phi, int other_theta, int other_phi) {
+    const float step =
+        omega[pixel_index(theta, phi, size)] - omega[pixel_index(other_theta, other_phi, size)];
+    if (std::fabs(step) * px_per_omega <= kTornPx) return;
+    edges.at<std::uint8_t>(theta, phi) = edges.at<std::uint8_t>(other_theta, other_phi) = 255;
+  };
+  for (int theta = 0; theta < size.width; ++theta) {
+    for (int phi = 0; phi < size.height; ++phi) {
+      compare(theta, phi, (theta + 1) % size.width, phi);
+      if (phi + 1 < size.height) compare(theta, phi, theta, phi + 1);
+    }
+  }
+  cv::dilate(with_border(edges, kEdgePx), edges,
+             cv::Mat::ones(2 * kEdgePx + 1, 2 * kEdgePx + 1, CV_8U));
+  edges = without_border(edges, kEdgePx).clone();
+  return {edges.begin<std::uint8_t>(), edges.end<std::uint8_t>()};
+}
+
 }  // namespace
 
 GivenDistances::GivenDistances(const Room& room) : volumes_(room.grid().lines.size()) {
@@ -97,24 +123,20 @@ TruthComparison compare_with_truth(const GivenDistances& given, const DepthPlan&
   TruthComparison comparison;
   ErrorHistogram all;
   ErrorHistogram relative;
-  ErrorsByConfidence calibration;
-  ErrorsByConfidence completed;
+  ErrorsByConfidence elsewhere;
+  ErrorsByConfidence edges;
   const double px_per_omega = plan.pixels_per_omega_m();
   for (const SweepReference& reference : plan.maps) {
     const auto truth = given.omega_of(reference.station, plan.size);
     const auto map = partial.load(kFinalStage, reference.station, reference.position_m, plan.size);
     if (!truth || !map) continue;
-    const auto voted =
-        partial.load(kVotedStage, reference.station, reference.position_m, plan.size);
+    const std::vector<bool> near_edge = near_edges(*truth, plan.size, px_per_omega);
     ++comparison.maps;
     for (size_t p = 0; p < truth->size(); ++p) {
       const double true_omega = (*truth)[p];
       const double error_px = std::fabs(map->omega[p] - true_omega) * px_per_omega;
       all.add(error_px);
-      calibration.add(map->confidence[p], error_px);
-      if (voted && voted->confidence[p] != map->confidence[p]) {
-        completed.add(map->confidence[p], error_px);
-      }
+      (near_edge[p] ? edges : elsewhere).add(map->confidence[p], error_px);
       // In percent, so that the bins are fine enough.
       if (true_omega > 0.0) relative.add(100.0 * std::fabs(map->omega[p] / true_omega - 1.0));
     }
@@ -128,8 +150,8 @@ TruthComparison compare_with_truth(const GivenDistances& given, const DepthPlan&
   comparison.within_2px_share = all.share_below(2.0);
   comparison.within_4px_share = all.share_below(4.0);
   comparison.median_relative_error = 0.01 * relative.median();
-  comparison.calibration = calibration.bands();
-  comparison.completed = completed.bands();
+  comparison.elsewhere = elsewhere.bands();
+  comparison.edges = edges.bands();
   return comparison;
 }
 

@@ -50,9 +50,9 @@ TEST_F(DepthTruthTest, ExactMapsHaveNoError) {
   EXPECT_EQ(comparison.maps, 12);
   EXPECT_EQ(comparison.within_1px_share, 1.0);
   EXPECT_LT(comparison.median_relative_error, 1e-4);
-  ASSERT_THAT(comparison.calibration, SizeIs(1));
-  EXPECT_EQ(comparison.calibration[0].pixels, 12 * kTruthSize.width * kTruthSize.height);
-  EXPECT_EQ(comparison.calibration[0].wrong_share, 0.0);
+  ASSERT_THAT(comparison.elsewhere, SizeIs(1));
+  EXPECT_EQ(comparison.elsewhere[0].pixels, 12 * kTruthSize.width * kTruthSize.height);
+  EXPECT_EQ(comparison.elsewhere[0].wrong_share, 0.0);
 }
 
 TEST_F(DepthTruthTest, CountsErrorsInPixelsOfParallax) {
@@ -86,9 +86,9 @@ TEST_F(DepthTruthTest, CalibrationGroupsErrorsByConfidence) {
     const bool wrong = sure ? pixel % 16 == 0 : pixel % 4 == 1;
     if (wrong) map->omega[pixel] += static_cast<float>(3.0 * pixel_per_m());
   });
-  ASSERT_THAT(comparison.calibration, SizeIs(2));
-  const ConfidenceBand& unsure = comparison.calibration[0];
-  const ConfidenceBand& sure = comparison.calibration[1];
+  ASSERT_THAT(comparison.elsewhere, SizeIs(2));
+  const ConfidenceBand& unsure = comparison.elsewhere[0];
+  const ConfidenceBand& sure = comparison.elsewhere[1];
   EXPECT_LT(unsure.confidence, 0.125);
   EXPECT_GT(sure.confidence, 0.875);
   EXPECT_EQ(unsure.pixels, sure.pixels);
@@ -97,29 +97,32 @@ TEST_F(DepthTruthTest, CalibrationGroupsErrorsByConfidence) {
   EXPECT_LT(sure.median_error_px, 0.01);
 }
 
-// Pixels that completion decided have a calibration of their own.
-TEST_F(DepthTruthTest, CompletedPixelsAreJudgedByThemselves) {
-  room_.give_distances(spec().scene, kTruthSize);
+// The scene has a box in front of a wall: 2 pixels beside its outline count with the edges.
+TEST_F(DepthTruthTest, SilhouettesAreJudgedByThemselves) {
+  SyntheticRoomSpec with_box = spec();
+  with_box.scene.obstacle = SceneBox{{-0.2, -0.2, 0.9}, {0.2, 0.2, 1.0}};
+  room_.give_distances(with_box.scene, kTruthSize);
   PartialMaps partial(room_.room().directory(), "inputs");
-  std::int64_t count = 0;
+  std::int64_t pixels = 0;
   for (const SweepReference& reference : plan_.maps) {
-    InverseDistanceMap map = true_map(spec().scene, reference.position_m, plan_.size);
+    InverseDistanceMap map = true_map(with_box.scene, reference.position_m, plan_.size);
     map.station = reference.station;
-    InverseDistanceMap voted = map;
-    for (size_t pixel = 0; pixel < map.omega.size(); pixel += 8, ++count) {
-      voted.confidence[pixel] = 20;
-      map.confidence[pixel] = 100;
-      if (pixel % 32 == 0) map.omega[pixel] += static_cast<float>(3.0 * pixel_per_m());
+    const InverseDistanceMap without = true_map(spec().scene, reference.position_m, plan_.size);
+    for (size_t pixel = 0; pixel < map.omega.size(); ++pixel, ++pixels) {
+      const bool outline = pixel >= 2 && map.omega[pixel] != without.omega[pixel] &&
+                           map.omega[pixel - 2] == without.omega[pixel - 2];
+      if (outline) map.omega[pixel - 2] = map.omega[pixel];
     }
-    partial.store(kVotedStage, voted);
     partial.store(kFinalStage, map);
   }
   const TruthComparison comparison =
       compare_with_truth(GivenDistances(room_.room()), plan_, partial);
-  ASSERT_THAT(comparison.completed, SizeIs(1));
-  EXPECT_EQ(comparison.completed[0].pixels, count);
-  EXPECT_DOUBLE_EQ(comparison.completed[0].wrong_share, 0.25);
-  EXPECT_THAT(comparison.calibration, SizeIs(2));
+  ASSERT_THAT(comparison.edges, SizeIs(1));
+  ASSERT_THAT(comparison.elsewhere, SizeIs(1));
+  EXPECT_EQ(comparison.edges[0].pixels + comparison.elsewhere[0].pixels, pixels);
+  EXPECT_LT(comparison.edges[0].pixels, pixels / 4);
+  EXPECT_GT(comparison.edges[0].wrong_share, 0.05);
+  EXPECT_EQ(comparison.elsewhere[0].wrong_share, 0.0);
 }
 
 TEST_F(DepthTruthTest, InfinityIsComparedAsParallax) {

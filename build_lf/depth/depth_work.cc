@@ -6,6 +6,7 @@
 #include <iterator>
 #include <utility>
 
+#include "build_lf/depth/finish_maps.h"
 #include "build_lf/depth/station_links.h"
 #include "build_lf/depth/step_bytes.h"
 #include "build_lf/depth/stored_maps.h"
@@ -26,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Increment when the estimation changes: maps of another version are not resumed.
-constexpr int kEstimatorVersion = 4;
+constexpr int kEstimatorVersion = 5;
 
 // Over everything that determines the maps.
 std::string fingerprint_of(const Room& room, const DepthOptions& options, PanoramaSize size) {
@@ -109,6 +110,7 @@ bool DepthWork::has(DepthStep step) const {
       return sweep && room_.grid().cells.empty();
     case DepthStep::kSurfaces:
     case DepthStep::kColours:
+    case DepthStep::kChoose:
     case DepthStep::kFuse:
       return sweep;
     case DepthStep::kMoved:
@@ -139,6 +141,7 @@ bool DepthWork::stores_all_maps(DepthStep step, Block block) {
   const bool flow = options_.method == DepthMethod::kFlow;
   if (step == DepthStep::kSurfaces) return all_of(kCoarseStage);
   if (step == DepthStep::kSweep) return all_of(flow ? kFinalStage : kSweptStage);
+  if (step == DepthStep::kChoose) return all_of(kChosenStage);
   if (step == DepthStep::kFuse) return all_of(kFinalStage);
   return true;
 }

@@ -83,7 +83,8 @@ class DepthWork {
   const DepthPlan& plan_before_reach();
   std::vector<StationIndex> matched_stations();
   SurfaceMaps coarse_maps();
-  void require_swept_neighbours(IndexRange share);
+  // Maps may be of other blocks, which need not all be done.
+  void require_maps(DepthStep step, const char* stage, const std::vector<int>& maps);
   std::string make_flow_maps(IndexRange share);
   std::string make_fused_maps(IndexRange share);
   std::string compare_final_colours(Block block);

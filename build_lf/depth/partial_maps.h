@@ -14,8 +14,6 @@ namespace raywalk::build_lf {
 
 // The stage of finished maps.
 inline constexpr const char* kFinalStage = "final";
-// The stage of the same maps before complete_map(). Only the sweep has it.
-inline constexpr const char* kVotedStage = "voted";
 
 enum class MapsUse {
   kWhole,  // a run of its own; starts over where the maps are of other inputs

@@ -19,8 +19,8 @@ struct SweepLayers {
 };
 
 // Layers from 0 to `max_per_m`, 1/m, at most 1.5 pixels of parallax apart at the longest baseline
-// `reach_m`; finer layers do not improve views, as the parabola fit and refine_parallax
-// interpolate. The count is a multiple of 16, at least 16.
+// `reach_m`; finer layers do not improve views, as the parabola fit and
+// the planes of surface_choice.h interpolate. The count is a multiple of 16, at least 16.
 SweepLayers sweep_layers(double max_per_m, double reach_m, PanoramaSize size);
 
 struct CostVolume {

@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "build_lf/depth/matching_kernels.h"
+#include "build_lf/depth/sphere_walks.h"
 #include "core/base/parallel.h"
 
 namespace raywalk::build_lf {
@@ -16,25 +17,6 @@ namespace {
 constexpr int kSmallStep = 12;
 constexpr int kLargeStep = 96;
 constexpr double kEdgeLevels = 5.0;
-constexpr int kPaths = 8;
-
-// A walk over the sphere's pixels by constant steps; over a pole it continues in the opposite
-// column.
-struct Walk {
-  int theta = 0, phi = 0;
-  int step_theta = 0, step_phi = 0;
-
-  void advance(PanoramaSize size) {
-    theta += step_theta;
-    phi += step_phi;
-    if (phi < 0 || phi >= size.height) {
-      phi = phi < 0 ? 0 : size.height - 1;
-      theta += size.width / 2;
-      step_phi = -step_phi;
-    }
-    theta = (theta + size.width) % size.width;
-  }
-};
 
 class PathCosts {
  public:
@@ -79,40 +61,6 @@ class PathCosts {
   std::vector<std::uint16_t> large_step_;
 };
 
-// Adds all eight directions. The walks of one direction visit every pixel once, so they run in
-// parallel.
-void add_paths(const CostVolume& volume, std::pmr::vector<std::uint16_t>* sum) {
-  const PathCosts paths(volume, sum);
-  const auto [width, height] = volume.size;
-  const int run_up = width / 16;
-  const auto for_each = [](int count, const auto& body) {
-    parallel_for(0, count, 16, [&](int begin, int end) {
-      for (int i = begin; i < end; ++i) body(i);
-    });
-  };
-  for (const int step : {1, -1}) {
-    const int first = step > 0 ? 0 : width - 1;
-    for_each(height, [&, w = width](int phi) {
-      paths.add({(first - step * run_up + w) % w, phi, step, 0}, run_up, w);
-    });
-    // Down one column and up the opposite one, starting shortly before the zenith.
-    for_each(width / 2, [&, w = width, h = height](int theta) {
-      // In the smallest maps too, the walk begins at a pixel.
-      const int before = std::clamp(run_up, 1, h);
-      if (step > 0) {
-        paths.add({theta + w / 2, before - 1, 0, -1}, before, 2 * h);
-      } else {
-        paths.add({theta, before - 1, 0, -1}, before, 2 * h);
-      }
-    });
-    for (const int aside : {1, -1}) {
-      for_each(width, [&, h = height](int theta) {
-        paths.add({theta, step > 0 ? 0 : h - 1, aside, step}, 0, h);
-      });
-    }
-  }
-}
-
 // The best layer of a pixel with subpixel interpolation, and its confidence.
 struct LayerChoice {
   double layer = 0.0;
@@ -145,7 +93,9 @@ LayerChoice choose_layer(const std::uint16_t* sum, int layers) {
 InverseDistanceMap regularise(const CostVolume& volume, const SweepReference& reference,
                               SemiGlobalScratch* scratch) {
   scratch->sum.assign(volume.cost.size(), 0);
-  add_paths(volume, &scratch->sum);
+  const PathCosts paths(volume, &scratch->sum);
+  for_each_walk(volume.size,
+                [&](Walk walk, int run_up, int steps) { paths.add(walk, run_up, steps); });
   InverseDistanceMap map{reference.station, reference.position_m, volume.size, {}, {}};
   map.omega.resize(volume.luminance.size());
   map.confidence.resize(volume.luminance.size());

@@ -33,5 +33,22 @@ TEST(StationColoursTest, HaveNoGapWhereRangesOverlap) {
   EXPECT_EQ(gap_between({{100, 90, 0}, {120, 95, 70}}, grey), 20);
 }
 
+TEST(StationColoursTest, SampledRangesHoldBothSidesOfAnEdgeAndNothingOfAMask) {
+  cv::Mat picture(32, 16, CV_8UC3, cv::Scalar(50, 50, 50));
+  picture.rowRange(16, 32).setTo(cv::Scalar(150, 150, 150));
+  cv::Mat valid(32, 16, CV_8UC1, cv::Scalar(255));
+  valid.at<std::uint8_t>(20, 8) = 0;
+  const cv::Mat ranges = sampled_ranges({picture, picture, picture}, valid);
+  const auto at = [&](int theta, int phi) { return *ranges.ptr<ColourRange>(theta, phi); };
+  EXPECT_EQ(ranges.rows, 64);
+  EXPECT_EQ(gaps_between(at(16, 16), {{50, 50, 50}, {50, 50, 50}}), 0);
+  EXPECT_EQ(gaps_between(at(16, 16), {{150, 50, 50}, {150, 50, 50}}), 100);
+  EXPECT_LT(gaps_between(at(31, 16), {{90, 90, 90}, {90, 90, 90}}), 15);
+  EXPECT_GT(gaps_between(at(28, 16), {{90, 90, 90}, {90, 90, 90}}), 100);
+  EXPECT_TRUE(is_masked(at(40, 16)));
+  EXPECT_TRUE(is_masked(at(41, 17)));
+  EXPECT_FALSE(is_masked(at(42, 16)));
+}
+
 }  // namespace
 }  // namespace raywalk::build_lf

@@ -3,16 +3,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <memory_resource>
 #include <span>
 
-#include "build_lf/depth/map_completion.h"
-#include "build_lf/depth/map_fusion.h"
-#include "build_lf/depth/parallax_refinement.h"
 #include "build_lf/depth/semi_global.h"
-#include "build_lf/depth/station_colours.h"
-#include "build_lf/depth/station_image.h"
 #include "core/base/interrupt.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
@@ -28,12 +22,6 @@ constexpr std::size_t kPicturesKept = 48;
 std::span<const SweepReference> maps_of(const DepthPlan& plan, IndexRange share) {
   return std::span(plan.maps).subspan(share.begin, share.size());
 }
-
-struct SweepRun {
-  const char* progress;
-  const char* stage;
-  bool refine;
-};
 
 // Sweeps one station after another. Costs and pictures lie in memory while half of what may be used
 // holds them (the rest is for the panoramas, which are mapped), otherwise all of them in files: a
@@ -53,12 +41,10 @@ class StationSweep {
 
   PanoramaSize size() const { return pictures_.map_size(); }
 
-  InverseDistanceMap map_at(const SweepReference& reference, bool refine) {
+  InverseDistanceMap map_at(const SweepReference& reference) {
     const TileViews views(reference, candidates_near(plan_, reference), plan_.reach_m, &pictures_);
     sweep(views, layers_, &volume_);
-    InverseDistanceMap map = regularise(volume_, reference, &scratch_);
-    if (refine) refine_parallax(views, plan_.reach_m, &map);
-    return map;
+    return regularise(volume_, reference, &scratch_);
   }
 
  private:
@@ -89,55 +75,20 @@ class StationSweep {
 // Sweeps the stations of `share` without a stored map of the stage. `see` is called with every map,
 // in order.
 template <typename See>
-void sweep_all(const DepthPlan& plan, IndexRange share, const SweepRun& run, StationSweep* sweep,
-               PartialMaps* partial, const See& see) {
-  Progress progress(run.progress, static_cast<std::int64_t>(share.size()), "stations");
+void sweep_all(const DepthPlan& plan, IndexRange share, const char* doing, const char* stage,
+               StationSweep* sweep, PartialMaps* partial, const See& see) {
+  Progress progress(doing, static_cast<std::int64_t>(share.size()), "stations");
   for (const SweepReference& reference : maps_of(plan, share)) {
     throw_if_interrupted();
-    auto map = partial->load(run.stage, reference.station, reference.position_m, sweep->size());
+    auto map = partial->load(stage, reference.station, reference.position_m, sweep->size());
     if (!map) {
-      map = sweep->map_at(reference, run.refine);
-      partial->store(run.stage, *map);
+      map = sweep->map_at(reference);
+      partial->store(stage, *map);
     }
     see(*map);
     progress.advance();
   }
 }
-
-// The colours of the stations that vote on a map. Neighbouring maps share most of their voters.
-class VoterColours {
- public:
-  VoterColours(const Room& room, const DepthPlan& plan,
-               const std::vector<std::vector<GainField>>& gains)
-      : room_(room), plan_(plan), gains_(gains) {}
-
-  // The ranges of plan.maps[voter] for each voter. Those of other stations are dropped.
-  std::vector<cv::Mat> of(std::span<const int> voters) {
-    std::vector<cv::Mat> ranges(voters.size());
-    parallel_for(0, static_cast<int>(voters.size()), 1, [&](int begin, int end) {
-      for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
-        const auto known = kept_.find(voters[i]);
-        ranges[i] = known != kept_.end() ? known->second : read(voters[i]);
-      }
-    });
-    kept_.clear();
-    for (size_t i = 0; i < voters.size(); ++i) kept_.emplace(voters[i], ranges[i]);
-    return ranges;
-  }
-
- private:
-  cv::Mat read(int voter) const {
-    const StationIndex station = plan_.maps[static_cast<size_t>(voter)].station;
-    const auto& gains =
-        gains_[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)];
-    return ranges_of(station_colours(room_, station, plan_.size, gains));
-  }
-
-  const Room& room_;
-  const DepthPlan& plan_;
-  const std::vector<std::vector<GainField>>& gains_;
-  std::map<int, cv::Mat> kept_;
-};
 
 // The nearest distance looked for, as a share of the reach.
 constexpr double kNearestPerReach = 0.25;
@@ -160,7 +111,7 @@ OmegaHistogram near_surfaces(const Room& room, const DepthPlan& plan,
                      scratch);
   for (const SweepReference& reference : maps_of(plan, share)) {
     throw_if_interrupted();
-    histogram.add(sweep.map_at(reference, false));
+    histogram.add(sweep.map_at(reference));
   }
   return histogram;
 }
@@ -188,7 +139,7 @@ OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan,
   OmegaHistogram histogram(sweep_limit_per_m(plan));
   StationSweep sweep(room, plan, coarse_size(plan), sweep_limit_per_m(plan), gains, valid, true,
                      partial->directory());
-  sweep_all(plan, share, {"looking for the nearest surfaces", kCoarseStage, false}, &sweep, partial,
+  sweep_all(plan, share, "looking for the nearest surfaces", kCoarseStage, &sweep, partial,
             [&](const InverseDistanceMap& map) { histogram.add(map); });
   return histogram;
 }
@@ -205,55 +156,8 @@ void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m,
                 const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
                 IndexRange share, PartialMaps* partial) {
   StationSweep sweep(room, plan, plan.size, max_per_m, gains, valid, false, partial->directory());
-  sweep_all(plan, share, {"sweeping", kSweptStage, true}, &sweep, partial,
+  sweep_all(plan, share, "sweeping", kSweptStage, &sweep, partial,
             [](const InverseDistanceMap&) {});
-}
-
-std::vector<int> fused_with(const DepthPlan& plan, bool masked, int which) {
-  std::vector<int> voters = voters_of(plan, which);
-  if (!masked) return voters;
-  const std::vector<int> farther = fallback_voters_of(plan, voters);
-  voters.insert(voters.end(), farther.begin(), farther.end());
-  return voters;
-}
-
-void fuse_swept_maps(const Room& room, const DepthPlan& plan,
-                     const std::vector<std::vector<GainField>>& gains, IndexRange share,
-                     PartialMaps* partial, const SeeMap& see) {
-  // 1.5 pixels of parallax at the reach: both maps are off by up to half a layer, and their pixels
-  // do not coincide.
-  constexpr double kAgreePx = 1.5;
-  // With six voters, two maps that agree are enough for kMinConfidence.
-  constexpr int kMinVoters = 6;
-  FusionOptions options{.tolerance_per_m = kAgreePx / plan.pixels_per_omega_m()};
-  const bool masked = room.masked();
-  if (masked) options.min_voters = kMinVoters;
-  VoterColours colours(room, plan, gains);
-  Progress progress("fusing", static_cast<std::int64_t>(share.size()), "maps");
-  for (std::size_t i = share.begin; i < share.end; ++i) {
-    throw_if_interrupted();
-    const SweepReference& own = plan.maps[i];
-    auto map = partial->load(kFinalStage, own.station, own.position_m, plan.size);
-    if (!map) {
-      const std::vector<int> voters = fused_with(plan, masked, static_cast<int>(i));
-      const std::size_t near = masked ? voters_of(plan, static_cast<int>(i)).size() : voters.size();
-      options.fallback_maps = static_cast<int>(voters.size() - near);
-      std::vector<InverseDistanceMap> maps;
-      for (const int voter : voters) {
-        const SweepReference& reference = plan.maps[static_cast<size_t>(voter)];
-        maps.push_back(
-            partial->load_stored(kSweptStage, reference.station, reference.position_m, plan.size));
-      }
-      map = fuse_maps(maps, 0, options, colours.of(voters));
-      partial->store(kVotedStage, *map);
-      complete_map(station_image(room, own.station, plan.size),
-                   station_validity(room, own.station, plan.size, 0), options.tolerance_per_m,
-                   &*map);
-      partial->store(kFinalStage, *map);
-    }
-    see(*map);
-    progress.advance();
-  }
 }
 
 }  // namespace raywalk::build_lf

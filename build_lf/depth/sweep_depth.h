@@ -1,9 +1,7 @@
-// The stages of distance estimation by plane sweep and fusion. Each map is stored as soon as it is
-// finished.
+// Distance maps by plane sweep. Each map is stored as soon as it is finished.
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -47,24 +45,10 @@ OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan,
 // `histogram`: of all coarse maps.
 double nearest_surfaces_per_m(const DepthPlan& plan, const OmegaHistogram& histogram);
 
-// Sweeps the stations of the maps `share` of the plan, refines the maps and stores them as
-// kSweptStage. Memory and errors are as for the coarse maps.
+// Sweeps the stations of the maps `share` of the plan and stores the maps as kSweptStage. Memory
+// and errors are as for the coarse maps.
 void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m,
                 const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
                 IndexRange share, PartialMaps* partial);
-
-// The maps whose swept maps make the finished one of plan.maps[which], itself first. `masked`:
-// Room::masked().
-std::vector<int> fused_with(const DepthPlan& plan, bool masked, int which);
-
-using SeeMap = std::function<void(const InverseDistanceMap&)>;
-
-// Fuses the swept maps `share` of the plan with their neighbours by their distances and colours,
-// completes the fused maps (complete_map) and stores the results as kFinalStage. Where frames have
-// masks, masked pixels are filled in from other stations. `see` is called with every finished map,
-// in order. The swept maps of fused_with() must be stored.
-void fuse_swept_maps(const Room& room, const DepthPlan& plan,
-                     const std::vector<std::vector<GainField>>& gains, IndexRange share,
-                     PartialMaps* partial, const SeeMap& see);
 
 }  // namespace raywalk::build_lf

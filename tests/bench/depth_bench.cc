@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "build_lf/depth/depth_plan.h"
+#include "build_lf/depth/finish_maps.h"
 #include "build_lf/depth/partial_maps.h"
 #include "build_lf/depth/station_gains.h"
 #include "build_lf/depth/sweep_depth.h"
@@ -90,7 +91,8 @@ void bench_depth(benchmark::State& state) {
       const double max_per_m = build_lf::nearest_surfaces_per_m(
           plan, build_lf::sweep_coarse_maps(room, plan, fields, {}, all, &partial));
       build_lf::sweep_maps(room, plan, max_per_m, fields, {}, all, &partial);
-      build_lf::fuse_swept_maps(room, plan, fields, all, &partial, [](const auto&) {});
+      build_lf::choose_maps(room, plan, fields, {}, all, &partial);
+      build_lf::fuse_chosen_maps(room, plan, fields, all, &partial, [](const auto&) {});
     });
     peak_bytes = std::max(peak_bytes, memory.growth_bytes());
     seconds.push_back(times.wall_s);

@@ -90,7 +90,7 @@ class DepthBlockCommandTest : public ::testing::Test {
 
 TEST_F(DepthBlockCommandTest, TwoProcessesAtABlockLeaveTheRoomOfOneRun) {
   for (const std::string step :
-       {"links", "surfaces", "colours", "sweep", "fuse", "moved", "volumes", "gains"}) {
+       {"links", "surfaces", "colours", "sweep", "choose", "fuse", "moved", "volumes", "gains"}) {
     if (step == "sweep") {
       sweep_beside_one_that_stands("1/2");
     } else {

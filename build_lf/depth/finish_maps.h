@@ -1,0 +1,43 @@
+// From swept maps to finished ones: each pixel's surface is chosen, then neighbours vote. Each map
+// is stored as soon as it is finished.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "build_lf/depth/depth_plan.h"
+#include "build_lf/depth/partial_maps.h"
+#include "core/base/block.h"
+
+namespace raywalk::build_lf {
+
+// The stage of the maps of choose_maps().
+inline constexpr const char* kChosenStage = "chosen";
+
+// The maps of the stations that say which surfaces plan.maps[which] shows: every n-th of all maps
+// within three reaches, at most kMostChoiceViews.
+inline constexpr int kMostChoiceViews = 20;
+std::vector<int> seen_from(const DepthPlan& plan, int which);
+
+// Chooses the surfaces of the swept maps `share` of the plan (choose_surfaces) and stores the maps
+// as kChosenStage. The swept maps of seen_from() must be stored. Memory and errors are as for the
+// coarse maps.
+void choose_maps(const Room& room, const DepthPlan& plan,
+                 const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
+                 IndexRange share, PartialMaps* partial);
+
+// The maps whose chosen maps make the finished one of plan.maps[which], itself first. `masked`:
+// Room::masked().
+std::vector<int> fused_with(const DepthPlan& plan, bool masked, int which);
+
+using SeeMap = std::function<void(const InverseDistanceMap&)>;
+
+// Fuses the chosen maps `share` of the plan with their neighbours by their distances and colours
+// and stores the results as kFinalStage. Where frames have masks, masked pixels are filled in from
+// other stations. `see` is called with every finished map, in order. The chosen maps of
+// fused_with() must be stored.
+void fuse_chosen_maps(const Room& room, const DepthPlan& plan,
+                      const std::vector<std::vector<GainField>>& gains, IndexRange share,
+                      PartialMaps* partial, const SeeMap& see);
+
+}  // namespace raywalk::build_lf

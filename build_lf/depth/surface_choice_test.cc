@@ -1,0 +1,116 @@
+#include "build_lf/depth/surface_choice.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "build_lf/depth/depth_test_room.h"
+
+namespace raywalk::build_lf {
+namespace {
+
+constexpr PanoramaSize kChosenSize{256, 128};
+constexpr double kChosenPixel_per_m = kTwoPi / (0.5 * kChosenSize.width);
+
+// A room with a box in the middle of a wall's view, captured from a line in front of it.
+SyntheticRoomSpec room_with_box() {
+  SyntheticRoomSpec spec = line_of_scale(1.0);
+  spec.width = kChosenSize.width;
+  spec.scene.obstacle = SceneBox{{-0.15, -0.3, 0.5}, {0.15, 0.3, 0.7}};
+  return spec;
+}
+
+class SurfaceChoiceTest : public testing::Test {
+ protected:
+  SurfaceChoiceTest() {
+    for (int i = 0; i < count(); ++i) {
+      colours_.push_back(station_colours(room_.room(), {0, i}, kChosenSize, {}));
+      truth_.push_back(true_map(spec_.scene, position_m(i), kChosenSize));
+      swept_.push_back(fattened(truth_.back()));
+      ranges_.push_back(sampled_ranges(colours_.back(), {}));
+    }
+  }
+
+  int count() const { return static_cast<int>(room_.grid().lines[0].stations.size()); }
+  Eigen::Vector3d position_m(int i) const {
+    return room_.grid().lines[0].stations[static_cast<size_t>(i)].position_m;
+  }
+
+  // What is near, spread by 3 pixels, as by windows.
+  static InverseDistanceMap fattened(InverseDistanceMap map) {
+    cv::Mat omega(map.size.width, map.size.height, CV_32F, map.omega.data());
+    cv::Mat spread;
+    cv::dilate(omega, spread, cv::Mat::ones(7, 7, CV_8U));
+    spread.copyTo(omega);
+    return map;
+  }
+
+  std::vector<ChoiceView> views_except(int own) const {
+    std::vector<ChoiceView> views;
+    for (int i = 0; i < count(); ++i) {
+      const cv::Mat& ranges = ranges_[static_cast<size_t>(i)];
+      if (i == own) continue;
+      views.push_back(
+          {{ranges.ptr<ColourRange>(), ranges.total()}, &swept_[static_cast<size_t>(i)]});
+    }
+    return views;
+  }
+
+  InverseDistanceMap chosen(int own) const {
+    return choose_surfaces(swept_[static_cast<size_t>(own)], colours_[static_cast<size_t>(own)],
+                           views_except(own), kChosenPixel_per_m);
+  }
+
+  // The share of what windows made wrong, or of the rest, that is right.
+  double right(const InverseDistanceMap& map, int own, bool made_wrong) const {
+    const InverseDistanceMap& truth = truth_[static_cast<size_t>(own)];
+    const InverseDistanceMap& swept = swept_[static_cast<size_t>(own)];
+    return share_within(map, truth, 1.5 * kChosenPixel_per_m, [&](size_t pixel) {
+      const bool wrong = swept.omega[pixel] - truth.omega[pixel] > 1.5 * kChosenPixel_per_m;
+      return wrong == made_wrong;
+    });
+  }
+
+  SyntheticRoomSpec spec_ = room_with_box();
+  DepthTestRoom room_{spec_};
+  std::vector<StationColours> colours_;
+  std::vector<InverseDistanceMap> truth_, swept_;
+  std::vector<cv::Mat> ranges_;
+};
+
+TEST_F(SurfaceChoiceTest, ASurfaceEndsWhereItsColoursDo) {
+  const int middle = count() / 2;
+  const InverseDistanceMap map = chosen(middle);
+  EXPECT_GT(right(map, middle, true), 0.8);
+  EXPECT_GT(right(map, middle, false), 0.99);
+  EXPECT_EQ(map.confidence, swept_[static_cast<size_t>(middle)].confidence);
+}
+
+// Two of three views are masked everywhere: they neither agree nor differ.
+TEST_F(SurfaceChoiceTest, MaskedViewsSayNothing) {
+  const cv::Mat masked = cv::Mat::zeros(kChosenSize.width, kChosenSize.height, CV_8UC1);
+  const int middle = count() / 2;
+  for (int i = 0; i < count(); ++i) {
+    const auto at = static_cast<size_t>(i);
+    if (i % 3 != 0) ranges_[at] = sampled_ranges(colours_[at], masked);
+  }
+  EXPECT_GT(right(chosen(middle), middle, true), 0.7);
+}
+
+TEST_F(SurfaceChoiceTest, UnknownPixelsAndLonelyMapsStayAsTheyAre) {
+  const int middle = count() / 2;
+  InverseDistanceMap& swept = swept_[static_cast<size_t>(middle)];
+  EXPECT_EQ(choose_surfaces(swept, colours_[static_cast<size_t>(middle)],
+                            std::vector{views_except(middle)[0]}, kChosenPixel_per_m)
+                .omega,
+            swept.omega);
+  for (size_t pixel = 0; pixel < swept.omega.size(); pixel += 3) {
+    swept.confidence[pixel] = 0;
+    swept.omega[pixel] = 7.0f;
+  }
+  const InverseDistanceMap map = chosen(middle);
+  for (size_t pixel = 0; pixel < swept.omega.size(); pixel += 3) EXPECT_EQ(map.omega[pixel], 7.0f);
+}
+
+}  // namespace
+}  // namespace raywalk::build_lf
