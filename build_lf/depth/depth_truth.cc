@@ -63,7 +63,8 @@ class ErrorsByConfidence {
 };
 
 // Pixels within kEdgePx of a silhouette: of neighbours whose parallax at the reach differs by over
-// 1.5 pixels, which no slope of a surface farther away than the reach does.
+// 1.5 pixels. On a plane that passes the station at the distance d it differs by at most reach / d
+// pixels, as omega = u . n / d.
 std::vector<bool> near_edges(const std::vector<float>& omega, PanoramaSize size,
                              double px_per_omega) {
   constexpr double kTornPx = 1.5;

@@ -92,7 +92,6 @@ std::vector<int> seen_from(const DepthPlan& plan, int which) {
     const double away_m = (map_of(plan, i).position_m - from_m).norm();
     if (i != which && away_m <= 3.0 * plan.reach_m) near.push_back(i);
   }
-  // The same ones for neighbouring maps.
   const int step = (static_cast<int>(near.size()) + kMostChoiceViews - 1) / kMostChoiceViews;
   std::erase_if(near, [step](int i) { return i % step != 0; });
   return near;

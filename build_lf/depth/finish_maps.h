@@ -14,14 +14,17 @@ namespace raywalk::build_lf {
 // The stage of the maps of choose_maps().
 inline constexpr const char* kChosenStage = "chosen";
 
-// The maps of the stations that say which surfaces plan.maps[which] shows: every n-th of all maps
-// within three reaches, at most kMostChoiceViews.
+// The maps of the stations that say which surfaces plan.maps[which] shows: those within three
+// reaches or, if they are more than kMostChoiceViews, every n-th of the plan among them, which are
+// about as many. Neighbouring maps share them.
 inline constexpr int kMostChoiceViews = 20;
 std::vector<int> seen_from(const DepthPlan& plan, int which);
 
 // Chooses the surfaces of the swept maps `share` of the plan (choose_surfaces) and stores the maps
-// as kChosenStage. The swept maps of seen_from() must be stored. Memory and errors are as for the
-// coarse maps.
+// as kChosenStage. The swept maps of seen_from() must be stored. `valid`: CV_8UC1 of the maps'
+// size, [phi][theta], 0 where no picture shows the scene; empty: all do. What half of the usable
+// memory does not hold of the pictures lies in files of the maps' directory. Throws Error if the
+// disk is full.
 void choose_maps(const Room& room, const DepthPlan& plan,
                  const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
                  IndexRange share, PartialMaps* partial);

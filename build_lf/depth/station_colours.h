@@ -16,20 +16,17 @@ struct ColourRange {
   cv::Vec3b most;
 };
 
-// Largest distance, over the channels, of two ranges from each other; 0 where they overlap.
-inline int gap_between(const ColourRange& a, const ColourRange& b) {
-  int gap = 0;
-  for (int c = 0; c < 3; ++c) {
-    gap = std::max({gap, a.least[c] - b.most[c], b.least[c] - a.most[c]});
-  }
-  return gap;
+// Distance of two ranges from each other in one channel; 0 where they overlap.
+inline int channel_gap(const ColourRange& a, const ColourRange& b, int channel) {
+  return std::max({0, a.least[channel] - b.most[channel], b.least[channel] - a.most[channel]});
 }
-
-// The same, summed over the channels.
+// The largest over the channels.
+inline int gap_between(const ColourRange& a, const ColourRange& b) {
+  return std::max({channel_gap(a, b, 0), channel_gap(a, b, 1), channel_gap(a, b, 2)});
+}
+// The sum over the channels.
 inline int gaps_between(const ColourRange& a, const ColourRange& b) {
-  int gaps = 0;
-  for (int c = 0; c < 3; ++c) gaps += std::max({0, a.least[c] - b.most[c], b.least[c] - a.most[c]});
-  return gaps;
+  return channel_gap(a, b, 0) + channel_gap(a, b, 1) + channel_gap(a, b, 2);
 }
 
 // Pictures of one size, CV_8UC3, [theta][phi], without gaps between the columns. The colour of the
@@ -52,7 +49,7 @@ inline const ColourRange& range_at(const cv::Mat& ranges, std::size_t pixel) {
 // direction, so that what is sampled beside an edge differs from neither side. Where `valid`, empty
 // or CV_8UC1 of the picture's size, is 0, they are masked.
 cv::Mat sampled_ranges(const StationColours& colours, const cv::Mat& valid);
-// Whether a sampled range is masked.
+// Whether a sampled range is masked: then it is no range.
 inline bool is_masked(const ColourRange& range) { return range.least[0] > range.most[0]; }
 
 // The colours of a station's panorama. `size` is that of the panoramas or smaller.

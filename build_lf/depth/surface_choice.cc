@@ -93,6 +93,9 @@ class Choice {
   }
 
  private:
+  PanoramaSize sampled_size() const {
+    return {map_.size.width * kSamplesPerPixel, map_.size.height * kSamplesPerPixel};
+  }
   const std::vector<Plane>& planes_at(int theta, int phi) const {
     return planes_[tile_index(theta / kPlaneTile, phi / kPlaneTile, rows_)];
   }
@@ -141,8 +144,7 @@ class Choice {
       for (std::size_t i = 0; i < all.size(); ++i) {
         points.set(i, all[i].direction + all[i].omega * offsets_[view]);
       }
-      points.locate(all.size(),
-                    {map_.size.width * kSamplesPerPixel, map_.size.height * kSamplesPerPixel});
+      points.locate(all.size(), sampled_size());
       for (std::size_t i = 0; i < all.size(); ++i) {
         add_view(views_[view], points.pixel(i), points.length(i), &all[i]);
       }
@@ -166,12 +168,11 @@ class Choice {
     }
     const ColourRange& own = range_at(own_, compared->pixel);
     const float gap = std::min(kMostUnlike, static_cast<float>(gaps_between(own, there)) / noise_);
-    const std::size_t sample_rows = static_cast<std::size_t>(map_.size.height) * kSamplesPerPixel;
-    const std::size_t column = sample / sample_rows / kSamplesPerPixel;
-    const std::size_t row = sample % sample_rows / kSamplesPerPixel;
+    const auto sample_rows = static_cast<std::size_t>(sampled_size().height);
+    const auto theta = static_cast<int>(sample / sample_rows) / kSamplesPerPixel;
+    const auto phi = static_cast<int>(sample % sample_rows) / kSamplesPerPixel;
     const float expected = compared->omega / length;
-    const float nearest =
-        view.map->omega[column * static_cast<std::size_t>(map_.size.height) + row];
+    const float nearest = view.map->omega[pixel_index(theta, phi, map_.size)];
     const bool hidden = nearest > expected + kNearerPx * pixel_per_m_ + slant_ * expected;
     compared->unlike += hidden ? std::min(gap, kHidden) : gap;
     if (hidden) compared->hidden += 1.0f;
@@ -183,16 +184,17 @@ class Choice {
     constexpr float kCleanLevels = 2.0f;
     constexpr int kApart = 16;
     std::vector<int> gaps;
-    LocatedPoints point(1);
+    LocatedPoints points(views_.size());
     for (int theta = 0; theta < map_.size.width; theta += kApart) {
       for (int phi = 0; phi < map_.size.height; phi += kApart) {
         const std::size_t pixel = pixel_index(theta, phi, map_.size);
         if (map_.confidence[pixel] == 0) continue;
         for (std::size_t view = 0; view < views_.size(); ++view) {
-          point.set(0, directions_.of(theta, phi) + map_.omega[pixel] * offsets_[view]);
-          point.locate(1,
-                       {map_.size.width * kSamplesPerPixel, map_.size.height * kSamplesPerPixel});
-          const ColourRange& there = views_[view].ranges[point.pixel(0)];
+          points.set(view, directions_.of(theta, phi) + map_.omega[pixel] * offsets_[view]);
+        }
+        points.locate(views_.size(), sampled_size());
+        for (std::size_t view = 0; view < views_.size(); ++view) {
+          const ColourRange& there = views_[view].ranges[points.pixel(view)];
           if (!is_masked(there)) gaps.push_back(gaps_between(range_at(own_, pixel), there));
         }
       }

@@ -22,7 +22,12 @@ SyntheticRoomSpec room_with_box() {
 
 class SurfaceChoiceTest : public testing::Test {
  protected:
-  SurfaceChoiceTest() {
+  // The photographs, with so much of their contrast, and noise.
+  explicit SurfaceChoiceTest(double contrast = 1.0, double noise_levels = 0.0)
+      : room_(spec_, [=](StationIndex station, cv::Mat* frame) {
+          frame->convertTo(*frame, -1, contrast, 110.0 * (1.0 - contrast));
+          if (noise_levels > 0.0) add_noise(station, noise_levels, frame);
+        }) {
     for (int i = 0; i < count(); ++i) {
       colours_.push_back(station_colours(room_.room(), {0, i}, kChosenSize, {}));
       truth_.push_back(true_map(spec_.scene, position_m(i), kChosenSize));
@@ -43,6 +48,19 @@ class SurfaceChoiceTest : public testing::Test {
     cv::dilate(omega, spread, cv::Mat::ones(7, 7, CV_8U));
     spread.copyTo(omega);
     return map;
+  }
+
+  // 255 where the swept map shows the box, CV_8UC1, [theta][phi].
+  cv::Mat box_of(int i) const {
+    const InverseDistanceMap without =
+        true_map(line_of_scale(1.0).scene, position_m(i), kChosenSize);
+    cv::Mat box(kChosenSize.width, kChosenSize.height, CV_8UC1, cv::Scalar(0));
+    for (size_t pixel = 0; pixel < without.omega.size(); ++pixel) {
+      if (swept_[static_cast<size_t>(i)].omega[pixel] > without.omega[pixel] + 0.1f) {
+        box.data[pixel] = 255;
+      }
+    }
+    return box;
   }
 
   std::vector<ChoiceView> views_except(int own) const {
@@ -72,7 +90,7 @@ class SurfaceChoiceTest : public testing::Test {
   }
 
   SyntheticRoomSpec spec_ = room_with_box();
-  DepthTestRoom room_{spec_};
+  DepthTestRoom room_;
   std::vector<StationColours> colours_;
   std::vector<InverseDistanceMap> truth_, swept_;
   std::vector<cv::Mat> ranges_;
@@ -86,15 +104,52 @@ TEST_F(SurfaceChoiceTest, ASurfaceEndsWhereItsColoursDo) {
   EXPECT_EQ(map.confidence, swept_[static_cast<size_t>(middle)].confidence);
 }
 
-// Two of three views are masked everywhere: they neither agree nor differ.
-TEST_F(SurfaceChoiceTest, MaskedViewsSayNothing) {
-  const cv::Mat masked = cv::Mat::zeros(kChosenSize.width, kChosenSize.height, CV_8UC1);
-  const int middle = count() / 2;
+class SurfaceChoiceInNoiseTest : public SurfaceChoiceTest {
+ protected:
+  SurfaceChoiceInNoiseTest() : SurfaceChoiceTest(1.0, 20.0) {}
+};
+
+// All that is seen differs by more than what counts as hidden in clean pictures.
+TEST_F(SurfaceChoiceInNoiseTest, NoiseDoesNotMakeHiddenSurfacesLikely) {
+  EXPECT_GT(right(chosen(count() / 2), count() / 2, false), 0.97);
+}
+
+// Where colours differ little, what is hidden weighs more.
+class SurfaceChoiceInDuskTest : public SurfaceChoiceTest {
+ protected:
+  SurfaceChoiceInDuskTest() : SurfaceChoiceTest(0.12) {}
+};
+
+TEST_F(SurfaceChoiceInDuskTest, ASurfaceEndsWhereItsColoursDo) {
+  EXPECT_GT(right(chosen(count() / 2), count() / 2, true), 0.9);
+}
+
+// Two of three views mask the box, and a little around it: they do not speak against it.
+TEST_F(SurfaceChoiceInDuskTest, MaskedPixelsSayNothing) {
+  for (int i = 0; i < count(); ++i) {
+    if (i % 3 == 0) continue;
+    cv::Mat valid = 255 - box_of(i);
+    ranges_[static_cast<size_t>(i)] = sampled_ranges(colours_[static_cast<size_t>(i)], valid);
+  }
+  const InverseDistanceMap map = chosen(count() / 2);
+  EXPECT_GT(right(map, count() / 2, true), 0.8);
+  EXPECT_GT(right(map, count() / 2, false), 0.99);
+}
+
+// As on gloss, every view shows the box in other colours: nearly all say that what would be behind
+// it is hidden.
+TEST_F(SurfaceChoiceTest, GlossIsNoHole) {
   for (int i = 0; i < count(); ++i) {
     const auto at = static_cast<size_t>(i);
-    if (i % 3 != 0) ranges_[at] = sampled_ranges(colours_[at], masked);
+    StationColours shiny = colours_[at];
+    shiny.least = shiny.least.clone();
+    cv::add(shiny.least, cv::Scalar::all(i % 2 == 0 ? 7 : -7), shiny.least, box_of(i));
+    shiny.most = shiny.least;
+    ranges_[at] = sampled_ranges(shiny, {});
   }
-  EXPECT_GT(right(chosen(middle), middle, true), 0.7);
+  const InverseDistanceMap map = chosen(count() / 2);
+  EXPECT_GT(right(map, count() / 2, true), 0.9);
+  EXPECT_GT(right(map, count() / 2, false), 0.993);
 }
 
 TEST_F(SurfaceChoiceTest, UnknownPixelsAndLonelyMapsStayAsTheyAre) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "build_lf/depth/pixel_directions.h"
 #include "core/base/parallel.h"
 
 namespace raywalk::build_lf {
@@ -89,10 +88,11 @@ LocalPlane fit(const std::vector<Value>& values, float begin, float pixel_per_m)
 
 TilePlanes::TilePlanes(const InverseDistanceMap& map, double pixel_per_m)
     : size_(map.size),
+      directions_(map.size),
       pixel_per_m_(static_cast<float>(pixel_per_m)),
       columns_(map.size.width / kPlaneTile),
       rows_((map.size.height + kPlaneTile - 1) / kPlaneTile),
-      tiles_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)) {
+      tiles_(tile_index(columns_, 0, rows_)) {
   parallel_for(0, columns_, 2, [&](int begin, int end) {
     for (int column = begin; column < end; ++column) {
       for (int row = 0; row < rows_; ++row) {
@@ -124,10 +124,8 @@ std::vector<TilePlanes::Fitted> TilePlanes::fitted(const InverseDistanceMap& map
       const int wrapped = (theta + size_.width) % size_.width;
       const std::size_t pixel = pixel_index(wrapped, phi, size_);
       if (map.confidence[pixel] < kLeastConfidence) continue;
-      const Eigen::Vector3f direction =
-          direction_from_angles(angles_from_pixel({double(wrapped), double(phi)}, size_))
-              .cast<float>();
-      values.push_back({direction - middle, map.omega[pixel], map.confidence[pixel] / 255.0f});
+      values.push_back({directions_.of(wrapped, phi) - middle, map.omega[pixel],
+                        map.confidence[pixel] / 255.0f});
     }
   }
   std::vector<Fitted> planes;

@@ -7,14 +7,16 @@
 #include <vector>
 
 #include "build_lf/depth/inverse_distance_map.h"
+#include "build_lf/depth/pixel_directions.h"
 
 namespace raywalk::build_lf {
 
-// A plane n . X = d around a station, as n / d, 1/m: a ray of unit direction u meets it at the
-// inverse distance u . (n / d), which is 0 or less where it does not.
+// A plane n . X = d around a station, as n / d, 1/m, in world axes: a ray of unit direction u meets
+// it at the inverse distance u . (n / d), which is 0 or less where it does not.
 using Plane = Eigen::Vector3f;
 
-// Up to kPlanesPerTile planes around every tile of kPlaneTile x kPlaneTile pixels.
+// Up to three planes around every tile of kPlaneTile x kPlaneTile pixels; the lowest tiles may be
+// cut off by the map's end.
 //
 // Of the confident values around a tile the densest group begins a plane, which is fitted by
 // iteratively reweighted least squares (weights of Geman and McClure); what lies on it is put
@@ -41,6 +43,7 @@ class TilePlanes {
   std::span<const Fitted> of(int column, int row) const;
 
   PanoramaSize size_;
+  PixelDirections directions_;
   float pixel_per_m_;
   int columns_;
   int rows_;
