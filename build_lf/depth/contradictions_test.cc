@@ -36,7 +36,7 @@ class ContradictionsTest : public testing::Test {
       const DepthTestRoom& room, int every = 2,
       const std::function<void(InverseDistanceMap*)>& edit = nullptr) {
     const DepthPlan plan = plan_depth(room.room(), {.every = every});
-    return find_contradictions(room.room(), plan, unit_fields(room.grid()),
+    return find_contradictions(room.room(), plan, unit_gain_fields(room.grid()),
                                [&](const SweepReference& reference) {
                                  InverseDistanceMap map =
                                      true_map(plain_room().scene, reference.position_m, plan.size);
@@ -119,7 +119,7 @@ TEST_F(ContradictionsTest, ExposuresAreComparedAfterTheirGains) {
     if (station == kVisited) frame->convertTo(*frame, -1, 0.7);
   });
   const DepthPlan plan = plan_depth(room.room(), {.every = 2});
-  auto gains = unit_fields(room.grid());
+  auto gains = unit_gain_fields(room.grid());
   gains[0][8].whole = {1.0F / 0.7F, 1.0F / 0.7F, 1.0F / 0.7F};
   const auto exact = [&](const SweepReference& reference) {
     InverseDistanceMap map = true_map(plain_room().scene, reference.position_m, plan.size);
@@ -134,7 +134,7 @@ TEST_F(ContradictionsTest, WhatIsClippedAgreesWithWhatIsBrighter) {
     if (station == kVisited) frame->convertTo(*frame, -1, 1.8);
   });
   const DepthPlan plan = plan_depth(room.room(), {.every = 2});
-  auto gains = unit_fields(room.grid());
+  auto gains = unit_gain_fields(room.grid());
   gains[0][8].whole = {1.0F / 1.8F, 1.0F / 1.8F, 1.0F / 1.8F};
   const auto exact = [&](const SweepReference& reference) {
     InverseDistanceMap map = true_map(plain_room().scene, reference.position_m, plan.size);

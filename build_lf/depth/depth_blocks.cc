@@ -42,10 +42,9 @@ std::size_t DepthWork::pieces(DepthStep step) {
       return pairs_to_compare(grid).size();
     case DepthStep::kReach:
       return plan_before_reach().maps.size();
-    case DepthStep::kColours:
-      return matched_stations().size();
     case DepthStep::kVolumes:
       return grid.lines.size();
+    case DepthStep::kColours:
     case DepthStep::kMoved:
     case DepthStep::kGains:
       return first_station(grid, static_cast<int>(grid.lines.size()));
@@ -62,16 +61,12 @@ std::string DepthWork::run(DepthStep step, Block block) {
       return bytes_of(measure_links(room_, std::span(pairs).subspan(share.begin, share.size())));
     }
     case DepthStep::kReach:
-      return near_surfaces(room_, plan_before_reach(), whole_fields(frames().gains), valid_, share,
-                           partial_.directory())
-          .bytes();
+      return near_surfaces(room_, plan_before_reach(), valid_, share, partial_.directory()).bytes();
     case DepthStep::kSurfaces:
-      return sweep_coarse_maps(room_, plan(), whole_fields(frames().gains), valid_, share,
-                               &partial_)
-          .bytes();
+      return sweep_coarse_maps(room_, plan(), valid_, share, &partial_).bytes();
     case DepthStep::kColours:
       require(DepthStep::kSurfaces);
-      return compare_colours(room_, matched_stations(), coarse_maps(), share);
+      return compare_colours(room_, all_stations(room_.grid()), coarse_maps(), share);
     case DepthStep::kSweep:
       if (options_.method == DepthMethod::kFlow) return make_flow_maps(share);
       sweep_maps(room_, plan(), nearest_per_m(), matching_gains(), valid_, share, &partial_);
@@ -104,15 +99,6 @@ std::string DepthWork::run(DepthStep step, Block block) {
   return "";
 }
 
-std::vector<StationIndex> DepthWork::matched_stations() {
-  std::vector<StationIndex> stations;
-  for (const SweepReference& map : plan().maps) stations.push_back(map.station);
-  for (const SweepCandidate& candidate : plan().candidates) stations.push_back(candidate.station);
-  std::sort(stations.begin(), stations.end());
-  stations.erase(std::unique(stations.begin(), stations.end()), stations.end());
-  return stations;
-}
-
 SurfaceMaps DepthWork::coarse_maps() {
   const PanoramaSize size = coarse_size(plan());
   SurfaceMaps maps{size, {}, {}, valid_};
@@ -135,7 +121,7 @@ std::string DepthWork::make_flow_maps(IndexRange share) {
     const SweepReference& own = plan().maps[i];
     auto map = partial_.load(kFinalStage, own.station, own.position_m, plan().size);
     if (!map) {
-      map = flow_map(room_, own.station, plan().reach_m, plan().size, frames().gains.gain);
+      map = flow_map(room_, own.station, plan().reach_m, plan().size, matching_gains());
       partial_.store(kFinalStage, *map);
     }
     summaries.push_back(summary_of(*map));

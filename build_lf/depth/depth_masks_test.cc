@@ -125,7 +125,7 @@ TEST(DepthMasks, MovingObjectsOnTheRigDoNotHideMotion) {
   // 60 degrees of dolly: a quarter of every frame never changes.
   const SyntheticRoomSpec spec = line_of_scale(1.0);
   const auto change = [&](const DepthTestRoom& room) {
-    return measure_links(room.room(), pairs_to_compare(room.grid())).front().change;
+    return measure_links(room.room(), pairs_to_compare(room.grid())).front().compared.change;
   };
   const auto paint = [](StationIndex, cv::Mat* frame) {
     frame->rowRange(frame->rows * 2 / 3, frame->rows).setTo(cv::Scalar(120, 30, 200));

@@ -134,7 +134,7 @@ std::string depth_page(const nlohmann::ordered_json& document, const MapPictures
               {"in use by views", "{distances}"},
               {"time", "{seconds:.0f s}"},
               {"memory", "{peak_memory_mb:.0f MB}"},
-              {"gains differ by", "{gain_spread:.1%}"}});
+              {"largest exposure step", "factor {largest_exposure_step:.2f}"}});
   page.within("gains").section("Gains").paragraph(
       "By the surfaces that several stations see, {summary}.");
   page.warnings("shown.warnings");

@@ -184,7 +184,6 @@ ordered_json depth_document(const DepthSummary& summary) {
                     {"reach_m", summary.reach_m},
                     {"nearest_m", summary.nearest_m},
                     {"layers", summary.layers},
-                    {"gain_spread", summary.gain_spread},
                     {"largest_exposure_step", summary.largest_exposure_step},
                     {"distances", summary.distances},
                     {"low_confidence_below", kMinConfidence / 255.0},

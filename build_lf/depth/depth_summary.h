@@ -62,7 +62,6 @@ struct DepthSummary {
   double reach_m = 0.0;
   double nearest_m = 0.0;  // near limit of the sweep; 0: no limit (flow)
   int layers = 0;
-  double gain_spread = 0.0;            // standard deviation of the stations' gains
   double largest_exposure_step = 1.0;  // factor between neighbours on a line
   double seconds = 0.0;
   double peak_memory_mb = 0.0;

@@ -19,7 +19,6 @@ DepthSummary some_summary() {
                        .reach_m = 0.5,
                        .nearest_m = 0.25,
                        .layers = 96,
-                       .gain_spread = 0.03,
                        .largest_exposure_step = 1.3,
                        .seconds = 12.5,
                        .peak_memory_mb = 321.0,
@@ -43,7 +42,6 @@ TEST(DepthSummaryTest, EveryFigureHasItsKey) {
   EXPECT_EQ(json["reach_m"], 0.5);
   EXPECT_EQ(json["nearest_m"], 0.25);
   EXPECT_EQ(json["layers"], 96);
-  EXPECT_EQ(json["gain_spread"], 0.03);
   EXPECT_EQ(json["largest_exposure_step"], 1.3);
   EXPECT_EQ(json["seconds"], 12.5);
   EXPECT_EQ(json["peak_memory_mb"], 321.0);

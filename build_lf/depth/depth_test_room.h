@@ -12,6 +12,7 @@
 #include "build_lf/volume_writer.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
+#include "core/room/gain_fields.h"
 #include "core/room/room.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
@@ -141,20 +142,6 @@ inline void add_noise(StationIndex station, double deviation, cv::Mat* frame) {
   cv::Mat noise(frame->size(), CV_16SC3);
   random.fill(noise, cv::RNG::NORMAL, 0.0, deviation);
   cv::add(*frame, noise, *frame, cv::noArray(), CV_8U);
-}
-
-// Gain fields of 1 for every station.
-inline std::vector<std::vector<GainField>> unit_fields(const Grid& grid) {
-  std::vector<std::vector<GainField>> fields;
-  for (const Line& line : grid.lines) fields.emplace_back(line.stations.size());
-  return fields;
-}
-
-// Gains of 1 for every station.
-inline std::vector<std::vector<ColourGain>> unit_gains(const Grid& grid) {
-  std::vector<std::vector<ColourGain>> gains;
-  for (const Line& line : grid.lines) gains.emplace_back(line.stations.size(), ColourGain(1, 1, 1));
-  return gains;
 }
 
 // Share of the pixels of `map` selected by `counts(pixel)` with an error below `tolerance_per_m`,

@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Increment when the estimation changes: maps of another version are not resumed.
-constexpr int kEstimatorVersion = 5;
+constexpr int kEstimatorVersion = 6;
 
 // Over everything that determines the maps.
 std::string fingerprint_of(const Room& room, const DepthOptions& options, PanoramaSize size) {
@@ -108,8 +108,6 @@ bool DepthWork::has(DepthStep step) const {
   switch (step) {
     case DepthStep::kReach:
       return sweep && room_.grid().cells.empty();
-    case DepthStep::kSurfaces:
-    case DepthStep::kColours:
     case DepthStep::kChoose:
     case DepthStep::kFuse:
       return sweep;
@@ -182,8 +180,7 @@ const ExaminedFrames& DepthWork::frames() {
     const std::vector<StationLink> of_block = links_of(bytes);
     links.insert(links.end(), of_block.begin(), of_block.end());
   }
-  ExaminedFrames frames{solve_gains(room_.grid(), links), {}, {}};
-  frames.checks = check_frames(room_, links, frames.gains, first_plan_.reach_m);
+  ExaminedFrames frames{check_frames(room_, links, first_plan_.reach_m), {}};
   frames.outliers = outlier_frames(frames.checks);
   frames_ = std::move(frames);
   return *frames_;
@@ -220,10 +217,6 @@ double DepthWork::nearest_per_m() {
 
 const GainFields& DepthWork::matching_gains() {
   if (matching_gains_) return *matching_gains_;
-  if (!has(DepthStep::kColours)) {
-    matching_gains_ = whole_fields(frames().gains);
-    return *matching_gains_;
-  }
   const BlockResults solved(partial_.results(), "solved-colours", "");
   const Block all;
   if (!solved.done(all)) {
@@ -231,8 +224,8 @@ const GainFields& DepthWork::matching_gains() {
     require(DepthStep::kColours);
     const FileLock lock(partial_.results() / "solving.lock", "", FileLock::Use::kAwaited);
     solved.make(all, [&] {
-      return bytes_of(solve_room_gains(room_, matched_stations(), ratios(DepthStep::kColours),
-                                       whole_fields(frames().gains)));
+      return bytes_of(
+          solve_room_gains(room_, all_stations(room_.grid()), ratios(DepthStep::kColours)));
     });
   }
   matching_gains_ = gain_fields_of(solved.result_of(all));
@@ -265,8 +258,7 @@ std::vector<LeftOutSummary> DepthWork::left_out() {
 }
 
 GainFields DepthWork::room_gains() {
-  return solve_room_gains(room_, all_stations(room_.grid()), ratios(DepthStep::kGains),
-                          unit_gain_fields(room_.grid()));
+  return solve_room_gains(room_, all_stations(room_.grid()), ratios(DepthStep::kGains));
 }
 
 RatioParts DepthWork::ratios(DepthStep step) {

@@ -19,7 +19,6 @@
 #include "build_lf/depth/depth_summary.h"
 #include "build_lf/depth/frame_checks.h"
 #include "build_lf/depth/partial_maps.h"
-#include "build_lf/depth/station_gains.h"
 #include "build_lf/gains/station_ratios.h"
 #include "build_lf/gains/surface_maps.h"
 #include "core/base/block.h"
@@ -31,7 +30,6 @@ namespace raywalk::build_lf {
 
 // What comparing neighbouring frames tells.
 struct ExaminedFrames {
-  StationGains gains;
   FrameChecks checks;
   std::vector<StationIndex> outliers;  // at a wrong position, or showing something that moved
 };
@@ -81,7 +79,6 @@ class DepthWork {
   std::vector<std::string> merged(DepthStep step);
   RatioParts ratios(DepthStep step);  // those that the blocks of a step left
   const DepthPlan& plan_before_reach();
-  std::vector<StationIndex> matched_stations();
   SurfaceMaps coarse_maps();
   // Maps may be of other blocks, which need not all be done.
   void require_maps(DepthStep step, const char* stage, const std::vector<int>& maps);

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -53,31 +52,6 @@ std::vector<InverseDistanceMap> maps_to_show(DepthWork* work) {
   return shown;
 }
 
-double spread_of(const StationGains& gains) {
-  double square = 0.0;
-  int count = 0;
-  for (const auto& line : gains.gain) {
-    for (const ColourGain& gain : line) {
-      const double log_gain = std::log((gain[0] + gain[1] + gain[2]) / 3.0);
-      square += log_gain * log_gain;
-      ++count;
-    }
-  }
-  return std::sqrt(square / std::max(1, count));
-}
-
-// The largest exposure step between neighbours on a line, as a factor.
-double largest_step_of(const StationGains& gains) {
-  double largest = 0.0;
-  for (const auto& line : gains.gain) {
-    for (int i = 1; i < static_cast<int>(line.size()); ++i) {
-      const double step = log_exposure_step(line, i);
-      if (std::fabs(step) > std::fabs(largest)) largest = step;
-    }
-  }
-  return std::exp(largest);
-}
-
 int stations_of(const Grid& grid) {
   std::size_t count = 0;
   for (const Line& line : grid.lines) count += line.stations.size();
@@ -122,8 +96,7 @@ DepthSummary collected(DepthWork* work) {
                        .hold_out = options.hold_out,
                        .valid_mask = options.valid_mask.value_or(fs::path()).string(),
                        .reach_m = work->plan().reach_m,
-                       .gain_spread = spread_of(frames.gains),
-                       .largest_exposure_step = largest_step_of(frames.gains),
+                       .largest_exposure_step = frames.checks.largest_exposure_step,
                        .maps = work->map_summaries(),
                        .leave_out_moving = options.leave_out_moving,
                        .left_out = work->left_out(),

@@ -19,14 +19,13 @@ namespace {
 // Grey images with equalised exposure and a border for content that moves in.
 class FlowImages {
  public:
-  FlowImages(const Room& room, PanoramaSize size, const std::vector<std::vector<ColourGain>>& gains)
+  FlowImages(const Room& room, PanoramaSize size, const GainFields& gains)
       : room_(room), size_(size), gains_(gains), border_px_(size.height / kBorderShare) {}
 
   cv::Mat grey(StationIndex station) const {
-    const ColourGain& gain =
-        gains_[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)];
     cv::Mat image = station_image(room_, station, size_);
-    cv::multiply(image, cv::Scalar(gain[0], gain[1], gain[2]), image);
+    apply_gains(gains_[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)],
+                &image);
     cv::cvtColor(image, image, cv::COLOR_RGB2GRAY);
     return with_border(image, border_px_);
   }
@@ -46,7 +45,7 @@ class FlowImages {
   static constexpr int kBorderShare = 4;
   const Room& room_;
   PanoramaSize size_;
-  const std::vector<std::vector<ColourGain>>& gains_;
+  const GainFields& gains_;
   int border_px_;
 };
 
@@ -228,8 +227,7 @@ void fill_unknown(InverseDistanceMap* map) {
 }  // namespace
 
 InverseDistanceMap flow_map(const Room& room, StationIndex station, double reach_m,
-                            PanoramaSize map_size,
-                            const std::vector<std::vector<ColourGain>>& gains) {
+                            PanoramaSize map_size, const GainFields& gains) {
   const Line& line = room.grid().lines[static_cast<size_t>(station.line)];
   const FlowImages images(room, map_size, gains);
   const std::vector<Neighbour> neighbours = follow(images, line, station, reach_m, map_size);

@@ -2,10 +2,9 @@
 // plane sweep.
 #pragma once
 
-#include <vector>
-
 #include "build_lf/depth/inverse_distance_map.h"
 #include "build_lf/depth/station_picture.h"
+#include "core/room/gain_fields.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
@@ -18,7 +17,6 @@ namespace raywalk::build_lf {
 // the rail, where a line has no parallax, and where both sides fail the consistency check. Such
 // pixels take the farther of the nearest valid surfaces in their row.
 InverseDistanceMap flow_map(const Room& room, StationIndex station, double reach_m,
-                            PanoramaSize map_size,
-                            const std::vector<std::vector<ColourGain>>& gains);
+                            PanoramaSize map_size, const GainFields& gains);
 
 }  // namespace raywalk::build_lf

@@ -37,7 +37,8 @@ TEST_P(FlowDepthOfScale, FindsTheWallsOfABox) {
     const SyntheticRoomSpec spec = captured_line(GetParam(), seed);
     const DepthTestRoom room(spec);
     const StationIndex station{0, 8};
-    const auto map = flow_map(room.room(), station, reach_m, kFlowSize, unit_gains(room.grid()));
+    const auto map =
+        flow_map(room.room(), station, reach_m, kFlowSize, unit_gain_fields(room.grid()));
     const auto truth = truth_at(spec, room.grid(), station);
     EXPECT_EQ(map.station, station);
     EXPECT_EQ(map.position_m, truth.position_m);
@@ -54,7 +55,8 @@ TEST_P(FlowDepthOfScale, IsLessCertainAtTheEndOfALine) {
   const double reach_m = 0.5 * GetParam();
   const DepthTestRoom room(spec);
   for (const int end : {0, 16}) {
-    const auto map = flow_map(room.room(), {0, end}, reach_m, kFlowSize, unit_gains(room.grid()));
+    const auto map =
+        flow_map(room.room(), {0, end}, reach_m, kFlowSize, unit_gain_fields(room.grid()));
     const auto truth = truth_at(spec, room.grid(), {0, end});
     EXPECT_GT(share_within(map, truth, pixel_per_m(reach_m), kAllPixels), 0.7);
     EXPECT_LE(*std::max_element(map.confidence.begin(), map.confidence.end()), 128);
@@ -67,14 +69,14 @@ TEST(FlowDepthTest, FindsInfinityFarAway) {
   SyntheticRoomSpec spec = captured_line(1.0);
   spec.scene.infinitely_far = true;
   const DepthTestRoom room(spec);
-  const auto map = flow_map(room.room(), {0, 5}, 0.5, kFlowSize, unit_gains(room.grid()));
+  const auto map = flow_map(room.room(), {0, 5}, 0.5, kFlowSize, unit_gain_fields(room.grid()));
   for (const float omega : map.omega) ASSERT_LT(omega, 0.1 * pixel_per_m(0.5));
 }
 
 TEST(FlowDepthTest, FillsUnknownPixelsAlongTheRail) {
   const SyntheticRoomSpec spec = captured_line(1.0);
   const DepthTestRoom room(spec);
-  const auto map = flow_map(room.room(), {0, 8}, 0.5, kFlowSize, unit_gains(room.grid()));
+  const auto map = flow_map(room.room(), {0, 8}, 0.5, kFlowSize, unit_gain_fields(room.grid()));
   // Line x0 runs along x, which is theta = +-90 degrees.
   const auto at = [&](int theta, int phi) {
     return static_cast<size_t>(theta * kFlowSize.height + phi);
@@ -94,13 +96,13 @@ TEST(FlowDepthTest, FillsUnknownPixelsAlongTheRail) {
 
 TEST(FlowDepthTest, EqualisesExposuresFirst) {
   const SyntheticRoomSpec spec = captured_line(1.0);
-  auto gains = unit_gains(synthetic_grid(spec));
+  auto gains = unit_gain_fields(synthetic_grid(spec));
   for (size_t i = 0; i < gains[0].size(); ++i) {
-    gains[0][i] *= i % 2 == 0 ? 1.25f : 1.0f;
+    gains[0][i].whole *= i % 2 == 0 ? 1.25f : 1.0f;
   }
   const DepthTestRoom room(spec, [&](StationIndex station, cv::Mat* frame) {
     const double gain =
-        gains[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)][0];
+        gains[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)].whole[0];
     cv::multiply(*frame, cv::Scalar::all(1.0 / gain), *frame);
   });
   const DepthTestRoom constant(spec);
@@ -112,14 +114,15 @@ TEST(FlowDepthTest, EqualisesExposuresFirst) {
     return share_within(flow_map(captured, station, reach_m, kFlowSize, applied), truth,
                         pixel_per_m(0.5), kAllPixels);
   };
-  EXPECT_NEAR(share(room.room(), gains), share(constant.room(), unit_gains(room.grid())), 0.03);
+  EXPECT_NEAR(share(room.room(), gains), share(constant.room(), unit_gain_fields(room.grid())),
+              0.03);
 }
 
 TEST(FlowDepthTest, GivesEveryPixelAValueInAPlainRoom) {
   SyntheticRoomSpec spec = captured_line(1.0);
   spec.scene.contrast = 0.0;
   const DepthTestRoom room(spec);
-  const auto map = flow_map(room.room(), {0, 3}, 0.5, kFlowSize, unit_gains(room.grid()));
+  const auto map = flow_map(room.room(), {0, 3}, 0.5, kFlowSize, unit_gain_fields(room.grid()));
   ASSERT_EQ(map.omega.size(), size_t{256 * 128});
   for (const float omega : map.omega) ASSERT_TRUE(std::isfinite(omega) && omega >= 0.0f);
 }

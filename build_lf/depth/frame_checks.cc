@@ -34,15 +34,14 @@ Usual usual_of(const std::vector<double>& values) {
 class LineChecks {
  public:
   LineChecks(const Room& room, int line, std::span<const StationLink> links,
-             const StationGains& gains, std::vector<FrameFinding>* findings)
+             std::vector<FrameFinding>* findings)
       : line_index_(line),
         line_(room.grid().lines[static_cast<size_t>(line)]),
         volume_(room.volume(line)),
         file_(line_volume_path(room.directory(), line_.id)),
-        gains_(gains.gain[static_cast<size_t>(line)]),
         findings_(findings) {
     for (const StationLink& link : links) {
-      if (link.comparable && link.pair.from.line == line && link.pair.to.line == line) {
+      if (link.compared.comparable && link.pair.from.line == line && link.pair.to.line == line) {
         links_[{link.pair.from.station, link.pair.to.station}] = link;
       }
     }
@@ -111,19 +110,27 @@ class LineChecks {
     }
   }
 
-  // The exposure of an outlier frame cannot be measured, so those are skipped.
-  void find_exposure_steps() {
-    std::vector<double> log_steps;
-    for (int i = 1; i < stations(); ++i)
-      log_steps.push_back(std::fabs(log_exposure_step(gains_, i)));
-    constexpr double kVisible = 0.02;  // Weber fraction: smaller steps are invisible
-    const Usual usual = usual_of(log_steps);
-    const double limit = std::max(kVisible, usual.median + usual.margin);
+  // The exposure of an outlier frame cannot be measured, so those are skipped. Returns the largest
+  // step, a factor.
+  double find_exposure_steps() {
+    std::map<int, double> log_step;  // to a station
+    std::vector<double> sizes;
     for (int i = 1; i < stations(); ++i) {
-      const double step = log_exposure_step(gains_, i);
-      if (std::fabs(step) <= limit || holds(unlike_, i) || holds(unlike_, i - 1)) continue;
-      report(i, FrameFault::kExposureStep, i - 1, std::exp(step));
+      const StationLink* pair = link(i - 1, i);
+      if (pair == nullptr || holds(unlike_, i) || holds(unlike_, i - 1)) continue;
+      log_step[i] = pair->log_exposure_step();
+      sizes.push_back(std::fabs(log_step[i]));
     }
+    constexpr double kVisible = 0.02;  // Weber fraction: smaller steps are invisible
+    const Usual usual = usual_of(sizes);
+    const double limit = std::max(kVisible, usual.median + usual.margin);
+    double largest = 0.0;
+    for (const auto& [station, step] : log_step) {
+      if (std::fabs(step) > std::fabs(largest)) largest = step;
+      if (std::fabs(step) <= limit) continue;
+      report(station, FrameFault::kExposureStep, station - 1, std::exp(step));
+    }
+    return std::exp(largest);
   }
 
  private:
@@ -161,13 +168,13 @@ class LineChecks {
     for (int j = std::max(1, i - around); j <= std::min(stations() - 1, i + around); ++j) {
       const StationLink* other = link(j - 1, j);
       if (other == nullptr) continue;
-      changes.push_back(other->change);
+      changes.push_back(other->compared.change);
       distances_m.push_back(distance_m(j - 1, j));
     }
     const double expected = median(std::move(changes)) *
                             std::min(1.0, distance_m(i - 1, i) / median(std::move(distances_m)));
     if (expected <= 0.0) return std::nullopt;
-    return pair->change / expected;
+    return pair->compared.change / expected;
   }
 
   std::optional<Excess> excess_of(int i) const {
@@ -178,13 +185,15 @@ class LineChecks {
     const StationLink* to_after = link(after, i);
     const StationLink* across = link(before, after);
     if (to_before == nullptr || to_after == nullptr || across == nullptr) return std::nullopt;
-    const bool before_is_nearer = to_before->unexplained_change < to_after->unexplained_change;
-    const double difference = std::min(to_before->unexplained_change, to_after->unexplained_change);
+    const bool before_is_nearer =
+        to_before->compared.unexplained_change < to_after->compared.unexplained_change;
+    const double difference =
+        std::min(to_before->compared.unexplained_change, to_after->compared.unexplained_change);
     if (difference <= 0.0) return std::nullopt;
     // Levels are integers, so identical views still differ by rounding errors.
     constexpr double kRounding = 0.3;
     return Excess{i, before_is_nearer ? before : after,
-                  difference / std::max(across->unexplained_change, kRounding)};
+                  difference / std::max(across->compared.unexplained_change, kRounding)};
   }
 
   void report(int station, FrameFault fault, int other, double measure) {
@@ -199,7 +208,6 @@ class LineChecks {
   const Line& line_;
   const LineVolume& volume_;
   std::filesystem::path file_;
-  const std::vector<ColourGain>& gains_;
   std::map<std::pair<int, int>, StationLink> links_;  // by station
   std::vector<int> copies_;
   std::vector<int> unlike_;
@@ -236,16 +244,18 @@ std::string_view name_of(FrameFault fault) {
   return {};
 }
 
-FrameChecks check_frames(const Room& room, std::span<const StationLink> links,
-                         const StationGains& gains, double reach_m) {
+FrameChecks check_frames(const Room& room, std::span<const StationLink> links, double reach_m) {
   FrameChecks checks;
   const auto& lines = room.grid().lines;
   for (int i = 0; i < static_cast<int>(lines.size()); ++i) {
-    LineChecks line(room, i, links, gains, &checks.frames);
+    LineChecks line(room, i, links, &checks.frames);
     line.find_same_files();
     line.find_unmoved();
     line.find_unlike_neighbours();
-    line.find_exposure_steps();
+    const double step = line.find_exposure_steps();
+    if (std::fabs(std::log(step)) > std::fabs(std::log(checks.largest_exposure_step))) {
+      checks.largest_exposure_step = step;
+    }
     check_baselines(i, lines[static_cast<size_t>(i)], reach_m, &checks.lines);
   }
   return checks;

@@ -9,7 +9,6 @@
 #include <string_view>
 #include <vector>
 
-#include "build_lf/depth/station_gains.h"
 #include "build_lf/depth/station_links.h"
 #include "core/room/room.h"
 
@@ -56,12 +55,13 @@ struct LineFinding {
 struct FrameChecks {
   std::vector<FrameFinding> frames;  // by line, fault, station
   std::vector<LineFinding> lines;
+  // Factor of the levels from one station to the next on its line, of comparable frames.
+  double largest_exposure_step = 1.0;
 };
 
 // `links` must contain those of pairs_to_compare(); `reach_m` is the longest baseline used for
 // matching. Throws Error if a volume's checksums cannot be read; volumes without checksums skip the
 // kSameFile check.
-FrameChecks check_frames(const Room& room, std::span<const StationLink> links,
-                         const StationGains& gains, double reach_m);
+FrameChecks check_frames(const Room& room, std::span<const StationLink> links, double reach_m);
 
 }  // namespace raywalk::build_lf

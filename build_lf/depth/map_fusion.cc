@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 
 #include "build_lf/depth/located_points.h"
 #include "build_lf/depth/pixel_directions.h"
@@ -67,25 +66,6 @@ class Fusion {
     float score() const { return votes - against; }
   };
 
-  // Whether enough maps agree on a surface and few see through it.
-  bool established(const Ballot& ballot) const {
-    constexpr float kMinSupport = 0.3f;
-    constexpr float kMaxSeenThrough = 0.15f;
-    return ballot.score() >= kMinSupport * ballot.voters &&
-           ballot.against <= kMaxSeenThrough * (ballot.votes + ballot.against);
-  }
-
-  // Of two established surfaces the nearer one wins: votes for the farther one come from stations
-  // that see it past the edge of the nearer one. Otherwise the votes decide.
-  bool wins(const Ballot& ballot, const Ballot& over) const {
-    constexpr float kMinSeparation = 2.0f;
-    if (std::fabs(ballot.omega - over.omega) > kMinSeparation * tolerance_ && established(ballot) &&
-        established(over)) {
-      return ballot.omega > over.omega;
-    }
-    return ballot.score() > over.score();
-  }
-
   std::vector<float> seen_from_here(size_t i) const {
     std::vector<float> known = maps_[i].omega;
     for (size_t pixel = 0; pixel < known.size(); ++pixel) {
@@ -135,7 +115,7 @@ class Fusion {
       if (proposed < 0.0f || known) continue;
       voted.push_back(proposed);
       const Ballot ballot = count(direction, pixel, proposed, voter_count, points);
-      if (wins(ballot, best)) best = ballot;
+      if (ballot.score() > best.score()) best = ballot;
     }
     return best;
   }
@@ -207,43 +187,13 @@ class Fusion {
   std::vector<std::vector<float>> proposals_;
 };
 
-// Pixels of a 3 x 3 neighbourhood, but its middle, that are within `tolerance` of the middle.
-int neighbours_alike(const cv::Mat& omega, int row, int column, float tolerance) {
-  const float own = omega.at<float>(row, column);
-  int alike = -1;
-  for (int r = row - 1; r <= row + 1; ++r) {
-    for (int c = std::max(0, column - 1); c <= std::min(omega.cols - 1, column + 1); ++c) {
-      if (std::fabs(omega.at<float>(r, c) - own) <= tolerance) ++alike;
-    }
-  }
-  return alike;
-}
-
-void remove_single_pixels(float tolerance, InverseDistanceMap* map) {
-  constexpr int kMedian = 3;
-  constexpr int kOfALine = 2;  // neighbours of a pixel on a line one pixel wide
-  cv::Mat omega(map->size.width, map->size.height, CV_32F, map->omega.data());
-  cv::Mat around;
-  cv::Mat smoothed;
-  cv::copyMakeBorder(omega, around, 1, 1, 0, 0, cv::BORDER_WRAP);
-  cv::medianBlur(around, smoothed, kMedian);
-  for (int theta = 0; theta < omega.rows; ++theta) {
-    for (int phi = 0; phi < omega.cols; ++phi) {
-      if (neighbours_alike(around, theta + 1, phi, tolerance) >= kOfALine) continue;
-      omega.at<float>(theta, phi) = smoothed.at<float>(theta + 1, phi);
-    }
-  }
-}
-
 }  // namespace
 
 InverseDistanceMap fuse_maps(std::span<const InverseDistanceMap> maps, int which,
                              const FusionOptions& options, std::span<const cv::Mat> colours) {
   Fusion fusion(maps, which, options, colours);
   fusion.propose();
-  InverseDistanceMap fused = fusion.vote();
-  remove_single_pixels(static_cast<float>(options.tolerance_per_m), &fused);
-  return fused;
+  return fusion.vote();
 }
 
 }  // namespace raywalk::build_lf

@@ -32,11 +32,8 @@ struct FusionOptions {
 // abstains (visibility as in Merrell et al. 2007). A map that sees a surface there, but whose
 // station shows it in another colour, votes against it instead: it sees something else, as beside
 // an outline, or where surfaces without texture left the distance open. The proposal with the most
-// votes wins; but among surfaces that enough maps see and few see through, the nearest wins,
-// because maps that look past a thin object all vote for the background. The result is the mean
-// over the winner's voters, weighted by confidence; a pixel that fewer than two of its neighbours
-// agree with takes the median of all nine, so that lines one pixel wide are kept. Its confidence is
-// the winner's share of the votes. A pixel with confidence 0 has no value.
+// votes wins. The result is the mean over the winner's voters, weighted by confidence. Its
+// confidence is the winner's share of the votes. A pixel with confidence 0 has no value.
 InverseDistanceMap fuse_maps(std::span<const InverseDistanceMap> maps, int which,
                              const FusionOptions& options, std::span<const cv::Mat> colours = {});
 

@@ -93,27 +93,6 @@ TEST(MapFusionTest, OcclusionIsNoEvidenceAgainstASurface) {
   EXPECT_GT(share_within(fused, maps[0], 0.5 * kTolerance_per_m, wall_behind), 0.9);
 }
 
-// One map lost a post, six see it and seven do not; but all of them see the wall behind it.
-TEST(MapFusionTest, ShowsTheNearestSurfaceThatEnoughMapsSee) {
-  const SyntheticScene with_post = room_with_post();
-  std::vector<InverseDistanceMap> maps = {true_map({}, {0, 0, 0}, kFusedSize)};
-  for (int i = 1; i <= 13; ++i) {
-    const Eigen::Vector3d position_m(0.03 * (i % 2 == 0 ? i : -i), 0, 0);
-    maps.push_back(true_map(with_post, position_m, kFusedSize));
-    maps.back().station = {0, i};
-    if (i <= 6) continue;
-    const InverseDistanceMap wall = true_map({}, position_m, kFusedSize);
-    for (size_t pixel = 0; pixel < wall.omega.size(); ++pixel) {
-      if (maps.back().omega[pixel] != wall.omega[pixel]) maps.back().confidence[pixel] = 0;
-    }
-  }
-  const InverseDistanceMap truth = true_map(with_post, {0, 0, 0}, kFusedSize);
-  const auto post = [&](size_t pixel) { return truth.omega[pixel] != maps[0].omega[pixel]; };
-  const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
-  EXPECT_GT(share_within(fused, truth, 0.5 * kTolerance_per_m, post), 0.7);
-  EXPECT_GT(share_within(fused, truth, 0.5 * kTolerance_per_m, kAllFusedPixels), 0.96);
-}
-
 TEST(MapFusionTest, KeepsASurfaceThatOnlyOneStationSees) {
   const SyntheticScene scene = room_with_post();
   const std::vector<InverseDistanceMap> maps = {true_map(scene, {0, 0, 0}, kFusedSize),
@@ -161,17 +140,6 @@ TEST(MapFusionTest, KeepsASingleMap) {
   const std::vector<InverseDistanceMap> maps = {true_maps({})[1]};
   const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
   EXPECT_GT(share_within(fused, maps[0], 0.1 * kTolerance_per_m, kAllFusedPixels), 0.95);
-}
-
-TEST(MapFusionTest, KeepsALineOnePixelWideButNoSinglePixel) {
-  InverseDistanceMap map = true_map({}, {0, 0, 0}, kFusedSize);
-  const InverseDistanceMap wall = map;
-  for (int phi = 20; phi < 44; ++phi) map.omega[pixel_at(40, phi)] = 1.5f;
-  map.omega[pixel_at(90, 32)] = 1.5f;
-  const std::vector<InverseDistanceMap> maps = {map};
-  const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
-  for (int phi = 21; phi < 43; ++phi) ASSERT_FLOAT_EQ(fused.omega[pixel_at(40, phi)], 1.5f);
-  EXPECT_NEAR(fused.omega[pixel_at(90, 32)], wall.omega[pixel_at(90, 32)], kTolerance_per_m);
 }
 
 // A white post before a grey wall; three of five maps put it onto the wall.

@@ -44,7 +44,7 @@ class Sweeper {
                    std::pmr::memory_resource* memory = std::pmr::get_default_resource())
       : room_(room),
         memory_(memory),
-        gains_(unit_fields(room.grid())),
+        gains_(unit_gain_fields(room.grid())),
         valid_(valid),
         pictures_(room, kSweptSize, gains_, valid_, 100, false, memory) {
     for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
@@ -181,7 +181,7 @@ TEST(PlaneSweepTest, FindsInfinityFarAway) {
 
 TEST(PlaneSweepTest, IsUnknownWithoutOtherStations) {
   const DepthTestRoom room(line_of_scale(1.0));
-  const auto gains = unit_fields(room.grid());
+  const auto gains = unit_gain_fields(room.grid());
   const cv::Mat all_valid;
   PictureCache pictures(room.room(), kSweptSize, gains, all_valid, 4);
   const SweepReference reference{{0, 8}, {0, 0, 0}, {1, 0, 0}};

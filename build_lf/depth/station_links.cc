@@ -1,6 +1,7 @@
 #include "build_lf/depth/station_links.h"
 
 #include <algorithm>
+#include <cmath>
 #include <list>
 #include <utility>
 
@@ -13,22 +14,11 @@ namespace {
 
 constexpr int kFlowMaskMarginPx = kFlowWindow / 2 + 1;
 
-StationLink compare(const StationPair& pair, const ComparedPicture& from,
-                    const ComparedPicture& to) {
-  const ColourComparison compared = compare_colours(from, to);
-  return {.pair = pair,
-          .comparable = compared.comparable,
-          .log_ratio = compared.log_ratio,
-          .log_ratio_error = compared.log_ratio_error,
-          .change = compared.change,
-          .unexplained_change = compared.unexplained_change};
-}
-
 // A small cache of images, as consecutive pairs share stations.
 class RecentImages {
  public:
   explicit RecentImages(const Room& room) : room_(room) {
-    const int width = std::min(kLinkWidth, room.panorama().width);
+    const int width = std::min(kComparisonWidth, room.panorama().width);
     size_ = {width, width / 2};
   }
   ComparedPicture get(StationIndex station) {
@@ -51,6 +41,23 @@ class RecentImages {
 
 }  // namespace
 
+double StationLink::log_exposure_step() const {
+  return std::ranges::max(compared.log_ratio, {}, [](double step) { return std::fabs(step); });
+}
+
+std::vector<StationPair> pairs_to_compare(const Grid& grid) {
+  std::vector<StationPair> pairs;
+  for (int line = 0; line < static_cast<int>(grid.lines.size()); ++line) {
+    const int stations = static_cast<int>(grid.lines[static_cast<size_t>(line)].stations.size());
+    for (int i = 0; i < stations; ++i) {
+      for (int j = i + 1; j < std::min(i + 3, stations); ++j) {
+        pairs.push_back({{line, i}, {line, j}});
+      }
+    }
+  }
+  return pairs;
+}
+
 std::vector<StationLink> measure_links(const Room& room, std::span<const StationPair> pairs) {
   std::vector<StationLink> links(pairs.size());
   Progress progress("comparing neighbours", static_cast<std::int64_t>(pairs.size()), "pairs");
@@ -58,7 +65,7 @@ std::vector<StationLink> measure_links(const Room& room, std::span<const Station
   parallel_for(0, static_cast<int>(pairs.size()), kPairsPerTask, [&](int begin, int end) {
     RecentImages images(room);
     for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
-      links[i] = compare(pairs[i], images.get(pairs[i].from), images.get(pairs[i].to));
+      links[i] = {pairs[i], compare_colours(images.get(pairs[i].from), images.get(pairs[i].to))};
       progress.advance();
     }
   });

@@ -1,33 +1,36 @@
-// Colour comparisons between pairs of stations, from which gains (station_gains.h) and faulty
-// frames (frame_checks.h) are determined.
+// Comparisons of neighbouring frames on a line, by which faulty ones (frame_checks.h) are found.
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
-#include "build_lf/depth/station_pairs.h"
+#include "core/geometry/grid.h"
 #include "core/panorama/colour_comparison.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
 
-// Panoramas are compared at this width (or the room's, if that is smaller).
-inline constexpr int kLinkWidth = kComparisonWidth;
-
-// The comparison of two stations; values as in ColourComparison, of 8-bit levels.
-struct StationLink {
-  StationPair pair;
-  bool comparable = false;
-  std::array<double, 3> log_ratio{};  // `to` over `from`
-  std::array<double, 3> log_ratio_error{};
-  double change = 0.0;
-  double unexplained_change = 0.0;
+// Two stations of a line, in their order.
+struct StationPair {
+  StationIndex from;
+  StationIndex to;
 };
 
-// Compares the pairs. Each thread holds only a few reduced panoramas at a time, so memory does not
-// grow with the number of stations, except for the result. The result does not depend on the number
-// of threads.
+struct StationLink {
+  StationPair pair;
+  ColourComparison compared{};  // `from` with `to`
+
+  // The change of exposure: the natural logarithm of the factor of the levels, in the channel that
+  // changes most.
+  double log_exposure_step() const;
+};
+
+// Each station with the next two on its line, ordered by station.
+std::vector<StationPair> pairs_to_compare(const Grid& grid);
+
+// Compares the pairs, at kComparisonWidth or the room's width if that is smaller. Each thread holds
+// only a few reduced panoramas at a time, so memory does not grow with the number of stations,
+// except for the result. The result does not depend on the number of threads.
 std::vector<StationLink> measure_links(const Room& room, std::span<const StationPair> pairs);
 
 }  // namespace raywalk::build_lf

@@ -144,7 +144,7 @@ TEST(StationPictureTest, MarksInvalidPixels) {
 
 TEST(PictureCacheTest, ReturnsTheRightPictureAtAnyCapacity) {
   const DepthTestRoom room(small_line());
-  auto gains = unit_fields(room.grid());
+  auto gains = unit_gain_fields(room.grid());
   gains[0][3].whole = {0.5f, 1.0f, 1.0f};
   const cv::Mat all_valid;
   PictureCache pictures(room.room(), kPictureSize, gains, all_valid, 2);

@@ -45,11 +45,10 @@ std::string bytes_of(const std::vector<StationLink>& links) {
   for (const StationLink& link : links) {
     add(link.pair.from, &writer);
     add(link.pair.to, &writer);
-    writer.add(static_cast<int>(link.comparable));
-    add(link.log_ratio, &writer);
-    add(link.log_ratio_error, &writer);
-    writer.add(link.change);
-    writer.add(link.unexplained_change);
+    writer.add(static_cast<int>(link.compared.comparable));
+    add(link.compared.log_ratio, &writer);
+    writer.add(link.compared.change);
+    writer.add(link.compared.unexplained_change);
   }
   return writer.bytes();
 }
@@ -60,11 +59,10 @@ std::vector<StationLink> links_of(std::string_view bytes) {
     StationLink& link = links.emplace_back();
     link.pair.from = next_station(&reader);
     link.pair.to = next_station(&reader);
-    link.comparable = reader.next<int>() != 0;
-    link.log_ratio = next_three(&reader);
-    link.log_ratio_error = next_three(&reader);
-    link.change = reader.next<double>();
-    link.unexplained_change = reader.next<double>();
+    link.compared.comparable = reader.next<int>() != 0;
+    link.compared.log_ratio = next_three(&reader);
+    link.compared.change = reader.next<double>();
+    link.compared.unexplained_change = reader.next<double>();
   }
   return links;
 }

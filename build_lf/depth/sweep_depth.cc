@@ -30,8 +30,8 @@ std::span<const SweepReference> maps_of(const DepthPlan& plan, IndexRange share)
 class StationSweep {
  public:
   StationSweep(const Room& room, const DepthPlan& plan, PanoramaSize size, double max_per_m,
-               const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
-               bool levelled, const std::filesystem::path& scratch)
+               const GainFields& gains, const cv::Mat& valid, bool levelled,
+               const std::filesystem::path& scratch)
       : plan_(plan),
         layers_(sweep_layers(max_per_m, plan.reach_m, size)),
         files_(scratch),
@@ -103,9 +103,9 @@ PanoramaSize coarse_size(const DepthPlan& plan) {
   return {plan.size.width / kReduction, plan.size.height / kReduction};
 }
 
-OmegaHistogram near_surfaces(const Room& room, const DepthPlan& plan,
-                             const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
+OmegaHistogram near_surfaces(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
                              IndexRange share, const std::filesystem::path& scratch) {
+  const GainFields gains = unit_gain_fields(room.grid());
   OmegaHistogram histogram(sweep_limit_per_m(plan));
   StationSweep sweep(room, plan, coarse_size(plan), sweep_limit_per_m(plan), gains, valid, true,
                      scratch);
@@ -133,9 +133,9 @@ double near_distance_m(const DepthPlan& plan, const OmegaHistogram& histogram) {
   return 1.0 / near_per_m;
 }
 
-OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan,
-                                 const std::vector<std::vector<GainField>>& gains,
-                                 const cv::Mat& valid, IndexRange share, PartialMaps* partial) {
+OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
+                                 IndexRange share, PartialMaps* partial) {
+  const GainFields gains = unit_gain_fields(room.grid());
   OmegaHistogram histogram(sweep_limit_per_m(plan));
   StationSweep sweep(room, plan, coarse_size(plan), sweep_limit_per_m(plan), gains, valid, true,
                      partial->directory());
@@ -152,9 +152,8 @@ double nearest_surfaces_per_m(const DepthPlan& plan, const OmegaHistogram& histo
   return std::min(sweep_limit_per_m(plan), kMargin * histogram.exceeded_by(kNearer));
 }
 
-void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m,
-                const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
-                IndexRange share, PartialMaps* partial) {
+void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m, const GainFields& gains,
+                const cv::Mat& valid, IndexRange share, PartialMaps* partial) {
   StationSweep sweep(room, plan, plan.size, max_per_m, gains, valid, false, partial->directory());
   sweep_all(plan, share, "sweeping", kSweptStage, &sweep, partial,
             [](const InverseDistanceMap&) {});

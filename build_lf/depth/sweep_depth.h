@@ -9,6 +9,7 @@
 #include "build_lf/depth/omega_histogram.h"
 #include "build_lf/depth/partial_maps.h"
 #include "core/base/block.h"
+#include "core/room/gain_fields.h"
 
 namespace raywalk::build_lf {
 
@@ -20,10 +21,10 @@ PanoramaSize coarse_size(const DepthPlan& plan);
 
 // What a coarse sweep of the maps `share` of the plan is confident of, as far as is looked for:
 // down to a distance of a quarter of the reach, where the longest baseline is four times the
-// distance. Nothing is stored; `scratch` is a directory for values that memory does not hold.
-// Throws Error if the disk does not either.
-OmegaHistogram near_surfaces(const Room& room, const DepthPlan& plan,
-                             const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
+// distance. Coarse sweeps compare colours with those around them, as exposures need not agree yet.
+// Nothing is stored; `scratch` is a directory for values that memory does not hold. Throws Error if
+// the disk does not either.
+OmegaHistogram near_surfaces(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
                              IndexRange share, const std::filesystem::path& scratch);
 
 // The sum of the bytes of the histograms of parts.
@@ -37,9 +38,8 @@ double near_distance_m(const DepthPlan& plan, const OmegaHistogram& histogram);
 // Processes one station at a time, with the memory of one and of the pictures around it; what half
 // of the usable memory does not hold lies in files of the maps' directory. Throws Error if the disk
 // is full.
-OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan,
-                                 const std::vector<std::vector<GainField>>& gains,
-                                 const cv::Mat& valid, IndexRange share, PartialMaps* partial);
+OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
+                                 IndexRange share, PartialMaps* partial);
 
 // The largest inverse distance, 1/m, to sweep, beyond which nearly nothing of the scene lies.
 // `histogram`: of all coarse maps.
@@ -47,8 +47,7 @@ double nearest_surfaces_per_m(const DepthPlan& plan, const OmegaHistogram& histo
 
 // Sweeps the stations of the maps `share` of the plan and stores the maps as kSweptStage. Memory
 // and errors are as for the coarse maps.
-void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m,
-                const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
-                IndexRange share, PartialMaps* partial);
+void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m, const GainFields& gains,
+                const cv::Mat& valid, IndexRange share, PartialMaps* partial);
 
 }  // namespace raywalk::build_lf

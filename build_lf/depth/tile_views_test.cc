@@ -16,7 +16,7 @@ TEST_P(TilesOfSize, CoverEveryPixelOnceAndHaveStationsToCompare) {
   const PanoramaSize size{GetParam(), GetParam() / 2};
   const DepthTestRoom room(spec);
   const DepthPlan plan = plan_depth(room.room(), {.width = size.width});
-  const auto gains = unit_fields(room.grid());
+  const auto gains = unit_gain_fields(room.grid());
   PictureCache pictures(room.room(), size, gains, {}, 100);
   const SweepReference& reference = plan.maps[1];
   const std::vector<SweepCandidate> candidates = candidates_near(plan, reference);
@@ -51,7 +51,7 @@ TEST(ReferenceTileTest, IsTheMeanOfAPixelsSamplesAndMarksInvalidOnes) {
   cv::Mat valid(size.height, size.width, CV_8UC1, cv::Scalar(255));
   valid.at<uchar>(40, 21) = 0;
   const DepthPlan plan = plan_depth(room.room(), {.width = size.width});
-  const auto gains = unit_fields(room.grid());
+  const auto gains = unit_gain_fields(room.grid());
   PictureCache pictures(room.room(), size, gains, valid, 100);
   const TileViews views(plan.maps[1], candidates_near(plan, plan.maps[1]), plan.reach_m, &pictures);
   for (int tile = 0; tile < views.tiles(); ++tile) {

@@ -97,8 +97,8 @@ GainsSummary make_gains(const std::filesystem::path& directory) {
                     "`raywalk-build-lf depth {}` estimates them",
                     directory.string(), directory.string()));
   }
-  const GainFields fields = solve_room_gains(room, all_stations(room.grid()), surface_maps_of(room),
-                                             unit_gain_fields(room.grid()));
+  const GainFields fields =
+      solve_room_gains(room, all_stations(room.grid()), surface_maps_of(room));
   replace_gains(directory, fields);
   return summary_of(fields);
 }

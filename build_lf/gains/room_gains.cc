@@ -194,9 +194,9 @@ void solve_window(const GainWindow& window, std::span<const StationIndex> statio
 }  // namespace
 
 GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stations,
-                            const RatioParts& parts, const GainFields& initial, int most_at_once) {
+                            const RatioParts& parts, int most_at_once) {
   RatioFile file(room.directory(), stations.size());
-  const std::vector<WholeRatio> ratios = collect_ratios(parts, stations, initial, &file);
+  const std::vector<WholeRatio> ratios = collect_ratios(parts, &file);
   WholeGains whole;
   for (size_t c = 0; c < 3; ++c) {
     whole[c] = whole_gains(ratios, c, static_cast<int>(stations.size()));
@@ -205,7 +205,7 @@ GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stat
   for (const StationIndex station : stations) {
     positions_m.push_back(position_of(room.grid(), station));
   }
-  GainFields fields = initial;
+  GainFields fields = unit_gain_fields(room.grid());
   const std::vector<GainWindow> windows = gain_windows(positions_m, ratios, most_at_once);
   Progress progress("solving for gains", static_cast<std::int64_t>(windows.size()), "windows");
   for (const GainWindow& window : windows) {
@@ -217,7 +217,7 @@ GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stat
 }
 
 GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stations,
-                            const SurfaceMaps& maps, const GainFields& initial, int most_at_once) {
+                            const SurfaceMaps& maps, int most_at_once) {
   const int count = parts_of(stations.size());
   std::unique_ptr<Progress> progress;
   const auto compare = [&](int part) {
@@ -228,7 +228,7 @@ GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stat
     if (part == count - 1) progress.reset();  // before the next one begins
     return ratios;
   };
-  return solve_room_gains(room, stations, RatioParts{count, compare}, initial, most_at_once);
+  return solve_room_gains(room, stations, RatioParts{count, compare}, most_at_once);
 }
 
 }  // namespace raywalk::build_lf

@@ -15,25 +15,21 @@
 
 namespace raywalk::build_lf {
 
-// The gains of `stations` (increasing; others keep those of `initial`): `initial` times what the
-// surfaces say in addition, if that is beyond its error (gain_significance.h). `initial` has no
-// local gains. `parts`: what compare_stations() found. The result depends neither on how the ratios
-// are divided nor on the number of threads.
+// The gains of `stations` (increasing; others have none): what the surfaces say, if that is beyond
+// its error (gain_significance.h). `parts`: what compare_stations() found. The result depends
+// neither on how the ratios are divided nor on the number of threads.
 //
 // Gains of whole pictures are solved for together. Those of their patches are solved for in windows
 // of at most `most_at_once` stations and some around them (gain_windows.h), so that memory is
 // bounded: some 0.5 MB per station of a window. What was measured is meanwhile in a file in the
 // room's directory, some 200 kB per station. Throws Error if that cannot be written; Interrupted.
 //
-// Ratios determine gains only up to a common factor: the mean logarithm of what is added is 0 in
-// every channel.
+// Ratios determine gains only up to a common factor: the mean logarithm is 0 in every channel.
 GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stations,
-                            const RatioParts& parts, const GainFields& initial,
-                            int most_at_once = 1500);
+                            const RatioParts& parts, int most_at_once = 1500);
 
 // The same, after comparing the stations by the surfaces in `maps`.
 GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stations,
-                            const SurfaceMaps& maps, const GainFields& initial,
-                            int most_at_once = 1500);
+                            const SurfaceMaps& maps, int most_at_once = 1500);
 
 }  // namespace raywalk::build_lf

@@ -86,8 +86,7 @@ SurfaceMaps exact_maps(const SyntheticScene& scene, const Room& room, int every 
 }
 
 GainFields gains_of(const DepthTestRoom& room, const SurfaceMaps& maps) {
-  return solve_room_gains(room.room(), stations_of(room.grid()), maps,
-                          unit_gain_fields(room.grid()));
+  return solve_room_gains(room.room(), stations_of(room.grid()), maps);
 }
 
 const GainField& field_of(const GainFields& fields, StationIndex station) {
@@ -262,24 +261,6 @@ TEST(RoomGainsTest, AreOneWithoutDistances) {
   }
 }
 
-TEST(RoomGainsTest, RefineInitialGains) {
-  const SyntheticRoomSpec spec = small_room();
-  const DepthTestRoom room(spec, exposed(by_station()));
-  GainFields initial = unit_gain_fields(room.grid());
-  for (const StationIndex s : stations_of(room.grid())) {
-    const cv::Vec3d exposure = by_station()(s, 0.0);
-    for (int c = 0; c < 3; ++c) {
-      initial[static_cast<size_t>(s.line)][static_cast<size_t>(s.station)].whole[c] =
-          static_cast<float>(1.0 / exposure[c]);
-    }
-  }
-  const GainFields fields = solve_room_gains(room.room(), stations_of(room.grid()),
-                                             exact_maps(spec.scene, room.room()), initial);
-  for (const StationIndex s : stations_of(room.grid())) {
-    EXPECT_EQ(field_of(fields, s).whole, field_of(initial, s).whole);
-  }
-}
-
 // Solved for in several windows, gains are nearly those of all stations at once.
 TEST(RoomGainsTest, WindowsAgreeWithTheWholeRoom) {
   const SyntheticRoomSpec spec = small_room();
@@ -288,8 +269,7 @@ TEST(RoomGainsTest, WindowsAgreeWithTheWholeRoom) {
   const std::vector<StationIndex> stations = stations_of(room.grid());
   const GainFields whole = gains_of(room, maps);
   const GainFields parts =
-      solve_room_gains(room.room(), stations, maps, unit_gain_fields(room.grid()),
-                       static_cast<int>(stations.size()) / 4);
+      solve_room_gains(room.room(), stations, maps, static_cast<int>(stations.size()) / 4);
   for (const StationIndex s : stations) {
     for (int theta = 0; theta < kPatchesTheta; ++theta) {
       const cv::Vec3d expected = gain_at(field_of(whole, s), theta, kPatchesPhi / 2);

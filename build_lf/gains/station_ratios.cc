@@ -65,20 +65,6 @@ class Surfaces {
   std::map<StationIndex, InverseDistanceMap> read_;
 };
 
-std::array<float, 3> log_gains(const GainFields& fields, StationIndex station) {
-  const ColourGain& whole =
-      fields[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)].whole;
-  return {std::log(whole[0]), std::log(whole[1]), std::log(whole[2])};
-}
-
-// What the stations' initial gains add to a log ratio is taken off, so that the rest is solved for.
-void take_off(const std::array<float, 3>& from, const std::array<float, 3>& to,
-              std::vector<PatchRatio>* patches) {
-  for (PatchRatio& patch : *patches) {
-    for (size_t c = 0; c < 3; ++c) patch.log_ratio[c] -= from[c] - to[c];
-  }
-}
-
 WholeRatio whole_ratio(const StationRatios& ratios) {
   constexpr double kModelError = 0.005;
   WholeRatio whole{ratios.from, ratios.to, {}, !ratios.patches.empty()};
@@ -221,12 +207,7 @@ int parts_of(std::size_t stations) {
       std::max<std::size_t>(1, (stations + kStationsPerPart - 1) / kStationsPerPart));
 }
 
-std::vector<WholeRatio> collect_ratios(const RatioParts& parts,
-                                       std::span<const StationIndex> stations,
-                                       const GainFields& initial, RatioFile* file) {
-  const auto gains_of = [&](int number) {
-    return log_gains(initial, stations[static_cast<size_t>(number)]);
-  };
+std::vector<WholeRatio> collect_ratios(const RatioParts& parts, RatioFile* file) {
   std::vector<WholeRatio> all;
   for (int part = 0; part < parts.count; ++part) {
     std::vector<StationRatios> ratios = parts.read(part);
@@ -234,10 +215,7 @@ std::vector<WholeRatio> collect_ratios(const RatioParts& parts,
       const int to = begin->to;
       const auto end = std::find_if(begin, ratios.end(),
                                     [&](const StationRatios& other) { return other.to != to; });
-      for (auto of_pair = begin; of_pair != end; ++of_pair) {
-        take_off(gains_of(of_pair->from), gains_of(to), &of_pair->patches);
-        all.push_back(whole_ratio(*of_pair));
-      }
+      std::transform(begin, end, std::back_inserter(all), whole_ratio);
       file->put(to, std::span(begin, end));
       begin = end;
     }

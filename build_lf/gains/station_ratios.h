@@ -93,11 +93,8 @@ struct RatioParts {
 // The least number of equal parts that are small beside the memory of a computer.
 int parts_of(std::size_t stations);
 
-// Takes off what the stations' `initial` gains add to the ratios, so that the rest is solved for,
-// and puts them into `file`. Returns the ratios of whole pictures, by increasing `to`. Throws Error
-// as RatioFile and `parts` do.
-std::vector<WholeRatio> collect_ratios(const RatioParts& parts,
-                                       std::span<const StationIndex> stations,
-                                       const GainFields& initial, RatioFile* file);
+// Puts the ratios into `file`. Returns those of whole pictures, by increasing `to`. Throws Error as
+// RatioFile and `parts` do.
+std::vector<WholeRatio> collect_ratios(const RatioParts& parts, RatioFile* file);
 
 }  // namespace raywalk::build_lf

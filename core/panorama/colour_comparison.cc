@@ -20,7 +20,7 @@ constexpr int kBrightest = 250;
 
 bool usable(int level) { return level > kDarkest && level < kBrightest; }
 
-// Weighted interquartile mean and spread: nearly as robust as the median, but not restricted to the
+// Weighted interquartile mean: nearly as robust as the median, but not restricted to the
 // few values that ratios of integer levels can take.
 class MiddleHalf {
  public:
@@ -32,34 +32,20 @@ class MiddleHalf {
     bin.weight += weight;
     bin.weighted += weight * value;
     total_ += weight;
-    total_square_ += weight * weight;
     ++count_;
   }
   int count() const { return count_; }
-  // Kish's effective sample size.
-  double effective_count() const { return total_ * total_ / total_square_; }
-
-  struct Summary {
-    double mean = 0.0;
-    double half_width = 0.0;  // of the interquartile range
-  };
-  Summary summary() const {
+  double mean() const {
     const double from = 0.25 * total_;
     const double to = 0.75 * total_;
     double passed = 0.0;
     double sum = 0.0;
-    int first = -1;
-    int last = 0;
-    for (size_t i = 0; i < bins_.size(); ++i) {
-      const Bin& bin = bins_[i];
+    for (const Bin& bin : bins_) {
       const double inside = std::min(passed + bin.weight, to) - std::max(passed, from);
       passed += bin.weight;
-      if (inside <= 0.0) continue;
-      sum += inside * bin.weighted / bin.weight;
-      last = static_cast<int>(i);
-      if (first < 0) first = last;
+      if (inside > 0.0) sum += inside * bin.weighted / bin.weight;
     }
-    return {sum / (to - from), 0.5 * kBinWidth * (last - first + 1)};
+    return sum / (to - from);
   }
 
  private:
@@ -71,7 +57,6 @@ class MiddleHalf {
   static constexpr double kBinWidth = 0.001;
   std::vector<Bin> bins_;
   double total_ = 0.0;
-  double total_square_ = 0.0;
   int count_ = 0;
 };
 
@@ -94,7 +79,7 @@ const std::array<double, 256>& logs_of_levels() {
   return logs;
 }
 
-// Computes the log ratios and their errors; false if there is too little to compare. Pixels are
+// Computes the log ratios; false if there is too little to compare. Pixels are
 // weighted by `trust` (CV_32F; 0: ignored) and by level, as rounding and noise change a log ratio
 // in proportion to 1 / level.
 bool measure_ratios(const cv::Mat& from, const cv::Mat& to, const cv::Mat& trust,
@@ -102,9 +87,6 @@ bool measure_ratios(const cv::Mat& from, const cv::Mat& to, const cv::Mat& trust
   const std::vector<double> solid_angle = solid_angles(from.cols);
   const auto& logs = logs_of_levels();
   constexpr double kLeastShare = 0.02;
-  // Errors of neighbouring pixels are correlated; this many count as one sample.
-  constexpr double kPixelsPerSample = 64.0;
-  constexpr double kLeastError = 2e-4;
   for (int channel = 0; channel < 3; ++channel) {
     MiddleHalf ratios;
     for (int row = 0; row < from.rows; ++row) {
@@ -121,11 +103,7 @@ bool measure_ratios(const cv::Mat& from, const cv::Mat& to, const cv::Mat& trust
       }
     }
     if (ratios.count() < kLeastShare * static_cast<double>(from.total())) return false;
-    const auto [mean, half_width] = ratios.summary();
-    const auto c = static_cast<size_t>(channel);
-    comparison->log_ratio[c] = mean;
-    comparison->log_ratio_error[c] = std::hypot(
-        half_width / std::sqrt(ratios.effective_count() / kPixelsPerSample), kLeastError);
+    comparison->log_ratio[static_cast<size_t>(channel)] = ratios.mean();
   }
   return true;
 }

@@ -27,7 +27,6 @@ struct ColourComparison {
   // Natural logarithm of the ratio of 8-bit levels, second / first, for the same surface; red,
   // green, blue.
   std::array<double, 3> log_ratio{};
-  std::array<double, 3> log_ratio_error{};  // estimated standard error
   // Root mean square difference in levels after scaling the second picture to the colours of the
   // first. `change` compares equal pixels and grows with the baseline; `unexplained_change`
   // compares equal surfaces, found by optical flow, after scaling them to equal means within some

@@ -10,11 +10,11 @@
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/finish_maps.h"
 #include "build_lf/depth/partial_maps.h"
-#include "build_lf/depth/station_gains.h"
 #include "build_lf/depth/sweep_depth.h"
 #include "core/base/median.h"
 #include "core/base/resident_memory.h"
 #include "core/base/timing.h"
+#include "core/room/gain_fields.h"
 #include "core/room/room.h"
 #include "tests/bench/bench_room.h"
 #include "tests/bench/plain_copy.h"
@@ -74,8 +74,6 @@ build_lf::DepthPlan plan_of(const Room& room, size_t count) {
 void bench_depth(benchmark::State& state) {
   const Room room = Room::open(bench_room());
   const build_lf::DepthPlan plan = plan_of(room, static_cast<size_t>(state.range(0)));
-  const build_lf::StationGains gains = build_lf::solve_gains(
-      room.grid(), build_lf::measure_links(room, build_lf::pairs_to_compare(room.grid())));
   const fs::path work = bench_room().parent_path() / "depth";
   double peak_bytes = 0.0;
   std::vector<double> seconds;
@@ -85,11 +83,11 @@ void bench_depth(benchmark::State& state) {
     fs::create_directories(work);
     build_lf::PartialMaps partial(work, "bench");
     PeakOwnMemory memory;
-    const auto fields = build_lf::whole_fields(gains);
+    const GainFields fields = unit_gain_fields(room.grid());
     const Times times = times_of([&] {
       const IndexRange all{0, plan.maps.size()};
       const double max_per_m = build_lf::nearest_surfaces_per_m(
-          plan, build_lf::sweep_coarse_maps(room, plan, fields, {}, all, &partial));
+          plan, build_lf::sweep_coarse_maps(room, plan, {}, all, &partial));
       build_lf::sweep_maps(room, plan, max_per_m, fields, {}, all, &partial);
       build_lf::choose_maps(room, plan, fields, {}, all, &partial);
       build_lf::fuse_chosen_maps(room, plan, fields, all, &partial, [](const auto&) {});
