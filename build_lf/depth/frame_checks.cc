@@ -33,15 +33,14 @@ Usual usual_of(const std::vector<double>& values) {
 // The checks of one line.
 class LineChecks {
  public:
-  LineChecks(const Room& room, int line, std::span<const StationLink> links,
-             std::vector<FrameFinding>* findings)
+  LineChecks(const Room& room, int line, std::span<const StationLink> links, FrameChecks* checks)
       : line_index_(line),
         line_(room.grid().lines[static_cast<size_t>(line)]),
         volume_(room.volume(line)),
         file_(line_volume_path(room.directory(), line_.id)),
-        findings_(findings) {
+        checks_(checks) {
     for (const StationLink& link : links) {
-      if (link.compared.comparable && link.pair.from.line == line && link.pair.to.line == line) {
+      if (link.compared.comparable && link.pair.from.line == line) {
         links_[{link.pair.from.station, link.pair.to.station}] = link;
       }
     }
@@ -110,9 +109,8 @@ class LineChecks {
     }
   }
 
-  // The exposure of an outlier frame cannot be measured, so those are skipped. Returns the largest
-  // step, a factor.
-  double find_exposure_steps() {
+  // The exposure of an outlier frame cannot be measured, so those are skipped.
+  void find_exposure_steps() {
     std::map<int, double> log_step;  // to a station
     std::vector<double> sizes;
     for (int i = 1; i < stations(); ++i) {
@@ -124,13 +122,12 @@ class LineChecks {
     constexpr double kVisible = 0.02;  // Weber fraction: smaller steps are invisible
     const Usual usual = usual_of(sizes);
     const double limit = std::max(kVisible, usual.median + usual.margin);
-    double largest = 0.0;
+    double& largest = checks_->largest_exposure_step;
     for (const auto& [station, step] : log_step) {
-      if (std::fabs(step) > std::fabs(largest)) largest = step;
+      if (std::fabs(step) > std::fabs(std::log(largest))) largest = std::exp(step);
       if (std::fabs(step) <= limit) continue;
       report(station, FrameFault::kExposureStep, station - 1, std::exp(step));
     }
-    return std::exp(largest);
   }
 
  private:
@@ -197,11 +194,11 @@ class LineChecks {
   }
 
   void report(int station, FrameFault fault, int other, double measure) {
-    findings_->push_back({{line_index_, station},
-                          line_.stations[static_cast<size_t>(station)].file,
-                          fault,
-                          {line_index_, other},
-                          measure});
+    checks_->frames.push_back({{line_index_, station},
+                               line_.stations[static_cast<size_t>(station)].file,
+                               fault,
+                               {line_index_, other},
+                               measure});
   }
 
   int line_index_;
@@ -211,7 +208,7 @@ class LineChecks {
   std::map<std::pair<int, int>, StationLink> links_;  // by station
   std::vector<int> copies_;
   std::vector<int> unlike_;
-  std::vector<FrameFinding>* findings_;
+  FrameChecks* checks_;
 };
 
 void check_baselines(int index, const Line& line, double reach_m,
@@ -248,14 +245,11 @@ FrameChecks check_frames(const Room& room, std::span<const StationLink> links, d
   FrameChecks checks;
   const auto& lines = room.grid().lines;
   for (int i = 0; i < static_cast<int>(lines.size()); ++i) {
-    LineChecks line(room, i, links, &checks.frames);
+    LineChecks line(room, i, links, &checks);
     line.find_same_files();
     line.find_unmoved();
     line.find_unlike_neighbours();
-    const double step = line.find_exposure_steps();
-    if (std::fabs(std::log(step)) > std::fabs(std::log(checks.largest_exposure_step))) {
-      checks.largest_exposure_step = step;
-    }
+    line.find_exposure_steps();
     check_baselines(i, lines[static_cast<size_t>(i)], reach_m, &checks.lines);
   }
   return checks;
