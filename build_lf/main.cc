@@ -11,6 +11,7 @@
 #include "build_lf/gains/make_gains.h"
 #include "build_lf/gains/stored_gains.h"
 #include "build_lf/pack_room.h"
+#include "build_lf/refine/refine_room.h"
 #include "build_lf/repack_room.h"
 #include "build_lf/require/require_room.h"
 #include "build_lf/room_info.h"
@@ -30,6 +31,7 @@ struct Arguments {
   BlockArguments blocks{};
   DepthOptions depth{};
   std::string depth_method = "sweep";
+  RefineOptions refine{};
   RequireOptions require{};
   ExportOptions exported{};
   std::string export_format = "colmap";
@@ -178,6 +180,48 @@ void add_depth(CLI::App* app, Arguments* arguments) {
     const DepthStep step = depth_step_from_name(arguments->step);
     fmt::print("{}\n", escaped(blocks.block ? estimate_block(arguments->depth, step, *blocks.block)
                                             : merge_step(arguments->depth, step)));
+  });
+}
+
+void add_refine(CLI::App* app, Arguments* arguments) {
+  RefineOptions* options = &arguments->refine;
+  CLI::App* refine = app->add_subcommand(
+      "refine", "Develop a room into few stations, each better than any photograph");
+  refine->add_option("room", options->room, "Room directory with distances")->required();
+  refine->add_option("-o,--out", options->out,
+                     "Room directory to create (default: beside the room, <room>-refined)");
+  add_force_flag(refine, &options->replace,
+                 "Replace the room in --out once the new one is complete");
+  refine->add_option("--stations", options->stations,
+                     "About how many stations to develop; 0 = those with a distance map");
+  refine->add_option("--width", options->width,
+                     "Width of the developed pictures in pixels, up to twice that of the captured "
+                     "ones; 0 = twice, at most 8192");
+  refine->add_option("--hold-out", options->hold_out,
+                     "Leave out one of every n captured stations, to judge views by them; 0 = use "
+                     "all");
+  add_compress_option(refine, &arguments->compress);
+  add_block_options(refine, &arguments->blocks, "stations");
+  add_threads_option(refine, &arguments->threads);
+  refine->footer(
+      "Examples:\n  raywalk-build-lf refine hall.lf\n"
+      "  raywalk-build-lf refine hall.lf --stations 24 --compress jpeg:95 --out small.lf\n"
+      "  raywalk-build-lf refine hall.lf --block 1/2\n"
+      "  raywalk-build-lf refine hall.lf --block 2/2\n"
+      "  raywalk-build-lf refine hall.lf --merge\n"
+      "The result is a room like any other. The same command resumes a stopped run.");
+  refine->callback([arguments, options] {
+    options->form = ray_form_from_name(arguments->compress);
+    set_thread_count(arguments->threads);
+    if (options->out.empty()) options->out = default_refined_name(options->room);
+    const BlockArguments& blocks = arguments->blocks;
+    if (blocks.block) {
+      fmt::print("{}\n", escaped(refine_block(*options, *blocks.block)));
+      return;
+    }
+    blocks.merge ? merge_refined(*options) : refine_room(*options);
+    const std::string out = options->out.string();
+    fmt::print("{}\n", summary_of(info_of(Room::open(out)), escaped(out)));
   });
 }
 
@@ -355,6 +399,7 @@ int main(int argc, char** argv) {
   raywalk::build_lf::add_pack(&app, &arguments);
   raywalk::build_lf::add_repack(&app, &arguments);
   raywalk::build_lf::add_depth(&app, &arguments);
+  raywalk::build_lf::add_refine(&app, &arguments);
   raywalk::build_lf::add_distances(&app, &arguments);
   raywalk::build_lf::add_gains(&app, &arguments);
   raywalk::build_lf::add_info(&app, &arguments);

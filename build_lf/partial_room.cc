@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 constexpr const char* kLockFile = "lock";
 constexpr const char* kFingerprintFile = "inputs.sha256";
 constexpr const char* kBlocksDirectory = "blocks";
-constexpr std::array kVolumeDirectories = {"lines", "distances"};
+constexpr std::array kVolumeDirectories = {"lines", "distances", kDevelopedDirectory};
 
 fs::path made_directory(const fs::path& directory) {
   std::error_code error;
@@ -44,13 +44,15 @@ bool is_part_of_room(const fs::path& relative, bool is_directory) {
 
 // Temporary files of a killed run start with a dot.
 bool is_finished_volume(const fs::path& file) {
-  return file.extension() == ".h5" && file.filename().string().front() != '.';
+  const bool known = file.extension() == ".h5" || file.extension() == kDevelopedExtension;
+  return known && file.filename().string().front() != '.';
 }
 
 // For the holder of the lock, who knows that no other run writes them.
 void remove_unfinished_volumes(const fs::path& room) {
+  std::error_code missing;
   for (const char* name : kVolumeDirectories) {
-    for (const fs::directory_entry& entry : fs::directory_iterator(room / name)) {
+    for (const fs::directory_entry& entry : fs::directory_iterator(room / name, missing)) {
       if (!is_finished_volume(entry.path())) fs::remove(entry.path());
     }
   }
@@ -139,7 +141,7 @@ void PartialRoom::remove_volumes() {
 
 void PartialRoom::complete() {
   require_free(out_, replace_);
-  for (const char* name : {kLockFile, kFingerprintFile, kBlocksDirectory}) {
+  for (const char* name : {kLockFile, kFingerprintFile, kBlocksDirectory, kDevelopedDirectory}) {
     fs::remove_all(directory_ / name);
   }
   remove_unfinished_volumes(directory_);

@@ -20,6 +20,10 @@ void require_replaceable_room(const std::filesystem::path& out);
 // that may be replaced.
 void require_free(const std::filesystem::path& out, bool replace);
 
+// What refine keeps of a room that it makes until its lines are written: a file for each station.
+inline constexpr const char* kDevelopedDirectory = "stations";
+inline constexpr const char* kDevelopedExtension = ".developed";
+
 class PartialRoom {
  public:
   // Creates or reuses the directory, locks it and removes the volumes that a killed run left

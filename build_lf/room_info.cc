@@ -13,6 +13,7 @@
 #include "core/base/counted.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
+#include "core/room/refined_record.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -193,6 +194,7 @@ RoomInfo info_of(const Room& room) {
   info.masked_share /= info.stations;
   info.compression = room.compression();
   info.distances = room.distances_origin();
+  info.refined = refined_text(room.directory());
   for (const auto& line : room.gains()) {
     info.stations_with_gains += static_cast<int>(std::ranges::count_if(line, std::not_fn(is_one)));
   }
@@ -216,6 +218,7 @@ std::string summary_of(const RoomInfo& info, const std::string& name) {
 
 std::string text_of(const RoomInfo& info, const std::string& name) {
   std::string text = summary_of(info, name) + "\n" + use_text(info, name) + "\n";
+  if (!info.refined.empty()) text += info.refined + "\n";
   if (info.stations_with_gains > 0) {
     text += fmt::format("views apply gains to {} of {}\n", info.stations_with_gains,
                         counted(static_cast<std::size_t>(info.stations), "station"));
@@ -276,6 +279,7 @@ std::string json_of(const RoomInfo& info) {
       {"distance_faults", info.distance_faults},
       {"stations_with_gains", info.stations_with_gains},
       {"compression", info.compression},
+      {"refined", info.refined.empty() ? Json() : Json(info.refined)},
       {"bytes", info.bytes},
       {"lines", std::move(lines)},
       {"cells", std::move(cells)}};

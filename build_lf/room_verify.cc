@@ -15,6 +15,7 @@
 #include "core/base/progress.h"
 #include "core/files/sha256.h"
 #include "core/room/hdf5_file.h"
+#include "core/room/refined_record.h"
 #include "core/room/tile_cache.h"
 
 namespace raywalk::build_lf {
@@ -206,10 +207,12 @@ std::string text_of(const VerifiedCounts& counts, const Room& room) {
   const std::string kept = counts.kept_distances.empty()
                                ? ""
                                : "; those not in use (" + counts.kept_distances + ") match too";
+  const std::string refined = refined_text(room.directory());
   return fmt::format(
-      "{}: {} panoramas and {} distance maps match their checksums; distances in use: {}{}{}",
+      "{}: {} panoramas and {} distance maps match their checksums; distances in use: {}{}{}{}{}",
       room.directory().string(), counts.panoramas, counts.distance_maps, room.distances_origin(),
-      kept, room.gains().empty() ? "" : "; the gains match too");
+      kept, room.gains().empty() ? "" : "; the gains match too", refined.empty() ? "" : "; ",
+      refined);
 }
 
 }  // namespace raywalk::build_lf

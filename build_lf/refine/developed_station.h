@@ -1,0 +1,32 @@
+// A developed station, kept in the working directory until its line is written.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "build_lf/refine/source_views.h"
+#include "build_lf/station_data.h"
+#include "core/room/room.h"
+#include "core/view/exposure.h"
+
+namespace raywalk::build_lf {
+
+struct DevelopedStation {
+  StationRays rays;
+  StationDistances distances;
+  double sharpening = 0.0;
+};
+
+// Makes one, `width` pixels wide (refine_plan.h). `exposure` may be null.
+DevelopedStation develop_station(const Room& room, const Exposure* exposure, StationIndex station,
+                                 int width, SourceViews* views);
+
+// Stores it, atomically. Throws Error if it cannot be written.
+void store_developed(const std::filesystem::path& file, const DevelopedStation& station);
+
+// A stored one of that width. Throws Error naming the file if it is damaged.
+DevelopedStation load_developed(const std::filesystem::path& file, int width);
+double stored_sharpening(const std::filesystem::path& file);
+
+}  // namespace raywalk::build_lf

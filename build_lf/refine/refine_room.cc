@@ -1,0 +1,231 @@
+#include "build_lf/refine/refine_room.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "build_lf/free_space.h"
+#include "build_lf/pack_room.h"
+#include "build_lf/partial_room.h"
+#include "build_lf/refine/developed_station.h"
+#include "build_lf/refine/refine_plan.h"
+#include "build_lf/volume_writer.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/progress.h"
+#include "core/files/atomic_output.h"
+#include "core/files/output_path.h"
+#include "core/files/sha256.h"
+#include "core/judge/trade/held_out_views.h"
+#include "core/room/refined_record.h"
+#include "core/room/requirements.h"
+#include "core/room/room.h"
+#include "core/room/room_fingerprint.h"
+
+namespace raywalk::build_lf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kRefinedOrigin = "refined";
+
+// A run: the captured room without what is held out, and what is made of it.
+class Refinement {
+ public:
+  Refinement(const RefineOptions& options, FileLock::Use use)
+      : options_(options),
+        captured_(opened(options)),
+        room_(options.hold_out == 0 ? captured_
+                                    : room_without_held_out(captured_, options.hold_out)),
+        kept_(stations_to_develop(room_, options.stations)),
+        refined_(room_.subset(kept_)),
+        width_(developed_width(room_.panorama(), options.width)),
+        partial_(options.out, fingerprint(), options.replace, use) {
+    for (int line = 0; line < static_cast<int>(kept_.size()); ++line) {
+      for (const int station : kept_[static_cast<std::size_t>(line)]) {
+        stations_.push_back({line, station});
+      }
+    }
+  }
+
+  std::size_t stations() const { return stations_.size(); }
+  PartialRoom& partial() { return partial_; }
+
+  // Develops those of a share that are not; returns how many that were.
+  int develop(IndexRange share) {
+    require_space(share);
+    const std::unique_ptr<const Exposure> exposure =
+        room_.gains().empty() ? nullptr : std::make_unique<const Exposure>(room_);
+    SourceViews views(room_);
+    Progress progress("developing", static_cast<std::int64_t>(share.size()), "stations");
+    int developed = 0;
+    for (const StationIndex station : std::span(stations_).subspan(share.begin, share.size())) {
+      throw_if_interrupted();
+      if (!fs::exists(file_of(station))) {
+        store_developed(file_of(station),
+                        develop_station(room_, exposure.get(), station, width_, &views));
+        ++developed;
+      }
+      progress.advance();
+    }
+    return developed;
+  }
+
+  bool is_complete(IndexRange share) const {
+    const auto part = std::span(stations_).subspan(share.begin, share.size());
+    return std::ranges::all_of(part, [&](StationIndex at) { return fs::exists(file_of(at)); });
+  }
+
+  // Makes the room of what is developed.
+  void complete() {
+    const fs::path& out = partial_.directory();
+    std::array<double, 2> sharpening{2.0, 0.0};
+    Progress progress("storing", 2 * static_cast<std::int64_t>(stations_.size()), "images");
+    for (int line = 0; line < static_cast<int>(kept_.size()); ++line) {
+      write_line(line, &sharpening, &progress);
+    }
+    const PanoramaSize size{width_, width_ / 2};
+    write_file_atomically(manifest_path(out),
+                          manifest_to_json(manifest_of_volumes(out, size, refined_.grid())));
+    const fs::path source =
+        fs::absolute(options_.room)
+            .lexically_relative(fs::absolute(without_trailing_slash(options_.out)));
+    std::size_t photographs = 0;
+    for (const Line& line : room_.grid().lines) photographs += line.stations.size();
+    write_refined_record(out, {.source = source,
+                               .source_fingerprint = room_fingerprint(captured_),
+                               .source_stations = static_cast<int>(photographs),
+                               .hold_out = options_.hold_out,
+                               .sharpening = sharpening});
+    Room::open(out);  // checks that the result can be opened
+    partial_.complete();
+  }
+
+ private:
+  static Room opened(const RefineOptions& options) {
+    require_free(without_trailing_slash(options.out), options.replace);
+    if (options.hold_out < 0 || options.hold_out == 1) {
+      throw UsageError("--hold-out: must be at least 2: every n-th station is left out; 0 = none");
+    }
+    Room room = Room::open(options.room);
+    if (read_refined_record(options.room)) {
+      throw Error(fmt::format("{}: is a refined room already; refine the captured one",
+                              options.room.string()));
+    }
+    if (!room.has_distances()) {
+      throw Error(fmt::format("{}: has no distances; run raywalk-build-lf depth {} first",
+                              options.room.string(), options.room.string()));
+    }
+    return room;
+  }
+
+  // Over everything that determines the result.
+  std::string fingerprint() const {
+    std::string text = fmt::format("refine 1 {} {}\n{}{}", width_, name_of(options_.form),
+                                   manifest_to_json(refined_.manifest()), distances_sha256(room_));
+    for (const Line& line : room_.grid().lines) {
+      text += fmt::format("{} {}\n", line.id, line.stations.size());
+    }
+    return sha256_hex(text);
+  }
+
+  fs::path file_of(StationIndex station) const {
+    return partial_.directory() / kDevelopedDirectory /
+           fmt::format("{}-{}{}", station.line, station.station, kDevelopedExtension);
+  }
+
+  void require_space(IndexRange share) const {
+    const std::uint64_t pixels = static_cast<std::uint64_t>(width_) * (width_ / 2);
+    constexpr std::uint64_t kDevelopedBytes = 8, kStoredBytes = 8;  // of a pixel
+    const std::uint64_t all = share.size() * pixels * (kDevelopedBytes + kStoredBytes);
+    build_lf::require_space(partial_.directory(), {.needed = all, .there = 0},
+                            free_bytes(partial_.directory()));
+  }
+
+  void write_line(int index, std::array<double, 2>* sharpening, Progress* progress) {
+    const Line& line = refined_.grid().lines[static_cast<std::size_t>(index)];
+    const std::vector<int>& kept = kept_[static_cast<std::size_t>(index)];
+    const PanoramaSize size{width_, width_ / 2};
+    const auto loaded = [&](std::size_t i) {
+      return load_developed(file_of({index, kept[i]}), width_);
+    };
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      const double amount = stored_sharpening(file_of({index, kept[i]}));
+      (*sharpening)[0] = std::min((*sharpening)[0], amount);
+      (*sharpening)[1] = std::max((*sharpening)[1], amount);
+    }
+    const fs::path rays = line_volume_path(partial_.directory(), line.id);
+    if (!fs::exists(rays)) {
+      write_line_volume(rays, line,
+                        {.panorama = size,
+                         .masked = room_.masked(),
+                         .read = [&](std::size_t i) { return loaded(i).rays; },
+                         .form = options_.form},
+                        progress);
+    }
+    const fs::path distances = distance_volume_path(partial_.directory(), line.id);
+    if (fs::exists(distances)) return;
+    std::vector<std::int32_t> all(kept.size());
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::int32_t>(i);
+    write_distance_volume(distances, line,
+                          {.stations = std::move(all),
+                           .size = size,
+                           .origin = kRefinedOrigin,
+                           .read = [&](std::size_t i) { return loaded(i).distances; },
+                           .compressed = options_.form.compressed()},
+                          progress);
+  }
+
+  const RefineOptions& options_;
+  Room captured_;
+  Room room_;
+  KeptStations kept_;
+  Room refined_;  // what the refined room has of the room: lines, cells and stations
+  int width_;
+  PartialRoom partial_;
+  std::vector<StationIndex> stations_;  // that are developed
+};
+
+}  // namespace
+
+fs::path default_refined_name(const fs::path& room) {
+  const fs::path plain = without_trailing_slash(room);
+  return plain.parent_path() / (plain.stem().string() + "-refined" + plain.extension().string());
+}
+
+void refine_room(const RefineOptions& options) {
+  Refinement refinement(options, FileLock::Use::kAlone);
+  refinement.develop({0, refinement.stations()});
+  refinement.complete();
+}
+
+std::string refine_block(const RefineOptions& options, Block block) {
+  Refinement refinement(options, FileLock::Use::kShared);
+  refinement.partial().note_blocks(block.count);
+  const IndexRange share = block.share_of(refinement.stations());
+  const int developed = refinement.develop(share);
+  return fmt::format("{}: block {}: {}, {}", options.out.string(), block.text(),
+                     counted(share.size(), "station"),
+                     developed == 0 ? "all developed before" : "developed");
+}
+
+void merge_refined(const RefineOptions& options) {
+  Refinement refinement(options, FileLock::Use::kAlone);
+  if (!refinement.is_complete({0, refinement.stations()})) {
+    const std::string blocks = refinement.partial().missing_blocks([&](Block block) {
+      return !refinement.is_complete(block.share_of(refinement.stations()));
+    });
+    throw Error(fmt::format(
+        "{}: not all stations are developed{}; develop them with --block and "
+        "merge again",
+        refinement.partial().directory().string(), blocks.empty() ? "" : ": " + blocks));
+  }
+  refinement.complete();
+}
+
+}  // namespace raywalk::build_lf

@@ -1,0 +1,202 @@
+#include "build_lf/refine/refine_room.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "build_lf/depth/depth_test_room.h"
+#include "build_lf/depth/station_image.h"
+#include "build_lf/room_verify.h"
+#include "core/base/error.h"
+#include "core/files/test_contents.h"
+#include "core/room/refined_record.h"
+#include "core/room/tile_cache.h"
+
+namespace raywalk::build_lf {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class RefineRoomTest : public testing::Test {
+ protected:
+  // A cell of 1 m with 17 stations a line, every 4th of them with a map.
+  static SyntheticRoomSpec spec() {
+    SyntheticRoomSpec spec;
+    spec.spacing_m = 0.0625;
+    spec.width = 128;
+    spec.distance_every = 4;
+    return spec;
+  }
+  static RefineOptions options_of(const Room& room) {
+    return {.room = room.directory(), .out = default_refined_name(room.directory())};
+  }
+  static Room refined(const Room& room) {
+    const RefineOptions options = options_of(room);
+    refine_room(options);
+    return Room::open(options.out);
+  }
+  // PSNR of a station's picture against the scene, which shows detail of a pixel of its width.
+  static double psnr_of(const Room& room, StationIndex station, const SyntheticScene& scene) {
+    const auto& at = room.grid()
+                         .lines[static_cast<std::size_t>(station.line)]
+                         .stations[static_cast<std::size_t>(station.station)];
+    cv::Mat shown = station_image(room, station, room.panorama()).t();
+    cv::cvtColor(shown, shown, cv::COLOR_RGB2BGR);
+    return cv::PSNR(shown, render_scene(scene, at.position_m, room.panorama().width));
+  }
+  template <typename Run>
+  static std::string error_of(const Run& run) {
+    try {
+      run();
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "no error";
+  }
+};
+
+TEST_F(RefineRoomTest, AStationIsBetterThanItsNoisyPhotograph) {
+  const SyntheticRoomSpec scene = spec();
+  DepthTestRoom captured(
+      scene, [](StationIndex station, cv::Mat* frame) { add_noise(station, 8.0, frame); });
+  captured.give_distances(scene.scene, {128, 64}, 4);
+  const Room room = refined(captured.room());
+  EXPECT_EQ(room.panorama().width, 256);
+  EXPECT_EQ(room.grid().lines.size(), 4u);
+  EXPECT_EQ(room.grid().cells.size(), 1u);
+  for (int line = 0; line < 4; ++line) {
+    ASSERT_EQ(room.volume(line).stations(), 5);
+    EXPECT_EQ(room.distances(line).maps(), 5);
+    EXPECT_EQ(room.distances(line).size().width, 256);
+    for (const int station : {0, 2}) {
+      const double photograph = psnr_of(captured.room(), {line, 4 * station}, scene.scene);
+      EXPECT_NEAR(photograph, 30.0, 0.5);
+      EXPECT_GT(psnr_of(room, {line, station}, scene.scene), photograph + 7.0);
+    }
+  }
+  EXPECT_NO_THROW(verify_room(room));
+}
+
+TEST_F(RefineRoomTest, ExposuresAgreeAfterwards) {
+  const SyntheticRoomSpec scene = spec();
+  const auto gain_of = [](StationIndex station) { return station.station % 2 == 0 ? 0.8 : 1.0; };
+  DepthTestRoom captured(scene, [&](StationIndex station, cv::Mat* frame) {
+    frame->convertTo(*frame, CV_8U, gain_of(station));
+  });
+  captured.give_distances(scene.scene, {128, 64}, 4);
+  GainFields gains = unit_gain_fields(captured.grid());
+  for (auto& line : gains) {
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      line[i].whole = ColourGain::all(static_cast<float>(1.0 / gain_of({0, static_cast<int>(i)})));
+    }
+  }
+  const fs::path file = gains_path(captured.room().directory());
+  write_gain_fields(file, captured.grid(), gains);
+  RoomManifest manifest = captured.room().manifest();
+  manifest.gains = {record_of_gains(file)};
+  write_file_atomically(manifest_path(captured.room().directory()), manifest_to_json(manifest));
+  const Room room = refined(Room::open(captured.room().directory()));
+  EXPECT_TRUE(room.gains().empty());
+  EXPECT_GT(psnr_of(room, {0, 2}, scene.scene), 38.0);
+}
+
+TEST_F(RefineRoomTest, WhatMasksHideIsTakenFromOtherStations) {
+  const SyntheticRoomSpec scene = spec();
+  // A black patch, elsewhere in each station, masked with what is below it.
+  const auto column_of = [](StationIndex station) { return 8 * station.station % 112; };
+  DepthTestRoom captured(
+      scene,
+      [&](StationIndex station, cv::Mat* frame) {
+        (*frame)({column_of(station), 40, 16, 24}) = cv::Scalar::all(0);
+      },
+      [&](StationIndex station) {
+        cv::Mat mask(64, 128, CV_8U, cv::Scalar::all(255));
+        mask({column_of(station), 40, 16, 24}) = cv::Scalar::all(0);
+        return mask;
+      });
+  captured.give_distances(scene.scene, {128, 64}, 4);
+  const Room room = refined(captured.room());
+  EXPECT_GT(psnr_of(room, {0, 2}, scene.scene), 34.0);
+  for (int theta = 0; theta < 256; ++theta) {
+    EXPECT_EQ(room.volume(0).valid_rows(2, theta), (RowRun{0, 128})) << theta;
+  }
+}
+
+TEST_F(RefineRoomTest, BlocksMakeTheSameRoom) {
+  DepthTestRoom captured(spec());
+  captured.give_distances(spec().scene, {64, 32}, 8);
+  RefineOptions options = options_of(captured.room());
+  refine_room(options);
+  const auto whole = checksums_of_files(options.out);
+  fs::remove_all(options.out);
+  EXPECT_THAT(refine_block(options, {.index = 2, .count = 3}), HasSubstr("4 stations, developed"));
+  EXPECT_THAT(error_of([&] { merge_refined(options); }), HasSubstr("1 and 3"));
+  EXPECT_FALSE(fs::exists(options.out));
+  for (const int index : {1, 3}) refine_block(options, {.index = index, .count = 3});
+  EXPECT_THAT(refine_block(options, {.index = 2, .count = 3}), HasSubstr("developed before"));
+  merge_refined(options);
+  EXPECT_EQ(checksums_of_files(options.out), whole);
+  EXPECT_FALSE(fs::exists(options.out.string() + ".partial"));
+  EXPECT_THAT(error_of([&] { refine_room(options); }), HasSubstr("exists"));
+  options.replace = true;
+  EXPECT_NO_THROW(refine_room(options));
+}
+
+TEST_F(RefineRoomTest, AStoppedRunIsResumed) {
+  DepthTestRoom captured(spec());
+  captured.give_distances(spec().scene, {64, 32}, 8);
+  const RefineOptions options = options_of(captured.room());
+  refine_block(options, {.index = 1, .count = 2});
+  const fs::path stations = options.out.string() + ".partial/stations";
+  const fs::path first = *fs::directory_iterator(stations);
+  const auto written = fs::last_write_time(first);
+  // Another width is another room.
+  RefineOptions other = options;
+  other.width = 128;
+  EXPECT_THAT(error_of([&] { refine_room(other); }), HasSubstr("holds an unfinished room"));
+  EXPECT_EQ(fs::last_write_time(first), written);
+  refine_room(options);
+  EXPECT_EQ(Room::open(options.out).panorama().width, 256);
+}
+
+TEST_F(RefineRoomTest, KnowsWhatItWasMadeFrom) {
+  DepthTestRoom captured(spec());
+  captured.give_distances(spec().scene, {64, 32}, 8);
+  const Room room = refined(captured.room());
+  EXPECT_THAT(refined_text(room.directory()), HasSubstr("developed from 68 photographs of ../"));
+  EXPECT_THAT(refined_text(room.directory()), Not(HasSubstr("changed")));
+  const auto record = read_refined_record(room.directory());
+  ASSERT_TRUE(record);
+  EXPECT_GT(record->sharpening[0], 0.0);
+  captured.give_distances(spec().scene, {64, 32}, 4);
+  EXPECT_THAT(refined_text(room.directory()), HasSubstr("has changed since: refine it again"));
+  EXPECT_EQ(refined_text(captured.room().directory()), "");
+  EXPECT_THAT(error_of([&] { refine_room(options_of(room)); }), HasSubstr("is a refined room"));
+}
+
+TEST_F(RefineRoomTest, HeldOutStationsAreNotUsed) {
+  DepthTestRoom captured(spec());
+  captured.give_distances(spec().scene, {64, 32}, 2);
+  RefineOptions options = options_of(captured.room());
+  options.hold_out = 4;
+  refine_room(options);
+  const auto record = read_refined_record(options.out);
+  EXPECT_EQ(record->hold_out, 4);
+  // Of 17 stations the 3rd, 7th, 11th and 15th of every line.
+  EXPECT_EQ(record->source_stations, 4 * 13);
+  options.hold_out = 1;
+  EXPECT_THAT(error_of([&] { refine_room(options); }), HasSubstr("exists"));
+  options.replace = true;
+  EXPECT_THROW(refine_room(options), UsageError);
+}
+
+TEST_F(RefineRoomTest, NeedsDistances) {
+  const DepthTestRoom captured(spec());
+  EXPECT_THAT(error_of([&] { refine_room(options_of(captured.room())); }),
+              HasSubstr("has no distances; run raywalk-build-lf depth"));
+}
+
+}  // namespace
+}  // namespace raywalk::build_lf
