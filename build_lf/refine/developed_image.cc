@@ -208,8 +208,7 @@ void add_samples(const Photograph& photograph, const SourceView& view,
     const float along =
         1.0f + column->inverse[row] * (cos_phi[row] * to_eye.ahead + sin_phi[row] * to_eye.up);
     const float angle = std::sqrt(std::max(0.0f, 2.0f - 2.0f * along / located.length[row]));
-    const float finer = std::min(1.0f, 1.0f / located.length[row]);
-    column->samples[row].add(column->colours[i], finer * finer / (angle + kNearest), angle);
+    column->samples[row].add(column->colours[i], 1.0f / (angle + kNearest), angle);
     ++column->others[row];
   }
 }

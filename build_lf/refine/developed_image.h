@@ -2,12 +2,9 @@
 //
 // Every pixel of the finer picture is a point: the station's position plus its distance along the
 // ray. It is looked up (bicubic) in the photographs of the stations around, where these see it, and
-// the samples are averaged (directional_mean.h) with weights
-//   w = min(1, d / d_s)^2 / (a + e)
-// d being the point's distance from the station, d_s from the photograph's, whose pixels are
-// coarser there if it is farther away, and a the angle between the two rays. Photographs sample the
-// scene at different places, so that their mean has detail that none of them has alone, and noise,
-// aliasing and what compression did average out.
+// the samples are averaged (directional_mean.h) with weights 1 / (a + e), a being the angle between
+// the two rays. Photographs sample the scene at different places, so that their mean has detail
+// that none of them has alone, and noise, aliasing and what compression did average out.
 #pragma once
 
 #include <memory>

@@ -15,6 +15,7 @@
 
 #include "build_lf/depth/station_image.h"
 #include "build_lf/refine/developed_image.h"
+#include "build_lf/refine/fine_map.h"
 #include "build_lf/refine/refine_plan.h"
 #include "build_lf/refine/sharpening.h"
 #include "core/base/error.h"
@@ -139,7 +140,7 @@ std::string_view bytes_of(const std::vector<T>& values) {
 DevelopedStation develop_station(const Room& room, const Exposure* exposure, StationIndex station,
                                  int width, SourceViews* views) {
   const OwnDistances own = distances_of(room, station, *views->of(station));
-  const OmegaMap fine = resized(own.omega, width);
+  const OmegaMap fine = enlarged(own.omega, width);
   std::vector<std::shared_ptr<const SourceView>> sources;
   for (const StationIndex source :
        sources_of(room.grid(), station, median_distance_m(own.omega.values()))) {

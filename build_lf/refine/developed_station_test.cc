@@ -3,9 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
+#include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -20,6 +25,51 @@ DevelopedStation station_of(bool masked) {
   }
   if (masked) station.rays.valid_rows.assign(16, 3);
   return station;
+}
+
+// The station in the middle of a line of a room whose maps have these confidences.
+DevelopedStation developed_with(const std::function<std::uint8_t(int u, int v)>& confidence,
+                                int every = 1) {
+  const TestDirectory directory;
+  SyntheticRoomSpec spec;
+  spec.cells_z = 0;
+  spec.distance_every = every;
+  spec.stored_confidence = confidence;
+  write_synthetic_room(spec, directory / "room.lf");
+  const Room room = Room::open(directory / "room.lf");
+  SourceViews views(room);
+  return develop_station(room, nullptr, {0, 3}, 256, &views);
+}
+
+TEST(DevelopedStationTest, SinglePixelsOfLowConfidenceAreBelieved) {
+  const DevelopedStation station = developed_with(
+      [](int u, int v) -> std::uint8_t { return u % 4 == 0 && v % 4 == 0 ? 20 : 255; });
+  const auto& confidence = station.distances.confidence;
+  EXPECT_EQ(*std::ranges::min_element(confidence), kMinConfidence);
+  EXPECT_EQ(*std::ranges::max_element(confidence), 255);
+  EXPECT_GT(*std::ranges::min_element(station.distances.distance_m), 1.0f);
+}
+
+TEST(DevelopedStationTest, WhereMostAreOfLowConfidenceNoneIsKnown) {
+  // The left half of the panorama.
+  const DevelopedStation station =
+      developed_with([](int u, int) -> std::uint8_t { return u < 64 ? 20 : 255; });
+  const auto known_at = [&](std::size_t u) {
+    return station.distances.confidence[u * 128 + 64] >= kMinConfidence;
+  };
+  for (const std::size_t u : {32u, 64u, 96u}) EXPECT_FALSE(known_at(u)) << u;
+  for (const std::size_t u : {160u, 192u, 224u}) EXPECT_TRUE(known_at(u)) << u;
+}
+
+TEST(DevelopedStationTest, WithoutAMapOfItsOwnItTakesThoseAround) {
+  const DevelopedStation own = developed_with([](int, int) -> std::uint8_t { return 255; });
+  const DevelopedStation gathered = developed_with([](int, int) -> std::uint8_t { return 255; }, 2);
+  std::size_t near = 0;
+  for (std::size_t i = 0; i < own.distances.distance_m.size(); ++i) {
+    const float metres = own.distances.distance_m[i];
+    near += std::fabs(gathered.distances.distance_m[i] - metres) < 0.02f * metres ? 1 : 0;
+  }
+  EXPECT_GT(near, own.distances.distance_m.size() * 97 / 100);
 }
 
 TEST(DevelopedStationTest, IsStoredAsItIs) {

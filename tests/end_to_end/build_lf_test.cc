@@ -21,6 +21,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 namespace fs = std::filesystem;
 
 class BuildLfTest : public ::testing::Test {
@@ -97,6 +98,27 @@ TEST_F(BuildLfTest, ARoomWithSwappedOrMissingDistancesIsRefused) {
   expect_error(build_lf("distances " + room + "/lines"), 1, "not a room");
   EXPECT_EQ(build_lf("distances " + room + " --record").exit_code, 0);
   EXPECT_EQ(build_lf("verify " + room).exit_code, 0);
+}
+
+TEST_F(BuildLfTest, ARefinedRoomSaysWhatItWasMadeFrom) {
+  for (int frame = 0; frame < TestCapture::kStations; frame += 2) {
+    capture_.write_distance_map(frame, {32, 16});
+  }
+  const std::string room = capture_.room().string();
+  const CommandResult before = build_lf("refine " + room);
+  expect_error(before, 1, "room.lf");
+  ASSERT_EQ(build_lf(pack_arguments() + " --distance " + capture_.distances().string()).exit_code,
+            0);
+  const CommandResult refined = build_lf("refine " + room + " --compress jpeg:95");
+  EXPECT_EQ(refined.exit_code, 0) << refined.errors;
+  EXPECT_THAT(refined.output, AllOf(HasSubstr("panoramas of 128 x 64"), HasSubstr("jpeg:95")));
+  const fs::path out = capture_.room().parent_path() / "room-refined.lf";
+  EXPECT_THAT(build_lf("info " + out.string()).output,
+              HasSubstr("developed from 28 photographs of ../room.lf"));
+  EXPECT_THAT(build_lf("verify " + out.string()).output, Not(HasSubstr("changed")));
+  fs::remove_all(capture_.room());
+  EXPECT_THAT(build_lf("verify " + out.string()).output, HasSubstr("whether that has changed"));
+  expect_error(build_lf("refine " + room + " --out " + room + "-2"), 1, room);
 }
 
 TEST_F(BuildLfTest, ThreeLinesOfPythonOpenAVolume) {
