@@ -89,7 +89,6 @@ class DepthTestRoom {
       write_distance_volume(distance_volume_path(directory_.path(), line.id), line, maps,
                             &progress);
     }
-    record_distance_volumes(directory_.path());
     room_ = Room::open(directory_.path());
   }
 
