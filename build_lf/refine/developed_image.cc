@@ -1,14 +1,14 @@
 #include "build_lf/refine/developed_image.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <optional>
 
 #include "build_lf/refine/directional_mean.h"
 #include "core/base/parallel.h"
-#include "core/geometry/panorama_pixels.h"
 #include "core/room/tile_cache.h"
 #include "core/view/column_geometry.h"
+#include "core/view/mask_check.h"
 #include "core/view/vector_clones.h"
 
 namespace raywalk::build_lf {
@@ -95,15 +95,17 @@ RAYWALK_VECTOR_CLONES void locate_rows(const float* sin_phi, const float* cos_ph
 class Photograph {
  public:
   Photograph(const Room& room, const Exposure* exposure, StationIndex station)
-      : volume_(room.volume(station.line)),
-        left_out_(room.distances(station.line).left_out()),
-        exposure_(exposure != nullptr && !exposure->is_one(station.line, station.station)
+      : exposure_(exposure != nullptr && !exposure->is_one(station.line, station.station)
                       ? exposure
                       : nullptr),
         station_(station),
         size_(room.panorama()),
-        rays_(volume_.columns(station.station).data()),
-        has_left_out_(left_out_.any(station.station)) {}
+        rays_(room.volume(station.line).columns(station.station).data()) {
+    constexpr int kBeyond = 1;  // bicubic
+    if (has_masks(room, station.line, station.station)) {
+      masks_.emplace(room, station.line, station.station, kBeyond);
+    }
+  }
 
   PanoramaSize size() const { return size_; }
 
@@ -113,17 +115,13 @@ class Photograph {
             std::clamp(v, 0.0f, static_cast<float>(size_.height - 1))};
   }
 
-  // Whether what it shows at a place may be used.
-  bool is_usable(Place place) const {
-    if (!volume_.masked() && !has_left_out_) return true;
-    const auto around = pixels_around({place.u, place.v}, size_);
-    const int column = around.nearest_column(), row = around.nearest_row();
-    const RowRun valid = volume_.valid_rows(station_.station, column);
-    // Next to a mask a sample would take from it.
-    if (volume_.masked() && (row - 2 < valid.begin || row + 2 >= valid.end)) {
-      if (valid != RowRun{0, size_.height}) return false;
-    }
-    return !has_left_out_ || !is_left_out(column, row);
+  // Whether what a sample reads may be used.
+  bool is_usable(Place place) {
+    if (!masks_) return true;
+    const int column = static_cast<int>(place.u) % size_.width;
+    const int row = static_cast<int>(place.v);
+    const int right = column + 1 == size_.width ? 0 : column + 1;
+    return masks_->usable(3 * (size_.height * column + row), 3 * (size_.height * right + row));
   }
 
   void sample(const std::vector<Place>& places, std::vector<cv::Vec3f>* colours) const {
@@ -138,20 +136,11 @@ class Photograph {
   }
 
  private:
-  bool is_left_out(int column, int row) const {
-    const PanoramaSize size = left_out_.size();
-    const int theta = column * size.width / size_.width, phi = row * size.height / size_.height;
-    return std::ranges::any_of(left_out_.rows(station_.station, theta),
-                               [phi](RowRun run) { return run.begin <= phi && phi < run.end; });
-  }
-
-  const LineVolume& volume_;
-  const LeftOutPixels& left_out_;
   const Exposure* exposure_;
   StationIndex station_;
   PanoramaSize size_;
   const std::uint8_t* rays_;
-  bool has_left_out_;
+  std::optional<MaskCheck> masks_{};  // none: all may be used
 };
 
 // A column that is developed, and what is worked on for it.
@@ -172,16 +161,15 @@ struct DevelopedColumn {
 };
 
 // Adds what another station shows of the points of a column.
-void add_samples(const Photograph& photograph, const SourceView& view,
-                 const Eigen::Vector3d& station_m, DevelopedColumn* column) {
+void add_samples(const SourceView& view, const Eigen::Vector3d& station_m, Photograph* photograph,
+                 DevelopedColumn* column) {
   const Eigen::Vector3d to_eye_m = station_m - view.position_m();
   const Offset to_eye = offset_in_column(to_eye_m, column->theta_rad);
-  const PanoramaSize size = photograph.size();
+  const PanoramaSize size = photograph->size();
   const float share = static_cast<float>(view.size().width) / static_cast<float>(size.width);
   const auto slack = static_cast<float>(0.5 * kTwoPi / view.size().width / to_eye_m.norm());
-  const float *const sin_phi = column->latitudes.sin_phi.data(), *const cos_phi =
-                                                                     column->latitudes.cos_phi
-                                                                         .data();
+  const float* const sin_phi = column->latitudes.sin_phi.data();
+  const float* const cos_phi = column->latitudes.cos_phi.data();
   LocatedRows& located = column->located;
   locate_rows(sin_phi, cos_phi, column->inverse.data(), column->latitudes.rows(), to_eye,
               static_cast<float>((column->theta_rad + kPi) / kTwoPi), size, located.u.data(),
@@ -196,12 +184,12 @@ void add_samples(const Photograph& photograph, const SourceView& view,
                                 .slack = slack})) {
       continue;
     }
-    const Place place = photograph.place_of(u, v);
-    if (!photograph.is_usable(place)) continue;
+    const Place place = photograph->place_of(u, v);
+    if (!photograph->is_usable(place)) continue;
     column->rows.push_back(row);
     column->places.push_back(place);
   }
-  photograph.sample(column->places, &column->colours);
+  photograph->sample(column->places, &column->colours);
   for (std::size_t i = 0; i < column->rows.size(); ++i) {
     const std::size_t row = column->rows[i];
     // The cosine of the angle between the ray and (ray + w (P - S)) / length.
@@ -223,20 +211,20 @@ cv::Vec3w stored(const cv::Vec3f& colour) {
 }
 
 // Adds what the station's own photograph shows, and stores the means.
-void finish_column(const Photograph& own, int u, PanoramaSize developed, DevelopedColumn* column,
+void finish_column(int u, PanoramaSize developed, Photograph* own, DevelopedColumn* column,
                    DevelopedImage* image) {
-  const auto scale = static_cast<float>(own.size().width) / static_cast<float>(developed.width);
+  const auto scale = static_cast<float>(own->size().width) / static_cast<float>(developed.width);
   column->places.clear();
   for (int row = 0; row < developed.height; ++row) {
-    column->places.push_back(own.place_of((static_cast<float>(u) + 0.5f) * scale - 0.5f,
-                                          (static_cast<float>(row) + 0.5f) * scale - 0.5f));
+    column->places.push_back(own->place_of((static_cast<float>(u) + 0.5f) * scale - 0.5f,
+                                           (static_cast<float>(row) + 0.5f) * scale - 0.5f));
   }
-  own.sample(column->places, &column->colours);
+  own->sample(column->places, &column->colours);
   for (int row = 0; row < developed.height; ++row) {
     const auto i = static_cast<std::size_t>(row);
     DirectionalMean& samples = column->samples[i];
     if (column->others[i] >= kFewest) image->others.at<cv::Vec3w>(u, row) = stored(samples.value());
-    if (own.is_usable(column->places[i])) samples.add(column->colours[i], 1.0f / kNearest, 0.0f);
+    if (own->is_usable(column->places[i])) samples.add(column->colours[i], 1.0f / kNearest, 0.0f);
     image->is_known(u, row) = samples.empty() ? 0 : 255;
     // Something is shown even where nothing may be used.
     image->colour.at<cv::Vec3w>(u, row) =
@@ -261,7 +249,7 @@ DevelopedImage develop_image(const Room& room, const Exposure* exposure, Station
                        cv::Mat1b(size.width, size.height)};
   parallel_for(0, size.width, 8, [&](int begin, int end) {
     const TileReading reading;
-    const Photograph own(room, exposure, station);
+    Photograph own(room, exposure, station);
     std::vector<Photograph> photographs;
     for (const auto& source : sources) photographs.emplace_back(room, exposure, source->station());
     DevelopedColumn column(latitudes);
@@ -271,9 +259,9 @@ DevelopedImage develop_image(const Room& room, const Exposure* exposure, Station
       column.samples.assign(rows, {});
       column.others.assign(rows, 0);
       for (std::size_t i = 0; i < sources.size(); ++i) {
-        add_samples(photographs[i], *sources[i], station_m, &column);
+        add_samples(*sources[i], station_m, &photographs[i], &column);
       }
-      finish_column(own, u, size, &column, &image);
+      finish_column(u, size, &own, &column, &image);
     }
   });
   return image;

@@ -20,6 +20,7 @@
 #include "build_lf/refine/sharpening.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/panorama/transposed_border.h"
 #include "core/room/omega_map.h"
 #include "core/view/distance_view.h"
 
@@ -42,9 +43,9 @@ void believe_single_pixels(PanoramaSize size, std::vector<std::uint8_t>* confide
   cv::Mat all(size.width, size.height, CV_8U, confidence->data());
   cv::Mat share;
   cv::Mat(all >= kMinConfidence).convertTo(share, CV_32F, 1.0 / 255.0);
-  cv::copyMakeBorder(share, share, kAround, kAround, 0, 0, cv::BORDER_WRAP);
-  cv::blur(share, share, {kAround, kAround}, {-1, -1}, cv::BORDER_REPLICATE);
-  share = share.rowRange(kAround, kAround + size.width);
+  share = with_border(share, kAround / 2);
+  cv::blur(share, share, {kAround, kAround});
+  share = without_border(share, kAround / 2);
   const cv::Mat believed = (all > 0) & (all < kMinConfidence) & (share > 0.5);
   all.setTo(kMinConfidence, believed);
 }
@@ -73,7 +74,8 @@ OwnDistances distances_of(const Room& room, StationIndex station, const SourceVi
   return distances;
 }
 
-// Inverse distances keep 14 bits: a point at arm's length then moves by a 20th of a pixel of 8192.
+// Distances keep 14 bits: a point at arm's length, seen from a metre aside, then moves by a 17th of
+// a pixel of 8192.
 // The bits that are dropped would be the most of what a compressed room holds of them.
 float rounded(float value) {
   constexpr std::uint32_t kDropped = 24 - 14;
@@ -100,26 +102,25 @@ StationDistances stored_distances_of(const OwnDistances& own, const OmegaMap& fi
   return stored;
 }
 
-// The station's photograph with the room's gains.
-cv::Mat photograph_of(const Room& room, StationIndex station) {
-  cv::Mat photograph = station_image(room, station, room.panorama());
+// A station's photograph with the room's gains, and which of its pixels are neither masked nor,
+// maybe, clipped.
+struct OwnPhotograph {
+  cv::Mat colours;
+  cv::Mat1b comparable;
+};
+
+OwnPhotograph photograph_of(const Room& room, StationIndex station) {
+  const PanoramaSize size = room.panorama();
+  OwnPhotograph own{station_image(room, station, size), {}};
+  cv::inRange(own.colours, cv::Scalar::all(2), cv::Scalar::all(253), own.comparable);
+  const cv::Mat valid = station_validity(room, station, size, 2);
+  if (!valid.empty()) own.comparable &= valid;
   if (!room.gains().empty()) {
     apply_gains(room.gains()[static_cast<std::size_t>(station.line)]
                             [static_cast<std::size_t>(station.station)],
-                &photograph);
+                &own.colours);
   }
-  return photograph;
-}
-
-// Its pixels that are neither masked nor, maybe, clipped.
-cv::Mat1b comparable_pixels(const Room& room, StationIndex station) {
-  const PanoramaSize size = room.panorama();
-  const cv::Mat captured = station_image(room, station, size);
-  cv::Mat1b comparable;
-  cv::inRange(captured, cv::Scalar::all(2), cv::Scalar::all(253), comparable);
-  const cv::Mat valid = station_validity(room, station, size, 2);
-  if (!valid.empty()) comparable &= valid;
-  return comparable;
+  return own;
 }
 
 void read_into(std::string_view* text, void* to, std::size_t bytes, const fs::path& file) {
@@ -148,8 +149,9 @@ DevelopedStation develop_station(const Room& room, const Exposure* exposure, Sta
   }
   const DevelopedImage image = develop_image(room, exposure, station, fine, sources);
   DevelopedStation developed;
-  developed.sharpening = measured_sharpening(image.others, photograph_of(room, station),
-                                             comparable_pixels(room, station));
+  const OwnPhotograph photograph = photograph_of(room, station);
+  developed.sharpening =
+      measured_sharpening(image.others, photograph.colours, photograph.comparable);
   const cv::Mat rays = sharpened(image.colour, room.panorama().width, developed.sharpening);
   developed.rays.rays.assign(rays.datastart, rays.dataend);
   if (room.masked()) developed.rays.valid_rows = valid_rows_of(image.is_known.t());

@@ -58,7 +58,7 @@ class DirectionalMean {
 
  private:
   static constexpr std::size_t kCones = 6;
-  static constexpr float kNarrowest = 0.03f;  // rad; the widest but the last is a radian
+  static constexpr float kNarrowest = 0.03f;  // rad; the widest but the last has 0.48
   static constexpr float kFewest = 3.0f;      // samples that say how much they vary
   static constexpr float kErrors = 2.0f;
   // Of few samples the variance is uncertain: as if these many more had been seen with the noise of

@@ -2,6 +2,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "core/panorama/transposed_border.h"
+
 namespace raywalk::build_lf {
 
 OmegaMap enlarged(const OmegaMap& map, int width) {
@@ -13,10 +15,10 @@ OmegaMap enlarged(const OmegaMap& map, int width) {
   const int window = factor == 2 ? 3 : 5;
   constexpr int kBorder = 2;
   const PanoramaSize size = fine.size();
-  cv::Mat omega(size.width, size.height, CV_32F, fine.values().data()), smooth;
-  cv::copyMakeBorder(omega, smooth, kBorder, kBorder, 0, 0, cv::BORDER_WRAP);
+  cv::Mat omega(size.width, size.height, CV_32F, fine.values().data());
+  cv::Mat smooth = with_border(omega, kBorder);
   cv::medianBlur(smooth, smooth, window);
-  smooth.rowRange(kBorder, kBorder + size.width).copyTo(omega);
+  without_border(smooth, kBorder).copyTo(omega);
   return fine;
 }
 

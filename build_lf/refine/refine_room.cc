@@ -124,14 +124,11 @@ class Refinement {
     return room;
   }
 
-  // Over everything that determines the result.
+  // Over everything that determines the result. The captured room's manifest records its gains.
   std::string fingerprint() const {
-    std::string text = fmt::format("refine 1 {} {}\n{}{}", width_, name_of(options_.form),
-                                   manifest_to_json(refined_.manifest()), distances_sha256(room_));
-    for (const Line& line : room_.grid().lines) {
-      text += fmt::format("{} {}\n", line.id, line.stations.size());
-    }
-    return sha256_hex(text);
+    return sha256_hex(fmt::format("refine 1 {} {} {}\n{}{}{}", width_, options_.hold_out,
+                                  name_of(options_.form), manifest_to_json(captured_.manifest()),
+                                  manifest_to_json(refined_.manifest()), distances_sha256(room_)));
   }
 
   fs::path file_of(StationIndex station) const {
@@ -142,8 +139,12 @@ class Refinement {
   void require_space(IndexRange share) const {
     const std::uint64_t pixels = static_cast<std::uint64_t>(width_) * (width_ / 2);
     constexpr std::uint64_t kDevelopedBytes = 8, kStoredBytes = 8;  // of a pixel
+    const auto part = std::span(stations_).subspan(share.begin, share.size());
+    const auto there = static_cast<std::uint64_t>(
+        std::ranges::count_if(part, [&](StationIndex at) { return fs::exists(file_of(at)); }));
     const std::uint64_t all = share.size() * pixels * (kDevelopedBytes + kStoredBytes);
-    build_lf::require_space(partial_.directory(), {.needed = all, .there = 0},
+    const std::uint64_t developed = there * pixels * kDevelopedBytes;
+    build_lf::require_space(partial_.directory(), {.needed = all - developed, .there = developed},
                             free_bytes(partial_.directory()));
   }
 

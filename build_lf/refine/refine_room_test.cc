@@ -124,6 +124,24 @@ TEST_F(RefineRoomTest, WhatMasksHideIsTakenFromOtherStations) {
   }
 }
 
+TEST_F(RefineRoomTest, WhatMovedIsTakenFromOtherStations) {
+  const TestDirectory directory;
+  SyntheticRoomSpec scene = spec();
+  scene.cells_z = 0;
+  // A visitor in every third photograph, next to the station that is looked at.
+  scene.companion = CameraCompanion{
+      .hides =
+          [](const std::string&, int station, const Eigen::Vector3d& direction) {
+            return station % 3 == 2 &&
+                   direction.dot(Eigen::Vector3d(0.0, -0.2, 1.0).normalized()) > 0.97;
+          },
+      .masked = false,
+      .left_out = true};
+  write_synthetic_room(scene, directory / "room.lf");
+  const Room room = refined(Room::open(directory / "room.lf"));
+  EXPECT_GT(psnr_of(room, {0, 2}, scene.scene), 34.0);  // that of station 8
+}
+
 TEST_F(RefineRoomTest, BlocksMakeTheSameRoom) {
   DepthTestRoom captured(spec());
   captured.give_distances(spec().scene, {64, 32}, 8);
@@ -157,6 +175,18 @@ TEST_F(RefineRoomTest, AStoppedRunIsResumed) {
   other.width = 128;
   EXPECT_THAT(error_of([&] { refine_room(other); }), HasSubstr("holds an unfinished room"));
   EXPECT_EQ(fs::last_write_time(first), written);
+  // So is one of other gains.
+  const fs::path manifest = manifest_path(options.room);
+  RoomManifest changed = captured.room().manifest();
+  const std::string text = read_file(manifest);
+  GainFields gains = unit_gain_fields(captured.grid());
+  gains[0][0].whole = ColourGain::all(1.5f);
+  write_gain_fields(gains_path(options.room), captured.grid(), gains);
+  changed.gains = {record_of_gains(gains_path(options.room))};
+  write_file_atomically(manifest, manifest_to_json(changed));
+  EXPECT_THAT(error_of([&] { refine_room(options); }), HasSubstr("holds an unfinished room"));
+  write_file_atomically(manifest, text);
+  fs::remove(gains_path(options.room));
   refine_room(options);
   EXPECT_EQ(Room::open(options.out).panorama().width, 256);
 }

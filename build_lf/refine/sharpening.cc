@@ -2,25 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <opencv2/imgproc.hpp>
+
+#include "core/panorama/transposed_border.h"
 
 namespace raywalk::build_lf {
 namespace {
 
-// Pictures are [theta][phi]: around the seam they go on, at the poles they end.
-cv::Mat bordered(const cv::Mat& picture, int border) {
-  cv::Mat around, all;
-  cv::copyMakeBorder(picture, around, border, border, 0, 0, cv::BORDER_WRAP);
-  cv::copyMakeBorder(around, all, 0, 0, border, border, cv::BORDER_REPLICATE);
-  return all;
-}
-
-constexpr int kBorder = 16;
-
-cv::Mat without_border(const cv::Mat& picture) {
-  return picture({kBorder, kBorder, picture.cols - 2 * kBorder, picture.rows - 2 * kBorder});
-}
+constexpr int kBorder = 16;  // pixels, more than the filters reach
 
 // By half a captured pixel.
 cv::Mat blurred(const cv::Mat& picture, int captured_width, int width) {
@@ -36,7 +25,7 @@ cv::Mat as_views_show(const cv::Mat& picture, PanoramaSize captured) {
   const cv::Mat kernel = (cv::Mat1f(1, 3) << 1.0f / 6.0f, 2.0f / 3.0f, 1.0f / 6.0f);
   cv::Mat sampled, shown;
   cv::sepFilter2D(picture, sampled, -1, kernel, kernel);
-  cv::resize(without_border(sampled), shown, {captured.height, captured.width}, 0.0, 0.0,
+  cv::resize(without_border(sampled, kBorder), shown, {captured.height, captured.width}, 0.0, 0.0,
              cv::INTER_AREA);
   return shown;
 }
@@ -53,10 +42,10 @@ double measured_sharpening(const cv::Mat& others, const cv::Mat& photograph,
   others.convertTo(levels, CV_32F, 1.0 / kLevel);
   cv::inRange(others, cv::Scalar::all(0), cv::Scalar::all(0), known);
   // Where all pixels that the filters reach are known.
-  cv::dilate(bordered(known, kBorder), known, cv::Mat::ones(9, 9, CV_8U));
-  cv::resize(without_border(known), known, {captured.height, captured.width}, 0.0, 0.0,
+  cv::dilate(with_border(known, kBorder), known, cv::Mat::ones(9, 9, CV_8U));
+  cv::resize(without_border(known, kBorder), known, {captured.height, captured.width}, 0.0, 0.0,
              cv::INTER_AREA);
-  const cv::Mat picture = bordered(levels, kBorder);
+  const cv::Mat picture = with_border(levels, kBorder);
   const cv::Mat shown = as_views_show(picture, captured);
   const cv::Mat detail =
       as_views_show(picture - blurred(picture, captured.width, others.rows), captured);
@@ -84,9 +73,9 @@ double measured_sharpening(const cv::Mat& others, const cv::Mat& photograph,
 cv::Mat sharpened(const cv::Mat& colour, int captured_width, double amount) {
   cv::Mat levels, result;
   colour.convertTo(levels, CV_32F, 1.0 / kLevel);
-  const cv::Mat picture = bordered(levels, kBorder);
+  const cv::Mat picture = with_border(levels, kBorder);
   const cv::Mat blur = blurred(picture, captured_width, colour.rows);
-  without_border((1.0 + amount) * picture - amount * blur).convertTo(result, CV_8U);
+  without_border((1.0 + amount) * picture - amount * blur, kBorder).convertTo(result, CV_8U);
   return result;
 }
 
