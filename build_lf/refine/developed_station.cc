@@ -20,6 +20,7 @@
 #include "build_lf/refine/sharpening.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/geometry/sphere.h"
 #include "core/panorama/transposed_border.h"
 #include "core/room/omega_map.h"
 #include "core/view/distance_view.h"
@@ -74,17 +75,28 @@ OwnDistances distances_of(const Room& room, StationIndex station, const SourceVi
   return distances;
 }
 
-// Distances keep 14 bits: a point at arm's length, seen from a metre aside, then moves by a 17th of
-// a pixel of 8192.
-// The bits that are dropped would be the most of what a compressed room holds of them.
-float rounded(float value) {
-  constexpr std::uint32_t kDropped = 24 - 14;
-  const auto bits = std::bit_cast<std::uint32_t>(value) + (1u << (kDropped - 1));
-  return std::bit_cast<float>(bits & ~((1u << kDropped) - 1));
+// What is stored of distances and confidences has fewer bits than there are: those would be the
+// most of what a compressed room holds. A distance of `bits` is wrong by 2^-bits of it at most. A
+// point at 1 m, seen from 1 m aside, then moves by a quarter of a pixel at most.
+int bits_of_distances(int width) {
+  return std::bit_width(static_cast<unsigned>(4 * width / kTwoPi));
+}
+
+float rounded(float value, int bits) {
+  const int dropped = std::numeric_limits<float>::digits - bits;
+  const auto up = std::bit_cast<std::uint32_t>(value) + (1u << (dropped - 1));
+  return std::bit_cast<float>(up & ~((1u << dropped) - 1));
+}
+
+// Down to one of 16 levels.
+std::uint8_t rounded(std::uint8_t confidence) {
+  static_assert(kMinConfidence % 16 == 0);  // what views use they use still
+  return confidence & 0xf0;
 }
 
 StationDistances stored_distances_of(const OwnDistances& own, const OmegaMap& fine) {
   const PanoramaSize size = fine.size(), coarse = own.omega.size();
+  const int bits = bits_of_distances(size.width);
   StationDistances stored;
   for (int theta = 0; theta < size.width; ++theta) {
     for (int phi = 0; phi < size.height; ++phi) {
@@ -93,9 +105,9 @@ StationDistances stored_distances_of(const OwnDistances& own, const OmegaMap& fi
                              static_cast<std::size_t>(coarse.height) +
                          static_cast<std::size_t>(phi * coarse.height / size.height);
       stored.distance_m.push_back(omega < 0.0f   ? 0.0f
-                                  : omega > 0.0f ? rounded(1.0f / omega)
+                                  : omega > 0.0f ? rounded(1.0f / omega, bits)
                                                  : std::numeric_limits<float>::infinity());
-      stored.confidence.push_back(omega < 0.0f ? std::uint8_t{0} : own.confidence[pixel]);
+      stored.confidence.push_back(omega < 0.0f ? std::uint8_t{0} : rounded(own.confidence[pixel]));
     }
   }
   stored.sha256 = checksum_of_distances(stored.distance_m, stored.confidence);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <set>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -46,8 +47,21 @@ TEST(DevelopedStationTest, SinglePixelsOfLowConfidenceAreBelieved) {
       [](int u, int v) -> std::uint8_t { return u % 4 == 0 && v % 4 == 0 ? 20 : 255; });
   const auto& confidence = station.distances.confidence;
   EXPECT_EQ(*std::ranges::min_element(confidence), kMinConfidence);
-  EXPECT_EQ(*std::ranges::max_element(confidence), 255);
+  EXPECT_EQ(*std::ranges::max_element(confidence), 240);
   EXPECT_GT(*std::ranges::min_element(station.distances.distance_m), 1.0f);
+}
+
+TEST(DevelopedStationTest, DistancesHaveTheBitsThatViewsNeed) {
+  const DevelopedStation station = developed_with([](int, int) -> std::uint8_t { return 255; });
+  // 256 px: a quarter of a pixel is a 163rd of 1 m from 1 m aside, so there are 8 bits.
+  std::set<float> fractions;
+  for (const float metres : station.distances.distance_m) {
+    int exponent = 0;
+    const float fraction = 256.0f * std::frexp(metres, &exponent);
+    EXPECT_EQ(fraction, std::round(fraction));
+    fractions.insert(fraction);
+  }
+  EXPECT_GT(fractions.size(), 100u);
 }
 
 TEST(DevelopedStationTest, WhereMostAreOfLowConfidenceNoneIsKnown) {
