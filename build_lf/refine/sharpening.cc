@@ -2,14 +2,53 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
+#include <vector>
 
+#include "core/base/parallel.h"
 #include "core/panorama/transposed_border.h"
 
 namespace raywalk::build_lf {
 namespace {
 
 constexpr int kBorder = 16;  // pixels, more than the filters reach
+
+// Columns of a developed picture that is `ratio` times as wide as the photograph: so many that they
+// begin and end where columns of the photograph do. Pictures of floats of a whole panorama of 8192
+// columns would take gigabytes.
+class Strips {
+ public:
+  Strips(int captured_width, int width) {
+    const int captured = captured_width / std::gcd(captured_width, width);
+    const int least = (kColumns + captured - 1) / captured;
+    captured_ = std::min(captured * least, captured_width);
+    ratio_ = static_cast<double>(width) / captured_width;
+    count_ = (captured_width + captured_ - 1) / captured_;
+    captured_width_ = captured_width;
+  }
+  int count() const { return count_; }
+  cv::Range of_photograph(int strip) const {
+    return {strip * captured_, std::min((strip + 1) * captured_, captured_width_)};
+  }
+  cv::Range of_picture(int strip) const {
+    const cv::Range captured = of_photograph(strip);
+    return {static_cast<int>(std::lround(captured.start * ratio_)),
+            static_cast<int>(std::lround(captured.end * ratio_))};
+  }
+
+ private:
+  static constexpr int kColumns = 128;
+  double ratio_ = 1.0;
+  int captured_ = 0, count_ = 0, captured_width_ = 0;
+};
+
+// The levels of a strip of a picture of which `bordered` has a border, with the border.
+cv::Mat levels_of(const cv::Mat& bordered, cv::Range strip) {
+  cv::Mat levels;
+  bordered.rowRange(strip.start, strip.end + 2 * kBorder).convertTo(levels, CV_32F, 1.0 / kLevel);
+  return levels;
+}
 
 // By half a captured pixel.
 cv::Mat blurred(const cv::Mat& picture, int captured_width, int width) {
@@ -20,62 +59,97 @@ cv::Mat blurred(const cv::Mat& picture, int captured_width, int width) {
 }
 
 // What views of the captured width show of it on average: bilinear samples at places all over the
-// pixels, averaged over a pixel of the view.
-cv::Mat as_views_show(const cv::Mat& picture, PanoramaSize captured) {
+// pixels, averaged over a pixel of the view. `shown_size` is that of the strip in the photograph.
+cv::Mat as_views_show(const cv::Mat& picture, cv::Size shown_size) {
   const cv::Mat kernel = (cv::Mat1f(1, 3) << 1.0f / 6.0f, 2.0f / 3.0f, 1.0f / 6.0f);
   cv::Mat sampled, shown;
   cv::sepFilter2D(picture, sampled, -1, kernel, kernel);
-  cv::resize(without_border(sampled, kBorder), shown, {captured.height, captured.width}, 0.0, 0.0,
-             cv::INTER_AREA);
+  cv::resize(without_border(sampled, kBorder), shown, shown_size, 0.0, 0.0, cv::INTER_AREA);
   return shown;
+}
+
+// Sums of the least squares: s = missing / there.
+struct Fit {
+  double missing = 0.0, there = 0.0;
+  int count = 0;
+};
+
+// Of a strip; `photograph` and `comparable` are of its columns.
+Fit fit_of(const cv::Mat& picture, const cv::Mat& detail, const cv::Mat& photograph,
+           const cv::Mat& comparable) {
+  constexpr float kContradicts = 25.0f;  // levels: not a matter of sharpness
+  constexpr double kSteepest = 60.0;     // degrees of latitude: beyond, columns are oversampled
+  const cv::Mat shown = as_views_show(picture, photograph.size());
+  const cv::Mat fine_shown = as_views_show(detail, photograph.size());
+  const auto first = static_cast<int>(photograph.cols * (0.5 - kSteepest / 180.0));
+  Fit fit;
+  for (int theta = 0; theta < photograph.rows; ++theta) {
+    for (int phi = first; phi < photograph.cols - first; ++phi) {
+      if (comparable.at<std::uint8_t>(theta, phi) == 0) continue;
+      const cv::Vec3f off =
+          cv::Vec3f(photograph.at<cv::Vec3b>(theta, phi)) - shown.at<cv::Vec3f>(theta, phi);
+      if (std::max({std::fabs(off[0]), std::fabs(off[1]), std::fabs(off[2])}) > kContradicts) {
+        continue;
+      }
+      const auto& fine = fine_shown.at<cv::Vec3f>(theta, phi);
+      fit.missing += off.dot(fine);
+      fit.there += fine.dot(fine);
+      ++fit.count;
+    }
+  }
+  return fit;
+}
+
+// Pixels of the photograph for which `others` has all pixels that the filters reach.
+cv::Mat known_pixels(const cv::Mat& others, cv::Size photograph) {
+  cv::Mat unknown;
+  cv::inRange(others, cv::Scalar::all(0), cv::Scalar::all(0), unknown);
+  cv::dilate(with_border(unknown, kBorder), unknown, cv::Mat::ones(9, 9, CV_8U));
+  cv::resize(without_border(unknown, kBorder), unknown, photograph, 0.0, 0.0, cv::INTER_AREA);
+  return unknown == 0;
 }
 
 }  // namespace
 
 double measured_sharpening(const cv::Mat& others, const cv::Mat& photograph,
                            const cv::Mat1b& comparable) {
-  constexpr float kContradicts = 25.0f;  // levels: not a matter of sharpness
-  constexpr double kSteepest = 60.0;     // degrees of latitude: beyond, columns are oversampled
-  constexpr int kFewest = 1000;          // pixels
-  const PanoramaSize captured{photograph.rows, photograph.cols};
-  cv::Mat levels, known;
-  others.convertTo(levels, CV_32F, 1.0 / kLevel);
-  cv::inRange(others, cv::Scalar::all(0), cv::Scalar::all(0), known);
-  // Where all pixels that the filters reach are known.
-  cv::dilate(with_border(known, kBorder), known, cv::Mat::ones(9, 9, CV_8U));
-  cv::resize(without_border(known, kBorder), known, {captured.height, captured.width}, 0.0, 0.0,
-             cv::INTER_AREA);
-  const cv::Mat picture = with_border(levels, kBorder);
-  const cv::Mat shown = as_views_show(picture, captured);
-  const cv::Mat detail =
-      as_views_show(picture - blurred(picture, captured.width, others.rows), captured);
-  const auto first = static_cast<int>(captured.height * (0.5 - kSteepest / 180.0));
-  double missing = 0.0, there = 0.0;
-  int count = 0;
-  for (int theta = 0; theta < captured.width; ++theta) {
-    for (int phi = first; phi < captured.height - first; ++phi) {
-      if (known.at<std::uint8_t>(theta, phi) != 0 || comparable(theta, phi) == 0) continue;
-      const cv::Vec3f off =
-          cv::Vec3f(photograph.at<cv::Vec3b>(theta, phi)) - shown.at<cv::Vec3f>(theta, phi);
-      if (std::max({std::fabs(off[0]), std::fabs(off[1]), std::fabs(off[2])}) > kContradicts) {
-        continue;
-      }
-      const auto& fine = detail.at<cv::Vec3f>(theta, phi);
-      missing += off.dot(fine);
-      there += fine.dot(fine);
-      ++count;
+  constexpr int kFewest = 1000;  // pixels
+  const cv::Mat usable = known_pixels(others, photograph.size()) & comparable;
+  const cv::Mat bordered = with_border(others, kBorder);
+  const Strips strips(photograph.rows, others.rows);
+  std::vector<Fit> fits(static_cast<std::size_t>(strips.count()));
+  parallel_for(0, strips.count(), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const cv::Mat picture = levels_of(bordered, strips.of_picture(i));
+      const cv::Mat detail = picture - blurred(picture, photograph.rows, others.rows);
+      const cv::Range captured = strips.of_photograph(i);
+      fits[static_cast<std::size_t>(i)] =
+          fit_of(picture, detail, photograph.rowRange(captured), usable.rowRange(captured));
     }
+  });
+  Fit all;
+  for (const Fit& fit : fits) {
+    all.missing += fit.missing;
+    all.there += fit.there;
+    all.count += fit.count;
   }
-  if (count < kFewest || there <= 0.0) return 1.0;
-  return std::clamp(missing / there, 0.0, 2.0);
+  if (all.count < kFewest || all.there <= 0.0) return 1.0;
+  return std::clamp(all.missing / all.there, 0.0, 2.0);
 }
 
 cv::Mat sharpened(const cv::Mat& colour, int captured_width, double amount) {
-  cv::Mat levels, result;
-  colour.convertTo(levels, CV_32F, 1.0 / kLevel);
-  const cv::Mat picture = with_border(levels, kBorder);
-  const cv::Mat blur = blurred(picture, captured_width, colour.rows);
-  without_border((1.0 + amount) * picture - amount * blur, kBorder).convertTo(result, CV_8U);
+  const cv::Mat bordered = with_border(colour, kBorder);
+  cv::Mat result(colour.size(), CV_8UC3);
+  const Strips strips(captured_width, colour.rows);
+  parallel_for(0, strips.count(), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const cv::Range strip = strips.of_picture(i);
+      const cv::Mat picture = levels_of(bordered, strip);
+      const cv::Mat blur = blurred(picture, captured_width, colour.rows);
+      cv::Mat to = result.rowRange(strip);
+      without_border((1.0 + amount) * picture - amount * blur, kBorder).convertTo(to, CV_8U);
+    }
+  });
   return result;
 }
 
