@@ -79,7 +79,7 @@ TEST(RendererOccluder, ASeatJustBelowALineIsNotPaintedOntoTheFloor) {
   expect_not_painted(spec, 0.002, 34.5);
   spec.spacing_m = 0.0625;  // and of which only some have maps
   spec.distance_every = 3;
-  expect_not_painted(spec, 0.01, 33.5);
+  expect_not_painted(spec, 0.012, 33.5);
 }
 
 TEST(RendererOccluder, AChestBetweenTheViewpointAndALineIsNot) {
@@ -89,7 +89,7 @@ TEST(RendererOccluder, AChestBetweenTheViewpointAndALineIsNot) {
   expect_not_painted(spec, 0.0018, 35.0);
   spec.spacing_m = 0.0625;
   spec.distance_every = 3;
-  expect_not_painted(spec, 0.01, 33.5);
+  expect_not_painted(spec, 0.012, 33.5);
 }
 
 }  // namespace

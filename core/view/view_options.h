@@ -37,8 +37,8 @@ struct ViewOptions {
   int width = 0;             // of the output, pixels; 0: size_as_captured (renderer.h)
   Interpolation interpolation = Interpolation::kLinear;
   int stations_mixed = 1;     // of each line and pixel, those nearest in angle first
-  double station_fade = 0.5;  // over which one fades into the next, in spacings of stations
-  int distance_maps = 4;
+  double station_fade = 1.0;  // over which one fades into the next, in spacings of stations
+  int distance_maps = 8;      // of the four lines of a cell two each
   SecondSide second_side = SecondSide::kEverywhere;
   bool gains = true;  // whether stations are multiplied by their gains (Room::gains)
 
@@ -133,18 +133,18 @@ inline constexpr auto kDials = std::to_array<Dial>({
      .cost = "so much of one more sample for each line",
      .phrase = "fade {}",
      .effect = DialEffect::kCorrectedViews,
-     .sweep = DialSweep{.singly = {0.125, 1.0}}},
+     .sweep = DialSweep{.singly = {0.125, 0.5}}},
     {.key = "distance_maps",
      .flag = "--distance-maps",
      .value = kAccess<&ViewOptions::distance_maps>,
      .least = 1.0,
-     .most = 4.0,
+     .most = 8.0,
      .group = DialGroup::kTrade,
      .help = "Distance maps that a view's distances are gathered from",
      .cost = "4 bytes and some 60 operations per pixel of each map, once per view",
      .phrase = "maps {}",
      .effect = DialEffect::kCorrectedViews,
-     .sweep = DialSweep{.singly = {1, 2}, .grid = DialGrid::kSamples, .in_grid = {1, 2, 4}}},
+     .sweep = DialSweep{.singly = {1, 2, 4}, .grid = DialGrid::kSamples, .in_grid = {1, 2, 8}}},
     {.key = "second_side",
      .flag = "--second-side",
      .value = kAccess<&ViewOptions::second_side>,

@@ -125,7 +125,7 @@ TEST_F(ExportWebTest, TheManifestDescribesTheRoom) {
   EXPECT_EQ(m["cells"][0]["x_max_m"], grid.cells[0].x_max_m);
   EXPECT_EQ(read_file(out() / "viewer.js"), "viewer.js");
   EXPECT_THAT(summary, AllOf(HasSubstr("all 52"), HasSubstr("192 pixels wide"),
-                             HasSubstr("all captured stations are exported")));
+                             HasSubstr("all stations are exported")));
   EXPECT_EQ(directory_.entries(), 2U) << "page and web";
 }
 

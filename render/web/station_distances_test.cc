@@ -94,7 +94,9 @@ TEST(StationDistances, FillWhatTheMapsDoNotKnowAsViewsDo) {
   const Eigen::Vector3d& at_m = position_m(room.room(), 3, 6);
   const MapSpread spread = map_spread(room.room().grid(), {at_m.x(), at_m.z()});
   const std::vector<int> lines{0, 1, 2, 3};
-  view.compute(nearest_maps(room.room(), lines, at_m, spread.gap_m, spread.most_per_line, 4), at_m);
+  view.compute(nearest_maps(room.room(), lines, at_m, spread.gap_m, spread.most_per_line,
+                            ViewOptions().distance_maps),
+               at_m);
   EXPECT_EQ(map.at(30, 15), view.column(30)[15]);
   EXPECT_EQ(map.at(3, 2), view.column(3)[2]);
   EXPECT_GT(map.at(30, 15), 0.0F);

@@ -52,7 +52,7 @@ TEST(DialJson, HoldsTheSweptDialsUnderTheirKeys) {
   const std::string text = swept_dials_json(options).dump();
   EXPECT_EQ(text,
             R"({"generation":"two-sided","k_deg":76.5,"overlap_deg":0.1,"width_px":32,)"
-            R"("interpolation":"cubic","stations_mixed":8,"station_fade":0.5,"distance_maps":3,)"
+            R"("interpolation":"cubic","stations_mixed":8,"station_fade":1.0,"distance_maps":3,)"
             R"("second_side":"faded"})");
   EXPECT_TRUE(options_from(CheckedJson::parse(text, "test")) == options);
 }
