@@ -21,6 +21,7 @@
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
 #include "core/command_line/program.h"
+#include "core/room/refined_record.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -213,7 +214,7 @@ void add_refine(CLI::App* app, Arguments* arguments) {
   refine->callback([arguments, options] {
     options->form = ray_form_from_name(arguments->compress);
     set_thread_count(arguments->threads);
-    if (options->out.empty()) options->out = default_refined_name(options->room);
+    if (options->out.empty()) options->out = refined_room_path(options->room);
     const BlockArguments& blocks = arguments->blocks;
     if (blocks.block) {
       fmt::print("{}\n", escaped(refine_block(*options, *blocks.block)));

@@ -6,8 +6,10 @@
 #include <cmath>
 
 #include "build_lf/cluster/shell_quote.h"
+#include "build_lf/refine/refine_plan.h"
 #include "core/base/error.h"
 #include "core/files/output_path.h"
+#include "core/room/refined_record.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -43,6 +45,7 @@ class Planner {
   std::vector<ClusterStep> steps() {
     add_pack();
     if (!options_.distances) add_depth();
+    add_refine();
     if (scale_.cells > 0) add_connect_error();
     add_require();
     const std::vector<std::string> measured = ends_;
@@ -164,6 +167,16 @@ class Planner {
     add_step("depth-merge", {line + " --merge"}, ends_, 1.0);
   }
 
+  // What comes after it is of the refined room.
+  void add_refine() {
+    scale_.stations = scale_.maps;
+    const int width = developed_width(scale_.panorama, 0);
+    scale_.panorama = {width, width / 2};
+    add_divided("refine", build_lf("refine", room_), scale_.stations * scale_.panorama_mpx(),
+                scale_.stations, ends_);
+    room_ = path_word(refined_room_path(options_.room));
+  }
+
   void add_connect_error() {
     add_divided("connect-error", render("connect-error", room_ + " --generation initial,hlf-vd"),
                 scale_.cells * kViewpointsPerCell * scale_.panorama_mpx(),
@@ -198,7 +211,7 @@ class Planner {
     for (ClusterStep& step : steps_) step.alone = step.alone || step.name == "trade";
   }
 
-  const RoomScale& scale_;
+  RoomScale scale_;
   const ClusterOptions& options_;
   std::string room_;
   std::vector<ClusterStep> steps_{};
@@ -214,8 +227,8 @@ void check(const ClusterOptions& options) {
     throw UsageError("--trade compares with true views; give --truth too");
   }
   for (const auto& [name, flags] : options.flags) {
-    constexpr std::array kCommands{"pack",     "depth", "connect-error", "require",
-                                   "validate", "path",  "trade"};
+    constexpr std::array kCommands{"pack",    "depth",    "refine", "connect-error",
+                                   "require", "validate", "path",   "trade"};
     if (std::ranges::find(kCommands, name) == kCommands.end()) {
       throw UsageError(fmt::format("--add: unknown command {}; use {}", excerpt(name),
                                    fmt::join(kCommands, ", ")));

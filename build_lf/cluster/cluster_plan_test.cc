@@ -74,6 +74,8 @@ TEST(ClusterPlan, EveryStepComesAfterThoseItNeeds) {
   EXPECT_THAT(step_of(plan, "depth-sweep").after, ElementsAre("depth-colours-merge"));
   EXPECT_THAT(step_of(plan, "depth-fuse").after, ElementsAre("depth-choose"));
   EXPECT_THAT(step_of(plan, "depth-merge").after, ElementsAre("depth-gains"));
+  EXPECT_THAT(step_of(plan, "refine").after, ElementsAre("depth-merge"));
+  EXPECT_THAT(step_of(plan, "connect-error").after, ElementsAre("refine-merge"));
   EXPECT_THAT(step_of(plan, "require").after, ElementsAre("connect-error-merge"));
   EXPECT_THAT(step_of(plan, "validate").after, step_of(plan, "path").after);
   EXPECT_TRUE(step_of(plan, "trade").alone);
@@ -118,7 +120,8 @@ TEST(ClusterPlan, NamesEveryBlockAndMergesThem) {
               ElementsAre(pack + " --block 1/3", pack + " --block 2/3", pack + " --block 3/3"));
   EXPECT_THAT(step_of(plan, "pack-merge").commands, ElementsAre(pack + " --merge"));
   EXPECT_THAT(step_of(plan, "validate").commands.front(),
-              AllOf(HasSubstr("--truth /shared/hall/gt.csv --report /shared/hall-validate"),
+              AllOf(HasSubstr("validate /shared/hall-refined.lf --truth /shared/hall/gt.csv "
+                              "--report /shared/hall-validate"),
                     EndsWith(" --block 1/3")));
 }
 
@@ -133,9 +136,9 @@ TEST(ClusterPlan, ASmallRoomNeedsNoBlocks) {
     names.push_back(step.name);
     EXPECT_THAT(step.commands, ElementsAre(Not(HasSubstr("--block"))));
   }
-  EXPECT_THAT(names, ElementsAre("pack", "depth", "connect-error", "require"));
+  EXPECT_THAT(names, ElementsAre("pack", "depth", "refine", "connect-error", "require"));
   options.distances = "/shared/dist";
-  EXPECT_THAT(plan_cluster(hall(1), options).steps, SizeIs(3));
+  EXPECT_THAT(plan_cluster(hall(1), options).steps, SizeIs(4));
 }
 
 TEST(ClusterPlan, PathsAndFlagsReachTheProgramsAsTheyAre) {

@@ -194,11 +194,6 @@ class Refinement {
 
 }  // namespace
 
-fs::path default_refined_name(const fs::path& room) {
-  const fs::path plain = without_trailing_slash(room);
-  return plain.parent_path() / (plain.stem().string() + "-refined" + plain.extension().string());
-}
-
 void refine_room(const RefineOptions& options) {
   Refinement refinement(options, FileLock::Use::kAlone);
   refinement.develop({0, refinement.stations()});

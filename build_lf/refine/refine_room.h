@@ -20,9 +20,6 @@ struct RefineOptions {
   bool replace = false;       // a room at `out` is replaced
 };
 
-// "hall-refined.lf" beside "hall.lf".
-std::filesystem::path default_refined_name(const std::filesystem::path& room);
-
 // Creates the refined room, a room like any other, which appears only when complete. A stopped run
 // is resumed by the same command: what is developed is kept in `<out>.partial`. Throws UsageError
 // for options out of range; Error as Room::open and pack_room do, and if the room has no distances

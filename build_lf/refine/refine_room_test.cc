@@ -30,7 +30,7 @@ class RefineRoomTest : public testing::Test {
     return spec;
   }
   static RefineOptions options_of(const Room& room) {
-    return {.room = room.directory(), .out = default_refined_name(room.directory())};
+    return {.room = room.directory(), .out = refined_room_path(room.directory())};
   }
   static Room refined(const Room& room) {
     const RefineOptions options = options_of(room);
@@ -200,7 +200,12 @@ TEST_F(RefineRoomTest, KnowsWhatItWasMadeFrom) {
   const auto record = read_refined_record(room.directory());
   ASSERT_TRUE(record);
   EXPECT_GT(record->sharpening[0], 0.0);
+  const auto shown = current_refined_room(captured.room());
+  ASSERT_TRUE(shown);
+  EXPECT_EQ(shown->directory(), room.directory());
+  EXPECT_FALSE(current_refined_room(room));
   captured.give_distances(spec().scene, {64, 32}, 4);
+  EXPECT_FALSE(current_refined_room(captured.room()));
   EXPECT_THAT(refined_text(room.directory()), HasSubstr("has changed since: refine it again"));
   EXPECT_EQ(refined_text(captured.room().directory()), "");
   EXPECT_THAT(error_of([&] { refine_room(options_of(room)); }), HasSubstr("is a refined room"));
@@ -216,6 +221,7 @@ TEST_F(RefineRoomTest, HeldOutStationsAreNotUsed) {
   EXPECT_EQ(record->hold_out, 4);
   // Of 17 stations the 3rd, 7th, 11th and 15th of every line.
   EXPECT_EQ(record->source_stations, 4 * 13);
+  EXPECT_FALSE(current_refined_room(captured.room()));
   options.hold_out = 1;
   EXPECT_THAT(error_of([&] { refine_room(options); }), HasSubstr("exists"));
   options.replace = true;

@@ -1,6 +1,7 @@
 #include "core/room/refined_record.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <nlohmann/json.hpp>
 
@@ -9,6 +10,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/checked_json.h"
 #include "core/files/json_text.h"
+#include "core/files/output_path.h"
 #include "core/room/room_fingerprint.h"
 
 namespace raywalk {
@@ -34,6 +36,21 @@ std::string change_of(const fs::path& room, const RefinedRecord& record) {
 }
 
 }  // namespace
+
+fs::path refined_room_path(const fs::path& room) {
+  const fs::path plain = without_trailing_slash(room);
+  return plain.parent_path() / (plain.stem().string() + "-refined" + plain.extension().string());
+}
+
+std::optional<Room> current_refined_room(const Room& room) {
+  const fs::path path = refined_room_path(room.directory());
+  const auto record = read_refined_record(path);
+  if (!record || record->hold_out != 0) return std::nullopt;
+  if (room_fingerprint(room) == record->source_fingerprint) return Room::open(path);
+  spdlog::warn("{} is not used: {} has changed since it was developed from it; refine it again",
+               path.string(), room.directory().string());
+  return std::nullopt;
+}
 
 void write_refined_record(const fs::path& room, const RefinedRecord& record) {
   const nlohmann::ordered_json json = {{"format", kFormat},

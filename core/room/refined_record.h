@@ -26,6 +26,13 @@ struct RefinedRecord {
   std::array<double, 2> sharpening{0.0, 0.0};
 };
 
+// Where the room that is developed from one is by default: "hall-refined.lf" beside "hall.lf".
+std::filesystem::path refined_room_path(const std::filesystem::path& room);
+
+// The room there, if it was developed from all photographs and the distances that `room` has now.
+// Warns of one that was developed from earlier ones.
+std::optional<Room> current_refined_room(const Room& room);
+
 // Throws Error if it cannot be written.
 void write_refined_record(const std::filesystem::path& room, const RefinedRecord& record);
 

@@ -28,11 +28,12 @@ struct ExportWebArguments {
 
 void run(const ExportWebArguments& arguments) {
   set_thread_count(arguments.threads);
-  WebExportOptions options = web_options(arguments.web);
+  WebExportOptions options = web_options(arguments.room, arguments.web);
   options.measure_quality = measure_web_quality;
   std::filesystem::path out = arguments.out;
   if (out.empty()) out = without_trailing_slash(arguments.room).stem().string() + "-web";
-  fmt::print("{}\n", export_web(Room::open(arguments.room), options, out, arguments.force));
+  fmt::print("{}\n",
+             export_web(web_room(arguments.room, arguments.web), options, out, arguments.force));
 }
 
 }  // namespace
@@ -50,8 +51,8 @@ void add_export_web(CLI::App* app) {
       "Examples:\n  raywalk-render export-web room.lf --out room-web\n"
       "  raywalk-render export-web room.lf --budget-mb 128 --start 0,0.25 --path walk.csv --out "
       "room-web\n"
-      "raywalk-build-lf require, run before, lets the export leave out stations that the scene "
-      "does not need.");
+      "Where raywalk-build-lf refine has made room-refined.lf, that is shown. raywalk-build-lf "
+      "require, run before, lets the export leave out stations that the scene does not need.");
   command->callback([arguments] { run(*arguments); });
 }
 

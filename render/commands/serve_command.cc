@@ -38,8 +38,8 @@ void require_unused(const std::vector<CLI::Option*>& options) {
 
 void run(const ServeArguments& arguments) {
   set_thread_count(arguments.threads);
-  const WebExportOptions options = web_options(arguments.web);
-  const Room room = Room::open(arguments.room);
+  const WebExportOptions options = web_options(arguments.room, arguments.web);
+  const Room room = web_room(arguments.room, arguments.web);
   const auto export_room = [&](const std::filesystem::path& folder) {
     fmt::print("{}\n", export_web(room, options, folder, false));
     std::fflush(stdout);

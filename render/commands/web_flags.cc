@@ -2,14 +2,20 @@
 
 #include <CLI/CLI.hpp>
 #include <optional>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/command_line/point_argument.h"
+#include "core/files/output_path.h"
+#include "core/room/refined_record.h"
 
 namespace raywalk::render {
 
 std::vector<CLI::Option*> add_web_flags(CLI::App* command, WebFlags* flags) {
   WebExportOptions* options = &flags->options;
+  command->add_flag(
+      "--captured", flags->captured,
+      "Show the photographs, also where raywalk-build-lf refine has developed the room");
   return {
       command
           ->add_option("--budget-mb", options->budget_mb,
@@ -42,8 +48,9 @@ std::vector<CLI::Option*> add_web_flags(CLI::App* command, WebFlags* flags) {
                           "that the page compares with its views")};
 }
 
-WebExportOptions web_options(const WebFlags& flags) {
+WebExportOptions web_options(const std::filesystem::path& room, const WebFlags& flags) {
   WebExportOptions options = flags.options;
+  if (options.title.empty()) options.title = without_trailing_slash(room).stem().string();
   if (flags.k_deg != 0.0) options.k_deg = flags.k_deg;
   if (flags.start.empty()) return options;
   const std::optional<CoordinatePair> start = parse_coordinate_pair(flags.start);
@@ -53,6 +60,13 @@ WebExportOptions web_options(const WebFlags& flags) {
   }
   options.start = PlanPoint{start->first, start->second};
   return options;
+}
+
+Room web_room(const std::filesystem::path& room, const WebFlags& flags) {
+  Room captured = Room::open(room);
+  if (flags.captured) return captured;
+  std::optional<Room> refined = current_refined_room(captured);
+  return refined ? *std::move(refined) : std::move(captured);
 }
 
 }  // namespace raywalk::render

@@ -123,14 +123,9 @@ std::vector<PathView> path_of(const Room& room, const ConnectionRule& rule,
   return views;
 }
 
-std::string title_of(const Room& room, const WebExportOptions& options) {
-  return options.title.empty() ? without_trailing_slash(room.directory()).stem().string()
-                               : options.title;
-}
-
 std::string quality_line(const WebContent& content, const WebPlan& plan) {
   if (content.quality) return content.quality->text;
-  return plan.stations == plan.captured_stations ? "all captured stations are exported"
+  return plan.stations == plan.captured_stations ? "all stations are exported"
                                                  : "not measured";
 }
 
@@ -140,7 +135,7 @@ std::string export_web(const Room& room, const WebExportOptions& options, const 
                        bool replace) {
   require_options(options);
   const fs::path page = page_of(options);
-  WebContent content{.title = title_of(room, options),
+  WebContent content{.title = options.title,
                      .budget_mb = options.budget_mb,
                      .view = view_options(room, options)};
   const ConnectionRule rule = rule_of(content.view);

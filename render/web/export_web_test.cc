@@ -92,7 +92,7 @@ TEST_F(ExportWebTest, TheManifestDescribesTheRoom) {
   EXPECT_EQ(m["view"], json({{"generation", "two-sided"},
                              {"k_deg", 80.0},
                              {"overlap_deg", 5.0},
-                             {"distance_maps", 4}}));
+                             {"distance_maps", 8}}));
   EXPECT_EQ(m["start"], json({{"x_m", 0.125}, {"z_m", -0.25}, {"yaw_deg", 0.0}}));
   EXPECT_EQ(m["vertical_range_m"], 0.5) << "nothing is hidden in an empty room";
   EXPECT_TRUE(m["quality"].is_null());
