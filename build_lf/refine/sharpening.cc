@@ -14,34 +14,22 @@ namespace {
 
 constexpr int kBorder = 16;  // pixels, more than the filters reach
 
-// Columns of a developed picture that is `ratio` times as wide as the photograph: so many that they
-// begin and end where columns of the photograph do. Pictures of floats of a whole panorama of 8192
-// columns would take gigabytes.
-class Strips {
- public:
-  Strips(int captured_width, int width) {
-    const int captured = captured_width / std::gcd(captured_width, width);
-    const int least = (kColumns + captured - 1) / captured;
-    captured_ = std::min(captured * least, captured_width);
-    ratio_ = static_cast<double>(width) / captured_width;
-    count_ = (captured_width + captured_ - 1) / captured_;
-    captured_width_ = captured_width;
+// Strips of columns of the photograph that begin and end where columns of the picture do. Pictures
+// of floats of a whole panorama of 8192 columns would take gigabytes.
+std::vector<cv::Range> strips_of(int captured_width, int width) {
+  constexpr int kColumns = 128;
+  const int unit = captured_width / std::gcd(captured_width, width);
+  const int columns = unit * ((kColumns + unit - 1) / unit);
+  std::vector<cv::Range> strips;
+  for (int first = 0; first < captured_width; first += columns) {
+    strips.emplace_back(first, std::min(first + columns, captured_width));
   }
-  int count() const { return count_; }
-  cv::Range of_photograph(int strip) const {
-    return {strip * captured_, std::min((strip + 1) * captured_, captured_width_)};
-  }
-  cv::Range of_picture(int strip) const {
-    const cv::Range captured = of_photograph(strip);
-    return {static_cast<int>(std::lround(captured.start * ratio_)),
-            static_cast<int>(std::lround(captured.end * ratio_))};
-  }
+  return strips;
+}
 
- private:
-  static constexpr int kColumns = 128;
-  double ratio_ = 1.0;
-  int captured_ = 0, count_ = 0, captured_width_ = 0;
-};
+cv::Range in_picture(cv::Range strip, int captured_width, int width) {
+  return {strip.start * width / captured_width, strip.end * width / captured_width};
+}
 
 // The levels of a strip of a picture of which `bordered` has a border, with the border.
 cv::Mat levels_of(const cv::Mat& bordered, cv::Range strip) {
@@ -116,15 +104,14 @@ double measured_sharpening(const cv::Mat& others, const cv::Mat& photograph,
   constexpr int kFewest = 1000;  // pixels
   const cv::Mat usable = known_pixels(others, photograph.size()) & comparable;
   const cv::Mat bordered = with_border(others, kBorder);
-  const Strips strips(photograph.rows, others.rows);
-  std::vector<Fit> fits(static_cast<std::size_t>(strips.count()));
-  parallel_for(0, strips.count(), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      const cv::Mat picture = levels_of(bordered, strips.of_picture(i));
+  const std::vector<cv::Range> strips = strips_of(photograph.rows, others.rows);
+  std::vector<Fit> fits(strips.size());
+  parallel_for(0, static_cast<int>(strips.size()), 1, [&](int begin, int end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const cv::Mat picture =
+          levels_of(bordered, in_picture(strips[i], photograph.rows, others.rows));
       const cv::Mat detail = picture - blurred(picture, photograph.rows, others.rows);
-      const cv::Range captured = strips.of_photograph(i);
-      fits[static_cast<std::size_t>(i)] =
-          fit_of(picture, detail, photograph.rowRange(captured), usable.rowRange(captured));
+      fits[i] = fit_of(picture, detail, photograph.rowRange(strips[i]), usable.rowRange(strips[i]));
     }
   });
   Fit all;
@@ -140,10 +127,11 @@ double measured_sharpening(const cv::Mat& others, const cv::Mat& photograph,
 cv::Mat sharpened(const cv::Mat& colour, int captured_width, double amount) {
   const cv::Mat bordered = with_border(colour, kBorder);
   cv::Mat result(colour.size(), CV_8UC3);
-  const Strips strips(captured_width, colour.rows);
-  parallel_for(0, strips.count(), 1, [&](int begin, int end) {
+  const std::vector<cv::Range> strips = strips_of(captured_width, colour.rows);
+  parallel_for(0, static_cast<int>(strips.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
-      const cv::Range strip = strips.of_picture(i);
+      const cv::Range strip =
+          in_picture(strips[static_cast<std::size_t>(i)], captured_width, colour.rows);
       const cv::Mat picture = levels_of(bordered, strip);
       const cv::Mat blur = blurred(picture, captured_width, colour.rows);
       cv::Mat to = result.rowRange(strip);

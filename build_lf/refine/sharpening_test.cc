@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 namespace raywalk::build_lf {
 namespace {
@@ -110,10 +111,11 @@ TEST(SharpeningTest, WhatCannotBeComparedDoesNotCount) {
 }
 
 TEST(SharpeningTest, KeepsPlainPicturesAndGoesRoundTheSeam) {
-  const cv::Mat plain(64, 32, CV_16UC3, cv::Scalar::all(200 * kLevel));
-  EXPECT_EQ(cv::norm(sharpened(plain, 32, 1.5), cv::Mat(64, 32, CV_8UC3, cv::Scalar::all(200)),
-                     cv::NORM_INF),
-            0.0);
+  for (const auto& [captured, width] : {std::pair{32, 64}, {300, 400}, {1028, 1540}}) {
+    const cv::Mat plain(width, 32, CV_16UC3, cv::Scalar::all(200 * kLevel));
+    const cv::Mat expected(width, 32, CV_8UC3, cv::Scalar::all(200));
+    EXPECT_EQ(cv::norm(sharpened(plain, captured, 1.5), expected, cv::NORM_INF), 0.0) << width;
+  }
   // The same picture, turned: the seam is anywhere.
   const cv::Mat picture = developed(scene(8));
   cv::Mat turned;

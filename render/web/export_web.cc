@@ -125,8 +125,7 @@ std::vector<PathView> path_of(const Room& room, const ConnectionRule& rule,
 
 std::string quality_line(const WebContent& content, const WebPlan& plan) {
   if (content.quality) return content.quality->text;
-  return plan.stations == plan.captured_stations ? "all stations are exported"
-                                                 : "not measured";
+  return plan.stations == plan.captured_stations ? "all stations are exported" : "not measured";
 }
 
 }  // namespace
@@ -135,9 +134,8 @@ std::string export_web(const Room& room, const WebExportOptions& options, const 
                        bool replace) {
   require_options(options);
   const fs::path page = page_of(options);
-  WebContent content{.title = options.title,
-                     .budget_mb = options.budget_mb,
-                     .view = view_options(room, options)};
+  WebContent content{
+      .title = options.title, .budget_mb = options.budget_mb, .view = view_options(room, options)};
   const ConnectionRule rule = rule_of(content.view);
   content.start = start_of(room.grid(), rule, options);
   content.path = path_of(room, rule, options);
