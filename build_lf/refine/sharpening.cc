@@ -28,7 +28,9 @@ std::vector<cv::Range> strips_of(int captured_width, int width) {
 }
 
 cv::Range in_picture(cv::Range strip, int captured_width, int width) {
-  return {strip.start * width / captured_width, strip.end * width / captured_width};
+  const int unit = captured_width / std::gcd(captured_width, width);
+  const int unit_there = width / std::gcd(captured_width, width);
+  return {strip.start / unit * unit_there, strip.end / unit * unit_there};
 }
 
 // The levels of a strip of a picture of which `bordered` has a border, with the border.
