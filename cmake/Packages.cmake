@@ -83,16 +83,16 @@ configure_file(cmake/debian/changelog.in ${folder}/changelog @ONLY)
 execute_process(COMMAND gzip -9nc ${folder}/changelog
                 OUTPUT_FILE ${folder}/changelog.Debian.gz COMMAND_ERROR_IS_FATAL ANY)
 
-# What the page is bundled from is named in the copyright file, with its licence.
+# What the pages are bundled from is named in the copyright file, with its licence.
 file(READ cmake/debian/copyright copyright)
-file(READ render/viewer/package.json page)
+file(READ package.json page)
 string(JSON bundled LENGTH "${page}" dependencies)
 math(EXPR last "${bundled} - 1")
 foreach(i RANGE ${last})
   string(JSON package MEMBER "${page}" dependencies ${i})
   if(NOT copyright MATCHES "\nComment: [^\n]*npm package ${package}[^a-z]")
-    message(FATAL_ERROR "cmake/debian/copyright does not name the npm package ${package}, which the "
-                        "viewer's page is bundled from")
+    message(FATAL_ERROR "cmake/debian/copyright does not name the npm package ${package}, which "
+                        "pages are bundled from")
   endif()
 endforeach()
 

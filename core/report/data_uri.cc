@@ -11,7 +11,7 @@
 namespace raywalk {
 namespace {
 
-constexpr int kJpegQuality = 90;
+constexpr int kOldQuality = 90;
 
 // EVP_EncodeBlock takes the length as int; a multiple of 3 bytes encodes without padding, so that
 // blocks can be put one after another.
@@ -46,7 +46,7 @@ std::string data_uri(const cv::Mat& image, EmbeddedFormat format) {
     cv::imencode(".png", image, file);
     return data_uri(file, "image/png");
   }
-  cv::imencode(".jpg", image, file, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+  cv::imencode(".jpg", image, file, {cv::IMWRITE_JPEG_QUALITY, kOldQuality});
   return data_uri(file, "image/jpeg");
 }
 

@@ -1,0 +1,3 @@
+import { type Describe } from "../page";
+
+export const calibration: Describe = () => ({ title: "calibration", sections: [] });

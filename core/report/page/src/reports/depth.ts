@@ -1,0 +1,3 @@
+import { type Describe } from "../page";
+
+export const depth: Describe = () => ({ title: "depth", sections: [] });

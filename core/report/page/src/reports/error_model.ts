@@ -1,0 +1,3 @@
+import { type Describe } from "../page";
+
+export const errorModel: Describe = () => ({ title: "errorModel", sections: [] });

@@ -1,0 +1,3 @@
+import { type Describe } from "../page";
+
+export const trade: Describe = () => ({ title: "trade", sections: [] });
