@@ -85,7 +85,7 @@ execute_process(COMMAND gzip -9nc ${folder}/changelog
 
 # What the pages are bundled from is named in the copyright file, with its licence.
 file(READ cmake/debian/copyright copyright)
-file(READ package.json page)
+file(READ cmake/pages/package.json page)
 string(JSON bundled LENGTH "${page}" dependencies)
 math(EXPR last "${bundled} - 1")
 foreach(i RANGE ${last})

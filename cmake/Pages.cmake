@@ -3,7 +3,7 @@
 # names them, or from npm's cache (docs/development.md); nothing is fetched at run time.
 #
 # The pages are built in copies beside each other, as npm puts packages above them:
-#   pages/package.json, tsconfig.json, node_modules
+#   pages/package.json, tsconfig.json, test.mjs, node_modules
 #   pages/report, pages/viewer
 find_program(RAYWALK_NODE NAMES node nodejs)
 find_program(RAYWALK_NPM NAMES npm)
@@ -20,13 +20,13 @@ endif()
 
 set(RAYWALK_PAGES ${PROJECT_BINARY_DIR}/pages)
 file(MAKE_DIRECTORY ${RAYWALK_PAGES})
-set(raywalk_pages_files package.json package-lock.json tsconfig.json .prettierrc.json .prettierignore)
+set(raywalk_pages_files package.json package-lock.json tsconfig.json test.mjs .prettierrc.json .prettierignore)
+list(TRANSFORM raywalk_pages_files PREPEND ${PROJECT_SOURCE_DIR}/cmake/pages/)
 add_custom_command(
   OUTPUT ${RAYWALK_PAGES}/node_modules/.package-lock.json
   COMMAND ${CMAKE_COMMAND} -E copy ${raywalk_pages_files} ${RAYWALK_PAGES}
   COMMAND ${CMAKE_COMMAND} -E chdir ${RAYWALK_PAGES}
           ${RAYWALK_NPM} ci --ignore-scripts --no-audit --no-fund --loglevel=error
-  WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
   DEPENDS ${raywalk_pages_files}
   COMMENT "Fetching the pages' packages from the npm registry" VERBATIM)
 add_custom_target(raywalk-page-packages DEPENDS ${RAYWALK_PAGES}/node_modules/.package-lock.json)

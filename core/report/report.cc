@@ -2,7 +2,7 @@
 
 #include <openssl/evp.h>
 
-#include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
@@ -62,12 +62,19 @@ ReportImage report_image(std::string_view section, std::string_view row, std::st
 
 std::string report_page(std::string_view kind, const Json& document,
                         std::span<const ReportImage> images) {
-  Json report{{"kind", kind}, {"document", document}, {"images", Json::array()}};
+  Json report{{"kind", kind},
+              {"document", document},
+              {"images", Json::array()},
+              {"sources", Json::array()}};
+  // An image that several rows show is written once.
+  std::map<std::string_view, std::size_t> sources;
   for (const ReportImage& image : images) {
+    const auto [source, is_new] = sources.emplace(image.source, sources.size());
+    if (is_new) report["sources"].push_back(image.source);
     report["images"].push_back({{"section", image.section},
                                 {"row", image.row},
                                 {"caption", image.caption},
-                                {"source", image.source}});
+                                {"source", source->second}});
   }
   constexpr std::string_view kMark = "RAYWALK_REPORT";
   std::string page(report_template());

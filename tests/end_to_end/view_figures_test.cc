@@ -43,8 +43,8 @@ class PackedCapture {
         fmt::format("{} validate {} --truth {} --generation hlf-vd,two-sided --viewpoints 1 "
                     "--report {}",
                     RAYWALK_RENDER, room(), truth_.string(), report.string()));
-    const auto means = nlohmann::json::parse(read_file(report / "metrics.json"))["means"];
-    return {means["hlf-vd"]["psnr_db"].get<double>(), means["two-sided"]["psnr_db"].get<double>()};
+    const auto modes = nlohmann::json::parse(read_file(report / "metrics.json"))["modes"];
+    return {modes[0]["psnr_db"].get<double>(), modes[1]["psnr_db"].get<double>()};
   }
 
  private:

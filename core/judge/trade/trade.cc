@@ -18,7 +18,7 @@
 #include "core/judge/trade/measure_trade.h"
 #include "core/judge/trade/trade_blocks.h"
 #include "core/judge/trade/trade_json.h"
-#include "core/judge/trade/trade_page.h"
+#include "core/judge/trade/trade_pictures.h"
 #include "core/judge/trade/trade_sweep.h"
 #include "core/room/requirements.h"
 
@@ -156,12 +156,12 @@ std::string write_trade(const TradeInput& input, const fs::path& report,
   } catch (const Interrupted&) {
     throw Interrupted("interrupted; the same command resumes with the remaining settings");
   }
-  const TradePictures pictures = trade_pictures(trade, input.rooms);
+  const std::vector<ReportImage> images = trade_images(trade, input.rooms);
   const nlohmann::ordered_json document = trade_document(trade);
   write_file_atomically(report / "trade.json", json_text(document));
   write_measured_settings(input.rooms.front().room->directory(), measured_settings(trade));
   write_file_atomically(report / "trade.csv", trade_csv(trade));
-  write_file_atomically(report / "index.html", trade_page(document, pictures));
+  write_file_atomically(report / "index.html", report_page("trade", document, images));
   fs::remove(partial_file(report));
   if (blocks.merge) remove_trade_blocks(report);
   return summary_of(trade, report);

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/report/json_scope.h"
-
 namespace raywalk {
 namespace {
 
@@ -55,68 +53,6 @@ ordered_json parameters_json() {
                     {"values", values_text(dial)},
                     {"default", text_of(dial, default_of(dial))},
                     {"cost", dial.cost}});
-  }
-  return json;
-}
-
-ordered_json json_of(const Trade& trade, const TradedPreset& preset) {
-  const MeasuredSetting& setting = trade.settings[preset.setting];
-  const double ratio = setting.measured.time.ratio;
-  double least = ratio;  // of settings that are at least as accurate
-  for (const MeasuredSetting& other : trade.settings) {
-    if (other.measured.scores.psnr_db < setting.measured.scores.psnr_db) continue;
-    least = std::min(least, other.measured.time.ratio);
-  }
-  ordered_json json{{"name", preset.name},
-                    {"setting", setting.setting.name},
-                    {"number", preset.setting + 1},
-                    {"reason", preset.reason}};
-  json.update(json_of(setting.measured));
-  json["slower_than_front"] = ratio / least - 1.0;
-  return json;
-}
-
-// Number of changed parameters; another room counts as one, though it changes several.
-std::size_t changed_parameter_count(const TradeSetting& setting, const TradeSetting& centre) {
-  std::size_t parameters = setting.room == centre.room ? 0 : 1;
-  for (const std::string& parameter : changed_parameters(setting, centre)) {
-    if (parameter != "stored_width_px" && parameter != "depth" && parameter != "compression")
-      ++parameters;
-  }
-  return parameters;
-}
-
-// A setting against the central one.
-ordered_json change_json(const ordered_json& setting, const ordered_json& centre) {
-  ordered_json change;
-  for (const char* key : {"number", "name", "disturbed", "ms"}) change[key] = setting[key];
-  const JsonScope own(setting), central(centre);
-  for (const char* key : {"ratio", "cpu_ratio"}) {
-    change[key] = own.number(key) / central.number(key) - 1.0;
-  }
-  for (const char* key :
-       {"psnr_db", "ws_psnr_db", "ssim", "fsim", "e_connect", "peak_mb", "rays_mb"}) {
-    change[key] = own.number(key) - central.number(key);
-  }
-  return change;
-}
-
-// Of every central setting those that differ from it in one parameter. `written`: the settings.
-ordered_json single_parameters_json(const Trade& trade, const ordered_json& written) {
-  ordered_json json = ordered_json::array();
-  for (std::size_t centre = 0; centre < trade.settings.size(); ++centre) {
-    const TradeSetting& central = trade.settings[centre].setting;
-    const Generation generation = central.mode.options.generation;
-    // The name of a central setting is its generation's alone.
-    if (central.name != generation_name(generation)) continue;
-    ordered_json changes = ordered_json::array();
-    for (std::size_t i = 0; i < trade.settings.size(); ++i) {
-      const TradeSetting& setting = trade.settings[i].setting;
-      if (setting.mode.options.generation != generation) continue;
-      if (changed_parameter_count(setting, central) != 1) continue;
-      changes.push_back(change_json(written[i], written[centre]));
-    }
-    json.push_back({{"generation", central.name}, {"changes", changes}});
   }
   return json;
 }
@@ -229,8 +165,10 @@ ordered_json trade_document(const Trade& trade) {
   json["rank_correlation"] = trade.held_out_views.empty() ? ordered_json(nullptr)
                                                           : json_of(rank_agreement(trade.settings));
   json["presets"] = ordered_json::array();
-  for (const TradedPreset& preset : trade.presets)
-    json["presets"].push_back(json_of(trade, preset));
+  for (const TradedPreset& preset : trade.presets) {
+    json["presets"].push_back(
+        {{"name", preset.name}, {"number", preset.setting + 1}, {"reason", preset.reason}});
+  }
   json["rooms"] = ordered_json::array();
   for (const TradedRoom& room : trade.rooms) json["rooms"].push_back(json_of(room));
   json["settings"] = ordered_json::array();
@@ -239,9 +177,6 @@ ordered_json trade_document(const Trade& trade) {
     numbered.update(json_of(trade, setting));
     json["settings"].push_back(numbered);
   }
-  json["front"] = ordered_json::array();
-  for (const std::size_t i : psnr_front(trade)) json["front"].push_back(json["settings"][i]);
-  json["single_parameters"] = single_parameters_json(trade, json["settings"]);
   return json;
 }
 

@@ -1,9 +1,12 @@
+#include "core/judge/trade/trade_pictures.h"
+
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
 
 #include "core/base/interrupt.h"
 #include "core/judge/trade/measure_setting.h"
-#include "core/judge/trade/trade_page.h"
 #include "core/judge/validation/comparison_pictures.h"
 
 namespace raywalk {
@@ -37,19 +40,23 @@ std::vector<std::size_t> settings_shown(const Trade& trade) {
 
 }  // namespace
 
-TradePictures trade_pictures(const Trade& trade, std::span<const TradeRoom> rooms) {
+std::vector<ReportImage> trade_images(const Trade& trade, std::span<const TradeRoom> rooms) {
   const std::size_t shown = pictured_view(trade.views.size());
-  TradePictures pictures{.truth = shrunk_to(rooms.front().views[shown].truth, kPictureWidth_px),
-                         .errors = std::vector<cv::Mat>(trade.settings.size())};
+  const cv::Mat truth = shrunk_to(rooms.front().views[shown].truth, kPictureWidth_px);
+  const std::string truth_name = fmt::format("true view {}", trade.views[shown]);
+  std::vector<ReportImage> images;
   for (const std::size_t i : settings_shown(trade)) {
     throw_if_interrupted();
     const TradeSetting& setting = trade.settings[i].setting;
     const TradeView& view = rooms[setting.room].views[shown];
     const cv::Mat picture = picture_of(setting, view);
-    pictures.errors[i] = shrunk_to(
-        error_of(picture, truth_completed_by(picture, view.truth, view.mask)), kPictureWidth_px);
+    const cv::Mat error = error_of(picture, truth_completed_by(picture, view.truth, view.mask));
+    const std::string row = fmt::format("setting {}: {}", i + 1, setting.name);
+    images.push_back(report_image("settings", row, truth_name, truth));
+    images.push_back(report_image("settings", row, fmt::format("error, times {:g}", kErrorGain),
+                                  shrunk_to(error, kPictureWidth_px)));
   }
-  return pictures;
+  return images;
 }
 
 }  // namespace raywalk

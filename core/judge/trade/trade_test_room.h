@@ -100,7 +100,6 @@ class TradeTest : public ::testing::Test {
   nlohmann::json written() const {
     return nlohmann::json::parse(read_file(options_.report / "trade.json"));
   }
-  std::string page() const { return read_file(options_.report / "index.html"); }
   std::string run_error() const {
     try {
       trade(room_, options_);

@@ -4,12 +4,6 @@
 
 namespace raywalk {
 
-cv::Mat overlay_of(const cv::Mat& view, const cv::Mat& truth) {
-  cv::Mat overlay;
-  cv::addWeighted(view, 0.5, truth, 0.5, 0.0, overlay);
-  return overlay;
-}
-
 cv::Mat error_of(const cv::Mat& view, const cv::Mat& truth) {
   cv::Mat error;
   cv::absdiff(view, truth, error);
@@ -26,9 +20,7 @@ cv::Mat shrunk_to(const cv::Mat& image, int width) {
 }
 
 ViewComparison compare(const cv::Mat& view, const cv::Mat& truth, int width) {
-  return {.view = shrunk_to(view, width),
-          .overlay = shrunk_to(overlay_of(view, truth), width),
-          .error = shrunk_to(error_of(view, truth), width)};
+  return {.view = shrunk_to(view, width), .error = shrunk_to(error_of(view, truth), width)};
 }
 
 }  // namespace raywalk

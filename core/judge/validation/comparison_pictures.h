@@ -10,9 +10,6 @@ namespace raywalk {
 // Factor that makes absolute differences visible: 32 levels become 128.
 inline constexpr double kErrorGain = 4.0;
 
-// The mean of both: a feature at different positions in the two pictures appears twice.
-cv::Mat overlay_of(const cv::Mat& view, const cv::Mat& truth);
-
 // |view - truth| times kErrorGain per channel, saturating; black where they agree.
 cv::Mat error_of(const cv::Mat& view, const cv::Mat& truth);
 
@@ -22,7 +19,6 @@ cv::Mat shrunk_to(const cv::Mat& image, int width);
 // A view beside its truth; all CV_8UC3 in BGR order.
 struct ViewComparison {
   cv::Mat view{};
-  cv::Mat overlay{};
   cv::Mat error{};
 };
 

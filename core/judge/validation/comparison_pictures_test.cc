@@ -17,10 +17,6 @@ TEST(ComparisonPictures, ErrorIsBlackWhereBothAgreeAndSaturates) {
   EXPECT_EQ(first(error_of(grey(0), grey(200))), cv::Vec3b(255, 255, 255));
 }
 
-TEST(ComparisonPictures, OverlayIsHalfOfEither) {
-  EXPECT_EQ(first(overlay_of(grey(100), grey(50))), cv::Vec3b(75, 75, 75));
-}
-
 TEST(ComparisonPictures, ShrinksButNeverEnlarges) {
   EXPECT_EQ(shrunk_to(grey(1, {100, 50}), 40).size(), cv::Size(40, 20));
   EXPECT_EQ(shrunk_to(grey(1, {30, 15}), 40).size(), cv::Size(30, 15));

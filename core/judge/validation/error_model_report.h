@@ -1,5 +1,5 @@
-// The work of `raywalk-render error-model`: the paper's Fig. 11 for a given cell as an HTML page,
-// JSON and a text table, compared with the values stated in the paper.
+// The work of `raywalk-render error-model`: the paper's Fig. 11 for a given cell as a report, JSON
+// and a text table, compared with the values stated in the paper.
 #pragma once
 
 #include <filesystem>
@@ -18,17 +18,16 @@ struct ErrorModelOptions {
   std::filesystem::path report_dir{};  // created if it is missing
 };
 
-// Writes index.html, error-model.json, fig11a.svg, fig11b.svg and fig11c.svg to report_dir, each
-// atomically, and the table of optima as text to `table`. Takes about a second. error-model.json:
+// Writes index.html and error-model.json to report_dir, each atomically, and the table of optima as
+// text to `table`. Takes about a second. error-model.json:
 //   {"side_m", "step_m", "viewpoints", "k_deg": [45..90],
 //    "detail": index of the curve of Fig. 11 (a),
 //    "curves": [{"d_src_m", "d_src_over_side", "e_m_rad", "e_b_rad", "e_t", "optimum_k_deg",
 //                "least_e_t", "paper_k_deg": null where the paper states none,
-//                "over_k": [{"k_deg", "e_t", "e_m_share", "e_b_share"}]}],
+//                "given": whether it is one of distances_over_side}],
 //    "paper": [{"d_src_over_side", "optimum_k_deg"}]}
-// e_m_rad, e_b_rad and e_t have one entry for each k; over_k has the shares of the errors' maxima,
-// of the given distances only. Throws UsageError for an option outside its range, Error when a file
-// cannot be written.
+// e_m_rad, e_b_rad and e_t have one entry for each k. Throws UsageError for an option outside its
+// range, Error when a file cannot be written.
 void write_error_model_report(const ErrorModelOptions& options, std::ostream& table);
 
 }  // namespace raywalk

@@ -2,9 +2,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 
-#include "core/judge/validation/before_after.h"
 #include "core/judge/validation/validate.h"
 
 namespace raywalk {
@@ -12,7 +10,6 @@ namespace raywalk {
 // The document of metrics.json, whose keys docs/file-formats.md lists. "name" is the stem of the
 // truth's file; PSNRs are at most kMaxPsnrDb. A value that was not measured (no viewpoint had a
 // readable overlap) is null in the file.
-nlohmann::ordered_json metrics_document(const Validation& validation,
-                                        const std::optional<BeforeAfter>& compared = std::nullopt);
+nlohmann::ordered_json metrics_document(const Validation& validation);
 
 }  // namespace raywalk

@@ -11,17 +11,16 @@
 
 #include "core/base/error.h"
 #include "core/base/escaped.h"
+#include "core/base/number_text.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/files/json_text.h"
-#include "core/judge/validation/before_after.h"
 #include "core/judge/validation/connect_error_file.h"
 #include "core/judge/validation/measured_views.h"
 #include "core/judge/validation/metrics_json.h"
 #include "core/judge/validation/validation_blocks.h"
 #include "core/judge/validation/validation_partial.h"
-#include "core/judge/validation/validation_report.h"
-#include "core/report/markup.h"
+#include "core/report/report.h"
 #include "core/room/connection_errors.h"
 
 namespace raywalk {
@@ -82,7 +81,35 @@ std::string silhouettes_text(const Validation& validation) {
   return text;
 }
 
-std::string summary_of(const Validation& validation, const std::optional<BeforeAfter>& compared,
+// The gain of each mode over the same in the room before, and E_connect of both at the largest k.
+std::string gains_text(const Validation& before, const Validation& after) {
+  std::string text = "gain over " + escaped(before.volume) + ":\n";
+  for (std::size_t mode = 0; mode < after.modes.size(); ++mode) {
+    const Generation generation = after.modes[mode].options.generation;
+    const auto same = std::ranges::find_if(before.modes, [&](const ViewMode& other) {
+      return other.options.generation == generation;
+    });
+    if (same == before.modes.end()) continue;
+    const std::string name = generation_name(generation);
+    const std::size_t mode_before = static_cast<std::size_t>(same - before.modes.begin());
+    if (!after.views.empty()) {
+      const ViewScores now = mean_scores(after, mode), then = mean_scores(before, mode_before);
+      text +=
+          fmt::format("{:<10} PSNR {:+.2f} dB  WS-PSNR {:+.2f} dB  SSIM {:+.4f}  FSIM {:+.4f}\n",
+                      name, now.psnr_db - then.psnr_db, now.ws_psnr_db - then.ws_psnr_db,
+                      now.ssim - then.ssim, now.fsim - then.fsim);
+    }
+    if (before.connection_error.empty() || after.connection_error.empty()) continue;
+    const ConnectErrorRow& row = after.connection_error[mode].rows.back();
+    text +=
+        fmt::format("{:<10} E_connect at k = {:g}: {} before, {} after\n", name, row.k_deg,
+                    number_or_dash(before.connection_error[mode_before].rows.back().e_connect, 1),
+                    number_or_dash(row.e_connect, 1));
+  }
+  return text;
+}
+
+std::string summary_of(const Validation& validation, const std::optional<Validation>& before,
                        const fs::path& report) {
   std::string text;
   for (std::size_t mode = 0; mode < validation.modes.size(); ++mode) {
@@ -99,7 +126,7 @@ std::string summary_of(const Validation& validation, const std::optional<BeforeA
         fmt::format("views up to {} pixels wide are enlarged {:.1f} times from panoramas of {}\n",
                     widest_px, enlargement_at(validation, widest_px), validation.captured_width_px);
   }
-  if (compared) text += before_after_text(*compared);
+  if (before) text += gains_text(*before, validation);
   return text + "distances in use: " + validation.distances + "\n" +
          escaped((report / "index.html").string());
 }
@@ -140,18 +167,43 @@ Validation measured_validation(const RoomTask& task, const ConnectErrorOptions& 
   return validation;
 }
 
+// For each sample and mode a row: the truth, the view and its error.
+std::vector<ReportImage> report_images(const Validation& validation) {
+  std::vector<ReportImage> images;
+  for (const PictureSample& sample : validation.samples) {
+    const TruthView& truth = validation.truths[sample.truth];
+    for (std::size_t mode = 0; mode < validation.modes.size(); ++mode) {
+      const ViewScores& scores =
+          validation.views[sample.truth * validation.modes.size() + mode].scores;
+      const std::string row =
+          fmt::format("{} at ({:.3g}, {:.3g}) m, {:.0f} cm from the nearest line, {}", truth.name,
+                      truth.viewpoint.x_m, truth.viewpoint.z_m, 100.0 * truth.line_distance_m,
+                      generation_name(validation.modes[mode].options.generation));
+      images.push_back(report_image("views", row, "true view", sample.truth_picture));
+      images.push_back(report_image(
+          "views", row,
+          fmt::format("rendered: PSNR {:.2f} dB, SSIM {:.3f}", scores.psnr_db, scores.ssim),
+          sample.by_mode[mode].view));
+      images.push_back(report_image("views", row, fmt::format("error, times {:g}", kErrorGain),
+                                    sample.by_mode[mode].error));
+    }
+  }
+  return images;
+}
+
 // Of one room, or of it and that before.
 std::string written_report(std::span<const RoomTask> tasks, const ValidateOptions& options) {
   const Validation validation = measured_validation(tasks.front(), options.connect);
-  std::optional<BeforeAfter> compared;
+  nlohmann::ordered_json document = metrics_document(validation);
+  std::optional<Validation> before;
   if (tasks.size() > 1) {
-    compared = compare_rooms(measured_validation(tasks[1], options.connect), validation);
+    before = measured_validation(tasks[1], options.connect);
+    document["before"] = metrics_document(*before);
   }
-  const nlohmann::ordered_json document = metrics_document(validation, compared);
   write_file_atomically(options.report / "metrics.json", json_text(document));
   write_file_atomically(options.report / "index.html",
-                        validation_report(document, validation.samples));
-  return summary_of(validation, compared, options.report);
+                        report_page("validation", document, report_images(validation)));
+  return summary_of(validation, before, options.report);
 }
 
 }  // namespace

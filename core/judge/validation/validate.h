@@ -93,10 +93,9 @@ struct ValidateOptions {
 // `report`/metrics.json and `report`/index.html, each atomically. A stopped run leaves what it
 // measured in `report`/validation.partial, and the same call resumes it; so does a block, for the
 // merging run, which fails naming the blocks that are missing. The room before is
-// measured in the same modes, initial views only if it has no distances, and compared
-// (before_after.h). Returns a summary for the user. Throws UsageError without a truth and another
-// room; Error before any rendering where the input is wrong or the report cannot be written;
-// Interrupted.
+// measured in the same modes, initial views only if it has no distances; its measurements are the
+// key "before". Returns a summary for the user. Throws UsageError without a truth and another room;
+// Error before any rendering where the input is wrong or the report cannot be written; Interrupted.
 std::string validate(const Room& room, const ValidateOptions& options);
 
 }  // namespace raywalk

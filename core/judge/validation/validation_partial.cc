@@ -26,7 +26,6 @@ using nlohmann::ordered_json;
 constexpr int kResultsVersion = 2;
 constexpr const char* kLockFile = "lock";
 constexpr std::array kPictures{std::pair{"view", &ViewComparison::view},
-                               std::pair{"overlay", &ViewComparison::overlay},
                                std::pair{"error", &ViewComparison::error}};
 
 fs::path made_directory(const fs::path& directory) {

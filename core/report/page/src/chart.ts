@@ -30,7 +30,7 @@ export interface ChartOptions {
 // Okabe and Ito's colours, distinct also to the colour-blind; then the same dashed.
 const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b8860b", "#56b4e9", "#444444"];
 const HEIGHT_SHARE = 0.62;
-const MOST_HEIGHT_px = 380;
+const MOST_HEIGHT_px = 440;
 const PRINTED_WIDTH_px = 620;
 const REACH_px = 40; // how far the pointer may be from a point that says its values
 
@@ -79,7 +79,11 @@ export function chart(series: Series[], options: ChartOptions): HTMLElement | nu
         { label: options.y, ...AXIS, size: 62 },
       ],
       series: [{}, ...drawn.map(styled)],
-      legend: { live: false, show: drawn.length > 1 },
+      legend: {
+        live: false,
+        show: drawn.length > 1,
+        markers: { fill: (_, index) => COLOURS[(index - 1) % COLOURS.length] as string },
+      },
       cursor: { points: { show: false }, drag: { x: false, y: false } },
       hooks: { draw: [(u) => drawMarks(u, options.marks ?? [])] },
     },

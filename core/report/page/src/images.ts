@@ -20,7 +20,10 @@ export function imageRows(images: Image[]): HTMLElement | null {
   for (const image of images) rows.set(image.row, [...(rows.get(image.row) ?? []), image]);
   return h(
     "div",
-    { class: "rows" },
+    {
+      class: "rows",
+      style: `--row: ${Math.max(...[...rows.values()].map((row) => row.length)) > 2 ? 100 : 40}rem`,
+    },
     ...[...rows].map(([name, row]) =>
       h(
         "section",

@@ -22,7 +22,8 @@ const {
   kind,
   document: values,
   images,
+  sources,
 } = JSON.parse(document.getElementById("report")?.textContent ?? "");
 const describe = KINDS[kind];
 if (!describe) throw new Error(`unknown kind of report: ${kind}`);
-show(describe(values, imagesOf(images)), values);
+show(describe(values, imagesOf(images, sources)), values);

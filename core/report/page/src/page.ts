@@ -14,7 +14,7 @@ export interface Report {
   subtitle?: string;
   facts?: Content; // at the top
   warnings?: string[];
-  sections: (Section | null)[];
+  sections: (Section | null | undefined | false)[];
 }
 
 /** What draws a kind of report. `images` of a section: as rows to zoom into. */
@@ -48,7 +48,7 @@ const slug = (title: string) => title.toLowerCase().replace(/[^a-z0-9]+/g, "-");
 
 /** Draws the page; `name` is of the report's kind. */
 export function show(report: Report, document_: Json) {
-  const sections = report.sections.filter((part): part is Section => part !== null);
+  const sections = report.sections.filter((part): part is Section => Boolean(part));
   const all = { title: "All values", content: allValues(document_) };
   const warnings = report.warnings ?? [];
   document.title = report.title;
@@ -99,8 +99,14 @@ function linked(heading: HTMLElement, id: string) {
   return heading;
 }
 
-export const imagesOf = (images: Image[]) => (name: string) =>
-  imageRows(images.filter((image) => image.section === name));
+/** `images` name the place of their source in `sources`. */
+export const imagesOf =
+  (images: (Omit<Image, "source"> & { source: number })[], sources: string[]) => (name: string) =>
+    imageRows(
+      images
+        .filter((image) => image.section === name)
+        .map((image) => ({ ...image, source: sources[image.source] ?? "" })),
+    );
 
 // The document as a tree, whose branches are made when they are opened.
 function allValues(value: Json): HTMLElement {

@@ -9,6 +9,7 @@ export interface Column {
   factor?: number;
   value?: (row: Json) => Json; // instead of the row's at the key
   best?: "most" | "least"; // of the column, emphasised
+  good?: (row: Json) => boolean; // emphasised the same way
   bad?: (row: Json) => boolean; // emphasised as a warning
 }
 
@@ -81,10 +82,14 @@ export function table(list: Json[] | null | undefined, options: TableOptions = {
       return (row: (typeof rows)[number]) => {
         const value = valueOf(column, row);
         const number = typeof value === "number";
-        const kind = column.bad?.(row.row) ? "bad" : best !== null && value === best ? "best" : "";
+        const good = column.good?.(row.row) || (best !== null && value === best);
+        const kind = column.bad?.(row.row) ? "bad" : good ? "best" : "";
         return h(
           "td",
-          { class: `${kind} ${number ? "" : "text"}`.trim(), title: number ? `${value}` : "" },
+          {
+            class: `${kind} ${numbers.length ? "" : "text"}`.trim(),
+            title: number ? `${value}` : "",
+          },
           text(value, factor, decimals),
         );
       };

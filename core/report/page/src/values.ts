@@ -31,8 +31,8 @@ const UNITS: [suffix: string, unit: string, factor: number][] = [
 ];
 
 const WORDS: Record<string, string> = {
-  psnr: "PSNR",
   "ws psnr": "WS-PSNR",
+  psnr: "PSNR",
   ssim: "SSIM",
   fsim: "FSIM",
   "e connect": "E_connect",
@@ -68,11 +68,11 @@ const MOST_DECIMALS = 6;
 export function decimalsOf(values: number[]): number {
   if (values.every(Number.isInteger)) return 0;
   const largest = Math.max(...values.map(Math.abs));
-  const before = largest > 0 ? Math.floor(Math.log10(largest)) + 1 : 0;
-  return Math.min(Math.max(DIGITS - Math.max(before, before < 0 ? before : 1), 0), MOST_DECIMALS);
+  const before = largest > 0 ? Math.floor(Math.log10(largest)) + 1 : 0; // the point
+  return Math.min(Math.max(DIGITS - before, 0), MOST_DECIMALS);
 }
 
-/** A value as text; numbers with these decimals, or with four digits. */
+/** A value as text; numbers with these decimals, or with at most four digits. */
 export function text(value: Json, factor = 1, decimals?: number): string {
   if (value === null || value === undefined || value === "") return NOTHING;
   if (typeof value === "boolean") return value ? "yes" : "no";
@@ -85,7 +85,11 @@ export function text(value: Json, factor = 1, decimals?: number): string {
   if (typeof value !== "number") return String(value);
   const number = factor * value;
   const fixed = number.toFixed(decimals ?? decimalsOf([number]));
-  return Number(fixed) === 0 ? fixed.replace("-", "") : fixed;
+  if (Number(fixed) === 0)
+    return number === 0 || decimals !== undefined
+      ? fixed.replace("-", "")
+      : number.toExponential(2);
+  return decimals === undefined ? String(Number(fixed)) : fixed;
 }
 
 /** A value with the unit of its key: "0.2057 mm". */

@@ -1,3 +1,191 @@
-import { type Describe } from "../page";
+// trade.json: speed against accuracy over the settings of a room.
+import { chart, seriesOf } from "../chart";
+import { h } from "../dom";
+import { type Describe, facts, type Section, section } from "../page";
+import { table } from "../table";
+import { counted, type Json, text } from "../values";
 
-export const trade: Describe = () => ({ title: "trade", sections: [] });
+const SCORES = ["psnr_db", "ws_psnr_db", "ssim", "fsim", "e_connect"];
+const COSTS = ["peak_mb", "rays_mb"];
+const REMAPS = "time of a view / remaps";
+const TIME = [
+  { key: "ms", name: "time", unit: "ms" },
+  { key: "ratio", name: "time", unit: "remaps" },
+];
+
+const nameOf = (setting: Json) =>
+  `${setting.number} · ${setting.name}${setting.disturbed ? " (time disturbed)" : ""}`;
+const SETTING = { key: "name", name: "setting", value: nameOf };
+
+export const trade: Describe = (d, images) => {
+  const settings: Json[] = d.settings;
+  const front = settings
+    .filter((setting) => setting.pareto.psnr_db)
+    .sort((a, b) => a.ratio - b.ratio);
+  const [fastest, best] = [front[0], front[front.length - 1]];
+  const speed = (setting: Json) => `${text(setting.psnr_db)} dB in ${text(setting.ms)} ms`;
+  return {
+    title: `Speed and accuracy of ${d.room}`,
+    subtitle: `${counted(settings, "setting")}, ${counted(d.views, "true viewpoint")}, ${d.width_px} pixels wide, ${counted(d.machine.threads, "thread")} of ${d.machine.cpu}`,
+    facts: facts(
+      [`fastest: setting ${fastest.number}`, speed(fastest)],
+      [`most accurate: setting ${best.number}`, speed(best)],
+      ["on the front", `${front.length} of ${settings.length}`],
+      ["one cv::remap of that size", `${text(d.remap_ms)} ms`],
+    ),
+    warnings: [
+      d.disturbed_settings > 0 &&
+        `Other programs disturbed the times of ${d.disturbed_settings} of ${settings.length} settings. These times, marked, are not to be relied on: ${fastest.disturbed ? "the front below may change" : "they are left out of the front"}, and --budget-ms and --min-psnr-db choose none of these settings. Run raywalk-render trade again while nothing else runs.`,
+      ...d.rooms
+        .filter((room: Json) => room.depth === "none")
+        .map(
+          (room: Json) =>
+            `${room.directory} has no distances, so only initial views could be rendered from it; raywalk-build-lf depth estimates them.`,
+        ),
+    ].filter(Boolean),
+    sections: [
+      section(
+        "The front",
+        "Each point is a setting of all parameters. On the front: no other setting is both faster and more accurate. Up and to the left is better. Time is in units of one cv::remap of a panorama of the truths' size, run alternately with the views.",
+        chart(
+          [
+            ...seriesOf(front, "ratio", "psnr_db", "the front", "line", nameOf),
+            ...seriesOf(
+              settings,
+              "ratio",
+              "psnr_db",
+              (setting) => setting.generation,
+              "points",
+              nameOf,
+            ),
+          ],
+          { title: "PSNR over the time of a view", x: REMAPS, y: "PSNR / dB", xLog: true },
+        ),
+        table(front, {
+          columns: [SETTING, ...TIME, ...SCORES, ...COSTS],
+          caption: "Settings on the front, the fastest first",
+        }),
+      ),
+      presets(d.presets, settings),
+      heldOut(d),
+      singleParameters(d, settings),
+      section(
+        "Every setting",
+        table(settings, {
+          columns: [
+            SETTING,
+            ...TIME,
+            "cpu_ratio",
+            ...SCORES,
+            ...COSTS,
+            "mapped_mb",
+            "remap_spread",
+            "others_share",
+          ],
+          caption: "Parameters are named as in the settings file configs/view.yaml",
+        }),
+      ),
+      section(`Errors at ${d.pictured_view}`, images("settings")),
+      section("What the parameters are, and their cost per output pixel", table(d.parameters)),
+      measured(d),
+    ],
+  };
+};
+
+function presets(list: Json[], settings: Json[]): Section | null {
+  const rows = list.map((preset) => {
+    const setting = settings[preset.number - 1];
+    const as_good = settings.filter((other) => other.psnr_db >= setting.psnr_db);
+    const least = Math.min(...as_good.map((other) => other.ratio));
+    return { ...setting, preset: preset.name, slower_share: setting.ratio / least - 1 };
+  });
+  return section(
+    "Presets",
+    table(rows, {
+      columns: [
+        "preset",
+        SETTING,
+        ...TIME,
+        ...SCORES,
+        { key: "slower_share", name: "slower than the front" },
+      ],
+    }),
+    rows.length > 0 &&
+      "Settings derived from the room's own distances, spacing and width: --preset.",
+    list.map((preset) => h("p", {}, `${preset.name}: ${preset.reason}.`)),
+  );
+}
+
+function heldOut(d: Json): Section | null {
+  if (d.rank_correlation === null) return null;
+  const { psnr_db, ws_psnr_db, ssim, fsim } = d.rank_correlation;
+  return section(
+    "Held-out stations against the truth",
+    "The same settings scored without captured truth: stations of the room are held out and rendered from the others. Where the order of the settings is the same, the stations of a room can replace true views.",
+    facts(
+      ["rank correlation, PSNR", psnr_db],
+      ["WS-PSNR", ws_psnr_db],
+      ["SSIM", ssim],
+      ["FSIM", fsim],
+    ),
+    chart(seriesOf(d.settings, "psnr_db", "held_out_psnr_db", "settings", "points", nameOf), {
+      title: "Held-out stations against the truth",
+      x: "PSNR against the truth / dB",
+      y: "PSNR of held-out stations / dB",
+    }),
+  );
+}
+
+// The settings that differ from the central one of their method in one parameter.
+function singleParameters(d: Json, settings: Json[]): Section | null {
+  const keys: string[] = [...d.parameters.map((parameter: Json) => parameter.key), "threads"];
+  const tables = settings
+    .filter((setting) => setting.name === setting.generation)
+    .map((centre) => {
+      const room = (setting: Json) =>
+        ["stored_width_px", "depth", "compression"].some((key) => setting[key] !== centre[key]);
+      const changed = settings.filter(
+        (setting) =>
+          setting.generation === centre.generation &&
+          keys.filter((key) => setting[key] !== centre[key]).length + Number(room(setting)) === 1,
+      );
+      const less = (key: string) => ({
+        key,
+        value: (setting: Json) =>
+          setting[key] === null || centre[key] === null ? null : setting[key] - centre[key],
+      });
+      const relative = (key: string, name: string) => ({
+        key,
+        name,
+        unit: "%",
+        factor: 100,
+        value: (setting: Json) => setting[key] / centre[key] - 1,
+      });
+      return table(changed, {
+        columns: [
+          SETTING,
+          { key: "ms", name: "time", unit: "ms" },
+          relative("ratio", "change of time"),
+          relative("cpu_ratio", "of CPU time"),
+          ...[...SCORES, ...COSTS].map(less),
+        ],
+        caption: `Against ${centre.name}`,
+      });
+    });
+  return section(
+    "One parameter at a time",
+    tables.some(Boolean) &&
+      "The effect of each parameter alone: time and scores relative to the central setting of its method, which is the default.",
+    tables,
+  );
+}
+
+function measured(d: Json): Section | null {
+  return section(
+    "How it was measured",
+    `Times are medians over ${counted(d.views, "view")}, each rendered ${counted(d.repetitions, "time")} after a warm-up. Scores are means over the views; an image smaller than its truth is enlarged before it is scored, and its time does not include that. Views: ${d.views.join(", ")}.`,
+    "Peak: growth of the resident set by one view of a newly opened room; mapped: the part of it that is pages of the room's files, which the system can reclaim. Times are of views whose panoramas are decoded where the room is compressed; decoded panoramas count in peak, not in mapped. CPU time is that of all threads, which other programs disturb less. A time counts as disturbed where a quarter of the remaps beside it took a quarter longer than the fastest (remap spread above 0.25), where they took a quarter longer than in the rest of the trade, or where other programs used more than a twentieth of the processors (share of others); such settings were timed again before they were marked.",
+    `E_connect is measured once for each method and k, over ${d.connect_viewpoints} x ${d.connect_viewpoints} viewpoints of every cell, in squared 8-bit levels, over the corners that are readable at every k of the sweep; a dash where these are less than half of all.`,
+    table(d.rooms),
+  );
+}

@@ -1,13 +1,12 @@
-// Runs the unit tests of the page: node test.mjs. Each src/**/*.test.ts is bundled into a temporary
-// folder, since Node 18 reads no TypeScript, and given to Node's own test runner.
+// Runs the unit tests of the page in the current folder: node ../test.mjs. Each src/**/*.test.ts is
+// bundled into a temporary folder, since Node 18 reads no TypeScript, and given to Node's own test runner.
 import { build } from "esbuild";
 import { spawnSync } from "node:child_process";
 import { mkdtemp, readdir, rm } from "node:fs/promises";
 import os from "node:os";
 import path from "node:path";
-import { fileURLToPath } from "node:url";
 
-const here = path.dirname(fileURLToPath(import.meta.url));
+const here = process.cwd();
 
 async function testsBelow(folder) {
   const entries = await readdir(folder, { withFileTypes: true });
@@ -26,7 +25,7 @@ if (entryPoints.length === 0) {
   console.error("test.mjs: no tests below src");
   process.exit(1);
 }
-const out = await mkdtemp(path.join(os.tmpdir(), "raywalk-viewer-tests-"));
+const out = await mkdtemp(path.join(os.tmpdir(), "raywalk-page-tests-"));
 let status = 1;
 try {
   await build({

@@ -1,0 +1,175 @@
+// What the page computes from a document.
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { launch, openDocument, rowsOf } from "./support.mjs";
+
+let browser;
+before(async () => (browser = await launch()));
+after(() => browser.close());
+
+const scores = (psnr_db) => ({ psnr_db, ws_psnr_db: psnr_db, ssim: 0.5, fsim: 0.5 });
+const view = (generation, psnr_db) => ({
+  name: "<b>centre</b>",
+  generation,
+  x_m: 0,
+  z_m: 0,
+  line_distance_m: 0.5,
+  ...scores(psnr_db),
+  limited_corners: 0,
+  filled_share: 0.25,
+  unseen_share: 0,
+  empty_share: 0,
+  render_ms: 3,
+});
+const quarter = (generation, psnr_db) => ({ ...view(generation, psnr_db), line_distance_m: 0.25 });
+const error = (generation, k_deg, e_connect) => ({
+  connection: "hybrid",
+  generation,
+  k_deg,
+  e_connect,
+  e_connect_common: e_connect,
+  coverage: 1,
+});
+const mode = (generation, psnr_db) => ({
+  generation,
+  connection: "hybrid",
+  k_deg: 90,
+  k_source: "given",
+  overlap_deg: 5,
+  ...scores(psnr_db),
+  median_render_ms: 3,
+});
+const validation = () => ({
+  volume: "room.lf",
+  distances: "given",
+  captured_width_px: 512,
+  truths: 1,
+  widest_truth_px: 1024,
+  modes: [mode("initial", 20), mode("hlf-vd", 30)],
+  views: [view("initial", 20), view("hlf-vd", 30)],
+  quarters: [quarter("initial", 19), quarter("hlf-vd", 31)],
+  connection: { viewpoints: 5, overlap_deg: 5, common_share: 0.6, comparable: true },
+  connection_error: [
+    error("initial", 45, 9),
+    error("initial", 90, 7),
+    error("hlf-vd", 45, 2),
+    error("hlf-vd", 90, 3),
+  ],
+});
+
+test("a validation finds the best method, gains and the least E_connect", async () => {
+  const page = await openDocument(browser, "validation", validation());
+  const text = await page.locator("main").textContent();
+  assert.match(text, /mean PSNR, hlf-vd30 dB/);
+  assert.match(text, /gain over initial views10 dB/);
+  assert.match(text, /enlarged 2 times/);
+  assert.match(text, /<b>centre<\/b>/, "what a user named is no markup");
+  const gain = page.locator("#gain-in-psnr-over-initial-views");
+  await gain.locator("summary").click();
+  const cells = gain.locator("tbody td");
+  assert.deepEqual(await cells.allTextContents(), ["hlf-vd", "<b>centre</b>", "25", "12"]);
+  const least = await page.locator("#how-well-neighbouring-lines-connect .best").allTextContents();
+  assert.deepEqual(least, ["7", "2"]);
+  await page.close();
+});
+
+test("a room before is compared, also without true views", async () => {
+  const after = validation();
+  after.before = { ...validation(), volume: "before.lf", modes: [mode("hlf-vd", 27)] };
+  after.before.connection_error = [error("hlf-vd", 90, 4), error("hlf-vd", 45, null)];
+  let page = await openDocument(browser, "validation", after);
+  assert.deepEqual(
+    (await rowsOf(page, "gain is after minus before")).map((row) => row.slice(0, 3)),
+    [
+      ["hlf-vd", "before", "27"],
+      ["hlf-vd", "after", "30"],
+      ["hlf-vd", "gain", "3"],
+    ],
+  );
+  assert.deepEqual(await rowsOf(page, "over the corners that each room can read"), [
+    ["hlf-vd", "45", "–", "2", "–"],
+    ["hlf-vd", "90", "4", "3", "0.7500"],
+  ]);
+  await page.close();
+  for (const room of [after, after.before])
+    Object.assign(room, { modes: [], views: [], quarters: [] });
+  page = await openDocument(browser, "validation", after);
+  assert.match(await page.locator(".subtitle").textContent(), /without true views/);
+  assert.equal(await page.locator("#before-and-after .table").count(), 1);
+  assert.equal(await page.locator("#every-view").count(), 0);
+  await page.close();
+});
+
+const setting = (number, change, ratio, psnr_db, on_front) => ({
+  number,
+  name: "hlf-vd",
+  generation: "hlf-vd",
+  k_deg: 90,
+  overlap_deg: 5,
+  threads: 2,
+  stored_width_px: 512,
+  depth: "given, 512 px",
+  compression: "none",
+  rays_mb: 10,
+  ms: ratio,
+  ratio,
+  cpu_ratio: ratio,
+  disturbed: false,
+  peak_mb: 5,
+  ...scores(psnr_db),
+  held_out_psnr_db: null,
+  e_connect: null,
+  pareto: { psnr_db: on_front },
+  ...change,
+});
+
+test("a trade finds its front and the effect of each parameter alone", async () => {
+  const page = await openDocument(browser, "trade", {
+    room: "room.lf",
+    machine: { threads: 2, cpu: "cpu" },
+    width_px: 512,
+    remap_ms: 1,
+    repetitions: 1,
+    disturbed_settings: 1,
+    connect_viewpoints: 5,
+    views: ["a", "b"],
+    pictured_view: "a",
+    parameters: [{ key: "k_deg" }, { key: "overlap_deg" }],
+    rank_correlation: null,
+    presets: [{ name: "fast", number: 2, reason: "near surfaces" }],
+    rooms: [{ directory: "room.lf", depth: "none" }],
+    settings: [
+      setting(1, {}, 4, 30, true),
+      setting(2, { name: "k 80", k_deg: 80 }, 5, 28, false),
+      setting(3, { name: "k 80, overlap 9", k_deg: 80, overlap_deg: 9 }, 2, 25, true),
+      setting(
+        4,
+        { name: "small", stored_width_px: 256, depth: "given, 256 px", disturbed: true },
+        1,
+        24,
+        false,
+      ),
+    ],
+  });
+  const text = await page.locator("main").textContent();
+  assert.match(text, /fastest: setting 325 dB in 2 ms/);
+  assert.match(text, /most accurate: setting 130 dB in 4 ms/);
+  assert.match(text, /they are left out of the front/);
+  assert.match(text, /room.lf has no distances/);
+  const front = await rowsOf(page, "Settings on the front");
+  assert.deepEqual(
+    front.map(([name]) => name),
+    ["3 · k 80, overlap 9", "1 · hlf-vd"],
+  );
+  const alone = await rowsOf(page, "Against hlf-vd");
+  assert.deepEqual(
+    alone.map((row) => row.slice(0, 5)),
+    [
+      ["2 · k 80", "5", "25", "25", "-2"],
+      ["4 · small (time disturbed)", "1", "-75", "-75", "-6"],
+    ],
+  );
+  const preset = page.locator("#presets tbody td");
+  assert.equal((await preset.allTextContents()).at(-1), "25", "slower than the setting as good");
+  await page.close();
+});
