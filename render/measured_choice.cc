@@ -6,36 +6,23 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/panorama/pitch_remap.h"
 #include "core/room/requirements.h"
 
 namespace raywalk::render {
 namespace {
 
-// One cv::remap on this machine now.
-struct RemapTime {
-  double ms = 0.0;
-  bool disturbed = false;
-};
-
-// Five runs after a warm-up run; where other programs disturb them, again, up to three times.
-RemapTime time_of_remap(int width_px, const TimeSource& source) {
+// Of one cv::remap on this machine now, ms: the median of five runs after a warm-up run.
+double time_of_remap_ms(int width_px, const TimeSource& source) {
   constexpr int kRuns = 5;
-  constexpr int kTries = 3;
   PitchRemap remap(width_px);
-  RemapTime time;
-  for (int attempt = 0; attempt < kTries; ++attempt) {
-    std::vector<TimedPair> pairs;
-    const ProcessorUse before = source.processor_use();
-    for (int run = 0; run <= kRuns; ++run) {
-      const Times taken = source.times([&] { remap.run(); });
-      if (run > 0) pairs.push_back({taken, taken});
-    }
-    const ViewTime measured = view_time_of(pairs, share_of_others(before, source.processor_use()));
-    time = {measured.remap_ms, disturbance(measured, measured.remap_ms) > 1.0};
-    if (!time.disturbed) break;
+  std::vector<double> times_s;
+  for (int run = 0; run <= kRuns; ++run) {
+    const double taken_s = source([&] { remap.run(); });
+    if (run > 0) times_s.push_back(taken_s);
   }
-  return time;
+  return 1e3 * median(times_s);
 }
 
 std::string reason_for(const MeasuredChoice& chosen, const MeasuredChoice* better,
@@ -55,32 +42,17 @@ std::string reason_for(const MeasuredChoice& chosen, const MeasuredChoice* bette
   return reason;
 }
 
-// What is said of settings whose times are not to be relied on.
-std::string left_out_text(std::size_t count) {
-  if (count == 0) return "";
-  return fmt::format("; {} settings with disturbed times are left out", count);
-}
-
 }  // namespace
 
 Preset choose_setting(const MeasuredSettings& measured, const Demand& demand, double remap_ms) {
   std::vector<MeasuredChoice> by_time = measured.choices;
-  const auto left_out =
-      std::erase_if(by_time, [](const MeasuredChoice& choice) { return choice.disturbed; });
-  if (by_time.empty()) {
-    throw Error(fmt::format(
-        "no setting can be chosen: other programs disturbed the times of all {} that trade "
-        "measured on this room; run raywalk-render trade again while nothing else runs",
-        left_out));
-  }
   std::ranges::stable_sort(by_time, {}, &MeasuredChoice::ratio);
   const auto best = std::ranges::max_element(by_time, {}, &MeasuredChoice::psnr_db);
   if (demand.min_psnr_db && best->psnr_db < *demand.min_psnr_db) {
     throw Error(
         fmt::format("no setting measured on this room reaches {:g} dB; the best, {}, has "
-                    "{:.2f} dB at {:.3g} ms{}",
-                    *demand.min_psnr_db, best->name, best->psnr_db, best->ratio * remap_ms,
-                    left_out_text(left_out)));
+                    "{:.2f} dB at {:.3g} ms",
+                    *demand.min_psnr_db, best->name, best->psnr_db, best->ratio * remap_ms));
   }
   const auto enough = [&](const MeasuredChoice& choice) {
     return !demand.min_psnr_db || choice.psnr_db >= *demand.min_psnr_db;
@@ -105,13 +77,12 @@ Preset choose_setting(const MeasuredSettings& measured, const Demand& demand, do
   if (chosen == nullptr) {
     throw Error(
         fmt::format("no setting measured on this room meets a budget of {:g} ms{}; the "
-                    "fastest takes {:.3g} ms ({}){}",
+                    "fastest takes {:.3g} ms ({})",
                     *demand.budget_ms,
                     demand.min_psnr_db ? fmt::format(" with {:g} dB", *demand.min_psnr_db) : "",
-                    better->ratio * remap_ms, better->name, left_out_text(left_out)));
+                    better->ratio * remap_ms, better->name));
   }
-  return {{.options = chosen->options},
-          reason_for(*chosen, better, demand, remap_ms) + left_out_text(left_out)};
+  return {{.options = chosen->options}, reason_for(*chosen, better, demand, remap_ms)};
 }
 
 void require_demand(const Demand& demand) {
@@ -142,11 +113,7 @@ Preset demanded_settings(const ViewFlags& flags, const Demand& demand, const Roo
         ": was measured with other distances than the room has now; run raywalk-render trade "
         "again");
   }
-  const RemapTime remap = time_of_remap(measured.width_px, source);
-  Preset chosen = choose_setting(measured, demand, remap.ms);
-  if (remap.disturbed) {
-    chosen.reason += "; other programs use this machine now, so that views may take longer";
-  }
+  Preset chosen = choose_setting(measured, demand, time_of_remap_ms(measured.width_px, source));
   const double measured_k_deg = chosen.settings.options.k_deg;
   chosen.settings = view_settings(flags, chosen.settings);
   if (!flags.dials.contains("k_deg") && chosen.settings.options.k_deg == measured_k_deg) {

@@ -22,15 +22,14 @@ void require_demand(const Demand& demand);
 
 // The setting that meets a demand, of which at least one member is set: with a minimum PSNR the
 // fastest setting that reaches it, else the most accurate one within the budget. The time of a
-// setting is its measured ratio times `remap_ms`, the time of cv::remap on this machine. Settings
-// with disturbed times are never chosen. Throws Error where no setting meets the demand; the
-// message names the nearest one.
+// setting is its measured ratio times `remap_ms`, the time of cv::remap on this machine. Throws
+// Error where no setting meets the demand; the message names the nearest one.
 Preset choose_setting(const MeasuredSettings& measured, const Demand& demand, double remap_ms);
 
 // view_settings() on top of the choice from the room's own measured settings. Throws Error where
 // the room has none or they were measured with other distances, and as choose_setting() does.
 Preset demanded_settings(const ViewFlags& flags, const Demand& demand, const Room& room,
-                         const TimeSource& source = {});
+                         const TimeSource& source = wall_time_s);
 
 // demanded_settings() where anything is demanded, else preset_settings().
 Preset settings_for(const ViewFlags& flags, const Demand& demand, const Room& room);

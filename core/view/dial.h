@@ -32,13 +32,6 @@ enum class DialEffect {
   kTwoSidedViews,
 };
 
-// The combinations in which a full trade varies a dial.
-enum class DialGrid {
-  kNone,
-  kSamples,  // which samples a view reads, and how
-  kLayout,   // the lines and size of a view
-};
-
 // A few values, as a constant expression.
 class DialValues {
  public:
@@ -55,12 +48,10 @@ class DialValues {
   std::size_t count_ = 0;
 };
 
-// What a trade measures of a dial.
+// What a trade measures of a dial, one value at a time, from the central setting.
 struct DialSweep {
-  DialValues singly{};  // one at a time, from the central setting
-  DialGrid grid = DialGrid::kNone;
-  DialValues in_grid{};
-  bool of_truth_width = false;  // the values above are shares of the truths' width
+  DialValues values{};
+  bool of_truth_width = false;  // the values are shares of the truths' width
 };
 
 // How a member of ViewOptions is read and written. Whatever its type, a value is a double:

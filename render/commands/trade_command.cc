@@ -56,32 +56,19 @@ void add_trade(CLI::App* app) {
                       "CSV table of true views: columns file,x,y,z (metres) and optionally mask "
                       "(pictures, 0 = not compared)");
   command
-      ->add_option(
-          "--held-out", options->held_out,
-          "Leave out every n-th station and use it as a true view, in addition to --truth or "
-          "instead of it")
+      ->add_option("--held-out", options->held_out,
+                   "Hold out every n-th station and use it as a true view, instead of --truth")
       ->check(CLI::Range(2, 1'000'000));
   add_report(command, &options->report,
              "Directory for index.html, trade.json and trade.csv, created if it is missing "
              "(default: <room>-trade)");
-  command->add_option(
-      "--also", options->also,
-      "Another room of the same place, packed at another width, compressed or with other "
-      "distances; may be repeated");
-  command->add_flag(
-      "--full", options->full,
-      "Also sweep combinations of settings that interact, with every true view: about five "
-      "hundred settings (default: about 35, with 6 views)");
   command->add_option("--repetitions", options->repetitions, "How often every view is timed")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   add_threads_option(command, &arguments->threads);
-  add_block_options(command, &options->blocks, "settings");
   command->footer(
       "Examples:\n  raywalk-render trade room.lf --truth gt.csv --report trade\n"
       "  raywalk-render trade room.lf --held-out 8 --report trade\n"
-      "  raywalk-render trade room.lf --truth gt.csv --full --threads 16 --block 3/16\n"
-      "  raywalk-render trade room.lf --truth gt.csv --full --threads 16 --merge\n"
       "The result is stored in the room for view --budget-ms and --min-psnr-db.\n"
       "An interrupted run is resumed by the same command.");
   command->callback([arguments] { run(*arguments); });

@@ -12,7 +12,7 @@
 #include "build_lf/depth/partial_maps.h"
 #include "build_lf/depth/sweep_depth.h"
 #include "core/base/median.h"
-#include "core/base/resident_memory.h"
+#include "tests/bench/resident_memory.h"
 #include "core/base/timing.h"
 #include "core/room/gain_fields.h"
 #include "core/room/room.h"

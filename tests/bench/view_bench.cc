@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/base/median.h"
-#include "core/base/resident_memory.h"
+#include "tests/bench/resident_memory.h"
 #include "core/base/timing.h"
 #include "core/geometry/sphere.h"
 #include "core/panorama/pitch_remap.h"

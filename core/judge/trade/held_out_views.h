@@ -12,7 +12,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/judge/trade/trade_view.h"
+#include "core/judge/trade/trade_views.h"
 #include "core/room/room.h"
 
 namespace raywalk {

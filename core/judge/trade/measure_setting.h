@@ -1,13 +1,14 @@
-// Time, memory and accuracy of one setting.
+// Time and accuracy of one setting.
 #pragma once
 
+#include <opencv2/core/mat.hpp>
 #include <span>
 
-#include "core/judge/trade/trade_result.h"
-#include "core/judge/trade/trade_setting.h"
-#include "core/judge/trade/trade_view.h"
+#include "core/judge/trade/trade_sweep.h"
+#include "core/judge/trade/trade_views.h"
+#include "core/judge/trade/view_time.h"
+#include "core/judge/validation/view_scores.h"
 #include "core/panorama/pitch_remap.h"
-#include "core/view/renderer.h"
 
 namespace raywalk {
 
@@ -15,26 +16,23 @@ namespace raywalk {
 struct ViewTimer {
   int repetitions = 1;              // of every view
   PitchRemap* yardstick = nullptr;  // run beside every view
-  TimeSource source{};
+  TimeSource source = wall_time_s;
 };
 
-// Measures everything but e_connect: first the memory of the first view in a newly opened room,
-// then the time, and last, so that scoring does not disturb the times, the scores. A picture
-// smaller than its truth is enlarged before it is scored; its time does not include that. Throws
-// Error as Renderer does; Interrupted.
+struct TradeMeasurement {
+  ViewTime time{};      // over views and repetitions
+  ViewScores scores{};  // means over the views
+};
+
+// The time of every view, `repetitions` times after a warm-up, each run paired with the yardstick;
+// then, so that scoring does not disturb the times, the scores. An image smaller than its truth is
+// enlarged before it is scored; its time does not include that. The number of threads in use
+// (core/base/parallel.h) is changed while views are timed. Throws Error as Renderer does;
+// Interrupted.
 TradeMeasurement measure_setting(const TradeSetting& setting, std::span<const TradeView> views,
                                  const ViewTimer& timer);
 
-// The time of every view, `repetitions` times after a warm-up, each run paired with the yardstick.
-// The number of threads in use (core/base/parallel.h) is changed during the measurement and
-// restored. Throws as measure_setting does.
-ViewTime measure_time(const TradeSetting& setting, std::span<const TradeView> views,
-                      const ViewTimer& timer);
-
-// Mean scores of the views rendered with a setting. Throws as measure_setting does.
-ViewScores score_setting(const TradeSetting& setting, std::span<const TradeView> views);
-
 // The view of a setting at the size of its truth, as it is scored.
-cv::Mat picture_of(const TradeSetting& setting, const TradeView& view);
+cv::Mat image_of(const TradeSetting& setting, const TradeView& view);
 
 }  // namespace raywalk

@@ -1,75 +1,118 @@
-#include "core/judge/trade/measure_trade.h"
-
+// The settings of a trade, one after another, kept for a run that resumes.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <set>
-#include <utility>
 
 #include "core/base/error.h"
-#include "core/base/median.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
+#include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 #include "core/files/fingerprint.h"
+#include "core/files/json_text.h"
 #include "core/files/sha256.h"
-#include "core/judge/trade/measure_setting.h"
-#include "core/judge/trade/trade_partial.h"
+#include "core/judge/trade/trade.h"
+#include "core/judge/trade/trade_json.h"
 #include "core/judge/validation/validate.h"
-#include "core/room/requirements.h"
 #include "core/room/room_fingerprint.h"
 
 namespace raywalk {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::ordered_json;
 
-// Measures again what other programs disturbed, and marks what stays disturbed.
-void settle_disturbed(const TradeInput& input, const ViewTimer& timer, TradePartial* partial,
-                      std::vector<MeasuredSetting>* settings) {
-  std::vector<ViewTime> times;
-  for (const MeasuredSetting& setting : *settings) times.push_back(setting.measured.time);
-  std::optional<Progress> progress;
-  const auto begin_round = [&](std::ptrdiff_t count) {
-    progress.emplace("disturbed, timed again", count, "settings");
-  };
-  const auto measure = [&](std::size_t i) {
-    const TradeSetting& setting = (*settings)[i].setting;
-    const ViewTime time = measure_time(setting, input.rooms[setting.room].views, timer);
-    progress->advance();
-    return time;
-  };
-  repeat_disturbed(&times, begin_round, measure, [&](std::size_t i) {
-    (*settings)[i].measured.time = times[i];
-    partial->add((*settings)[i].setting, (*settings)[i].measured);
-  });
-  const std::vector<bool> marked = disturbed(times);
-  for (std::size_t i = 0; i < times.size(); ++i) (*settings)[i].measured.disturbed = marked[i];
+// Everything that measurements depend on, except the settings.
+std::string inputs_sha256(const TradeInput& input) {
+  std::string text =
+      fmt::format("{} {} {} {}\n{}\n", input.repetitions, thread_count(), input.connect_viewpoints,
+                  cpu_name(), room_fingerprint(*input.room));
+  for (const TradeView& view : input.views) {
+    text += fmt::format("{} {} {} {} {} {}\n", view.name, view.viewpoint.x_m,
+                        view.height_m.value_or(0.0), view.viewpoint.z_m,
+                        sha256_of_pixels(view.truth), sha256_of_pixels(view.mask));
+  }
+  return sha256_hex(text);
 }
 
-void give_connection_error(const ConnectErrorRow& row, std::size_t room,
-                           std::vector<MeasuredSetting>* settings) {
-  for (MeasuredSetting& measured : *settings) {
-    const ViewOptions& options = measured.setting.mode.options;
-    if (measured.setting.room != room || options.k_deg != row.k_deg) continue;
-    if (options.generation == row.generation) measured.measured.e_connect = row.e_connect_common;
+// The finished settings of an unfinished trade, by their parameters.
+class KeptSettings {
+ public:
+  KeptSettings(fs::path file, std::string inputs)
+      : file_(std::move(file)), inputs_(std::move(inputs)) {
+    const AtomicFile probe(file_);
+    if (!fs::exists(file_)) return;
+    const CheckedJson kept = CheckedJson::read(file_, "remove it, and everything is measured");
+    if (kept.at("inputs").text() != inputs_) {
+      throw Error(file_.string() +
+                  " belongs to another room, truth or machine; remove it, or use another --report");
+    }
+    for (const CheckedJson& setting : kept.at("settings").items()) {
+      kept_[setting.at("parameters").text()] = measurement_from(setting.at("measured"));
+    }
+  }
+
+  const TradeMeasurement* find(const TradeSetting& setting) const {
+    const auto found = kept_.find(parameters_of(setting).dump());
+    return found == kept_.end() ? nullptr : &found->second;
+  }
+
+  void add(const TradeSetting& setting, const TradeMeasurement& measured) {
+    kept_[parameters_of(setting).dump()] = measured;
+    ordered_json document{{"inputs", inputs_}, {"settings", ordered_json::array()}};
+    for (const auto& [parameters, measurement] : kept_) {
+      document["settings"].push_back(
+          {{"parameters", parameters}, {"measured", json_of(measurement)}});
+    }
+    write_file_atomically(file_, json_text(document));
+  }
+
+ private:
+  fs::path file_;
+  std::string inputs_;
+  std::map<std::string, TradeMeasurement> kept_;
+};
+
+// The connection error at each generation and k of the settings; the other parameters hardly change
+// it.
+void find_connections(const TradeInput& input, std::vector<MeasuredSetting>* settings) {
+  std::vector<ViewMode> modes;
+  std::set<double> k_list_deg;
+  for (const TradeSetting& setting : input.settings) {
+    k_list_deg.insert(setting.mode.options.k_deg);
+    const bool known = std::ranges::any_of(modes, [&](const ViewMode& other) {
+      return other.options.generation == setting.mode.options.generation;
+    });
+    if (!known) modes.push_back(setting.mode);
+  }
+  const ConnectErrorOptions options{.viewpoints = input.connect_viewpoints,
+                                    .k_list_deg = {k_list_deg.begin(), k_list_deg.end()}};
+  for (const ConnectError& error : connection_errors(*input.room, modes, options)) {
+    // Settings of unlike k are only comparable over the corners that all of these k can read.
+    if (!(error.common_share >= kLeastCommonShare)) continue;
+    for (MeasuredSetting& setting : *settings) {
+      const ViewOptions& view = setting.setting.mode.options;
+      for (const ConnectErrorRow& row : error.rows) {
+        if (view.generation != row.generation || view.k_deg != row.k_deg) continue;
+        setting.e_connect = row.e_connect_common;
+      }
+    }
   }
 }
 
-// The connection error of every room at each generation and k of its settings; the other parameters
-// hardly change it.
-void find_connections(const TradeInput& input, const std::optional<fs::path>& kept_in,
-                      std::vector<MeasuredSetting>* settings) {
-  for (std::size_t room = 0; room < input.rooms.size(); ++room) {
-    const WantedConnections wanted = wanted_connections(input, room);
-    if (wanted.modes.empty()) continue;
-    const auto kept = kept_in ? std::optional(*kept_in / std::to_string(room)) : std::nullopt;
-    for (const ConnectError& error :
-         connection_errors(*input.rooms[room].room, wanted.modes, wanted.options, kept)) {
-      // Settings of unlike k are only comparable over the corners that all of these k can read.
-      if (!(error.common_share >= kLeastCommonShare)) continue;
-      for (const ConnectErrorRow& row : error.rows) give_connection_error(row, room, settings);
-    }
+void find_front(std::vector<MeasuredSetting>* settings) {
+  for (MeasuredSetting& setting : *settings) {
+    const double ratio = setting.measured.time.ratio, psnr_db = setting.measured.scores.psnr_db;
+    setting.on_front = std::ranges::none_of(*settings, [&](const MeasuredSetting& other) {
+      const double other_ratio = other.measured.time.ratio;
+      const double other_db = other.measured.scores.psnr_db;
+      return other_ratio <= ratio && other_db >= psnr_db &&
+             (other_ratio < ratio || other_db > psnr_db);
+    });
   }
 }
 
@@ -83,105 +126,29 @@ std::string cpu_name() {
   return "unknown";
 }
 
-std::string inputs_text(const TradeInput& input) {
-  std::string text = fmt::format("{} {} {} {} {}\n", input.sweep, input.truth, input.repetitions,
-                                 thread_count(), input.connect_viewpoints);
-  for (const TradeRoom& room : input.rooms) text += room_fingerprint(*room.room) + "\n";
-  std::vector<TradeView> views = input.rooms.front().views;
-  views.insert(views.end(), input.held_out.begin(), input.held_out.end());
-  for (const TradeView& view : views) {
-    const std::string height = view.height_m ? fmt::format("{}", *view.height_m) : "";
-    text +=
-        fmt::format("{} {} {} {} {} {}\n", view.name, view.viewpoint.x_m, height,
-                    view.viewpoint.z_m, sha256_of_pixels(view.truth), sha256_of_pixels(view.mask));
-  }
-  return text;
-}
-
-std::vector<MeasuredSetting> measure_settings(const TradeInput& input, IndexRange range,
-                                              const fs::path& file) {
-  std::vector<MeasuredSetting> settings;
-  for (std::size_t i = range.begin; i < range.end; ++i) {
-    settings.push_back({.setting = input.settings[i]});
-  }
-  if (settings.empty()) return settings;
-  TradePartial partial(file, sha256_hex(inputs_text(input) + cpu_name()));
+std::vector<MeasuredSetting> measure_trade(const TradeInput& input, const fs::path& partial) {
+  KeptSettings kept(partial, inputs_sha256(input));
   const auto left = std::ranges::count_if(
-      settings, [&](const MeasuredSetting& measured) { return !partial.find(measured.setting); });
-  PitchRemap yardstick(input.rooms.front().views.front().truth.cols);
+      input.settings, [&](const TradeSetting& setting) { return kept.find(setting) == nullptr; });
+  PitchRemap yardstick(input.views.front().truth.cols);
   const ViewTimer timer{input.repetitions, &yardstick, input.time_source};
+  std::vector<MeasuredSetting> settings;
   {
     Progress progress("trade", left, "settings");
-    for (MeasuredSetting& measured : settings) {
-      const TradeSetting& setting = measured.setting;
-      if (const auto found = partial.find(setting)) {
-        measured.measured = *found;
+    for (const TradeSetting& setting : input.settings) {
+      settings.push_back({.setting = setting});
+      if (const TradeMeasurement* found = kept.find(setting)) {
+        settings.back().measured = *found;
         continue;
       }
-      measured.measured = measure_setting(setting, input.rooms[setting.room].views, timer);
-      if (!input.held_out.empty()) {
-        measured.measured.held_out = score_setting(setting, input.held_out);
-      }
-      partial.add(setting, measured.measured);
+      settings.back().measured = measure_setting(setting, input.views, timer);
+      kept.add(setting, settings.back().measured);
       progress.advance();
     }
   }
-  settle_disturbed(input, timer, &partial, &settings);
+  find_connections(input, &settings);
+  find_front(&settings);
   return settings;
-}
-
-WantedConnections wanted_connections(const TradeInput& input, std::size_t room) {
-  WantedConnections wanted;
-  std::set<double> k_list_deg;
-  for (const TradeSetting& setting : input.settings) {
-    if (setting.room != room) continue;
-    const ViewMode& mode = setting.mode;
-    k_list_deg.insert(mode.options.k_deg);
-    const bool known = std::ranges::any_of(wanted.modes, [&](const ViewMode& other) {
-      return other.options.generation == mode.options.generation;
-    });
-    if (!known) wanted.modes.push_back(mode);
-  }
-  wanted.options = {.viewpoints = input.connect_viewpoints,
-                    .k_list_deg = {k_list_deg.begin(), k_list_deg.end()}};
-  return wanted;
-}
-
-Trade completed_trade(const TradeInput& input, std::vector<MeasuredSetting> settings,
-                      std::string cpu, const std::optional<fs::path>& kept_in) {
-  const TradeRoom& main = input.rooms.front();
-  Trade trade{.truth = input.truth,
-              .sweep = input.sweep,
-              .distances_sha256 = distances_sha256(*main.room),
-              .width_px = main.views.front().truth.cols,
-              .threads = thread_count(),
-              .cpu = std::move(cpu),
-              .repetitions = input.repetitions,
-              .connect_viewpoints = input.connect_viewpoints,
-              .settings = std::move(settings)};
-  for (const TradeRoom& room : input.rooms) {
-    trade.rooms.push_back({.directory = room.room->directory().string(),
-                           .stored_width_px = room.room->panorama().width,
-                           .depth = room.depth,
-                           .compression = room.room->compression(),
-                           .rays_mb = 1e-6 * static_cast<double>(room.room->ray_file_bytes())});
-  }
-  for (const TradeView& view : main.views) trade.views.push_back(view.name);
-  for (const TradeView& view : input.held_out) trade.held_out_views.push_back(view.name);
-  trade.presets = input.presets;
-  find_connections(input, kept_in, &trade.settings);
-  std::vector<double> remap_ms;
-  for (const MeasuredSetting& setting : trade.settings) {
-    remap_ms.push_back(setting.measured.time.remap_ms);
-  }
-  trade.remap_ms = median(remap_ms);
-  find_fronts(&trade.settings);
-  return trade;
-}
-
-Trade measure_trade(const TradeInput& input, const fs::path& partial) {
-  return completed_trade(input, measure_settings(input, {0, input.settings.size()}, partial),
-                         cpu_name());
 }
 
 }  // namespace raywalk

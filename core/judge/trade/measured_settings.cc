@@ -15,14 +15,13 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 2;
+constexpr int kFormatVersion = 3;
 constexpr const char* kAdvice = "measure again with raywalk-render trade";
 
 ordered_json json_of(const MeasuredChoice& choice) {
   ordered_json json{{"name", choice.name}};
   json.update(swept_dials_json(choice.options));
-  json.update(ordered_json{
-      {"ratio", choice.ratio}, {"psnr_db", choice.psnr_db}, {"disturbed", choice.disturbed}});
+  json.update(ordered_json{{"ratio", choice.ratio}, {"psnr_db", choice.psnr_db}});
   return json;
 }
 
@@ -31,8 +30,7 @@ MeasuredChoice choice_from(const CheckedJson& json) {
   return {.name = json.at("name").text(),
           .options = options_from(json),
           .ratio = json.at("ratio").number(0.0, kMostRatio),
-          .psnr_db = json.at("psnr_db").number(0.0, kMostPsnr_db),
-          .disturbed = json.at("disturbed").boolean()};
+          .psnr_db = json.at("psnr_db").number(0.0, kMostPsnr_db)};
 }
 
 MeasuredSettings settings_from(const CheckedJson& root) {

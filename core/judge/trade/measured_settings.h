@@ -20,7 +20,6 @@ struct MeasuredChoice {
   ViewOptions options{};
   double ratio = 0.0;  // its time per view divided by that of one cv::remap of the same size
   double psnr_db = 0.0;
-  bool disturbed = false;  // its time is not to be relied on
 };
 
 // Of a room itself, on all threads.

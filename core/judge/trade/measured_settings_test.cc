@@ -59,8 +59,7 @@ TEST(DialJson, HoldsTheSweptDialsUnderTheirKeys) {
 
 TEST_F(MeasuredSettingsTest, AreReadAsWritten) {
   EXPECT_FALSE(read_measured_settings(room_));
-  write({some_choice(),
-         {.name = "slow", .options = {.width = 64}, .psnr_db = 100.0, .disturbed = true}});
+  write({some_choice(), {.name = "slow", .options = {.width = 64}, .psnr_db = 100.0}});
   const auto stored = read_measured_settings(room_);
   ASSERT_TRUE(stored);
   EXPECT_EQ(stored->file, measured_settings_path(room_));
@@ -101,8 +100,7 @@ TEST_F(MeasuredSettingsTest, DamageIsNamedWithItsPlace) {
               HasSubstr("interpolation: is none of linear, cubic"));
   EXPECT_THAT(with("ratio", "-1"), HasSubstr("ratio: -1 is not between"));
   EXPECT_THAT(with("psnr_db", "101"), HasSubstr("psnr_db: 101 is not between 0 and 100"));
-  EXPECT_THAT(with("disturbed", "0"), HasSubstr("disturbed: 0 is not a boolean"));
-  EXPECT_THAT(with("format_version", "3"), HasSubstr("newer than 2"));
+  EXPECT_THAT(with("format_version", "4"), HasSubstr("newer than 3"));
   write_file_atomically(measured_settings_path(room_), whole.substr(0, 200));
   EXPECT_THAT(message(), HasSubstr("damaged ("));
 }

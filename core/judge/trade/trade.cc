@@ -3,23 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <list>
 #include <nlohmann/json.hpp>
-#include <set>
-#include <tuple>
 
 #include "core/base/error.h"
 #include "core/base/escaped.h"
+#include "core/base/interrupt.h"
 #include "core/base/parallel.h"
 #include "core/files/atomic_output.h"
 #include "core/files/json_text.h"
-#include "core/judge/trade/captured_views.h"
 #include "core/judge/trade/held_out_views.h"
-#include "core/judge/trade/measure_trade.h"
-#include "core/judge/trade/trade_blocks.h"
 #include "core/judge/trade/trade_json.h"
-#include "core/judge/trade/trade_pictures.h"
-#include "core/judge/trade/trade_sweep.h"
+#include "core/judge/validation/comparison_pictures.h"
+#include "core/report/report.h"
 #include "core/room/requirements.h"
 
 namespace raywalk {
@@ -27,10 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kQuickViews = 6;
-constexpr std::size_t kFullHeldOutViews = 12;
-constexpr int kQuickConnectViewpoints = 5;
-constexpr int kFullConnectViewpoints = 13;
+constexpr std::size_t kViews = 6;
+constexpr int kImageWidth_px = 560;  // sharp at half the page's width
 
 fs::path partial_file(const fs::path& report) { return report / "trade.partial.json"; }
 
@@ -42,177 +35,129 @@ void prepare_report(const fs::path& report, const fs::path& room) {
   }
 }
 
-// A list, because views keep references to the rooms.
-std::list<Room> open_others(const Room& room, const std::vector<fs::path>& directories) {
-  std::list<Room> rooms;
-  for (const fs::path& directory : directories) {
-    rooms.push_back(Room::open(directory));
-    require_same_lines(room, rooms.back());
-  }
-  return rooms;
+std::string row_of(const MeasuredSetting& setting, const std::string& name) {
+  const TradeMeasurement& measured = setting.measured;
+  return fmt::format("{:8.2f}  {:7.2f}  {:8.2f}  {:6.4f}  {}\n", measured.time.ms,
+                     measured.time.ratio, measured.scores.psnr_db, measured.scores.ssim, name);
 }
 
-// A room of the same width, depth and form as another is distinguished by its directory.
-void make_depths_unique(std::vector<TradeRoom>* rooms) {
-  std::set<std::tuple<int, std::string, std::string>> known;
-  for (TradeRoom& room : *rooms) {
-    const int width_px = room.room->panorama().width;
-    const std::string compression = room.room->compression();
-    if (known.emplace(width_px, room.depth, compression).second) continue;
-    room.depth += ", " + room.room->directory().string();
-    known.emplace(width_px, room.depth, compression);
-  }
-}
-
-std::string agreement_text(const Trade& trade) {
-  const RankAgreement agreement = rank_agreement(trade.settings);
-  return fmt::format(
-      "rank correlation of held-out stations with the truth over the settings: "
-      "{:.3f} (PSNR), {:.3f} (WS-PSNR), {:.3f} (SSIM), {:.3f} (FSIM)\n",
-      agreement.psnr_db, agreement.ws_psnr_db, agreement.ssim, agreement.fsim);
-}
-
-// What is said of times that are not to be relied on; empty where all are.
-std::string disturbed_note(const Trade& trade) {
-  const std::size_t count = disturbed_count(trade.settings);
-  if (count == 0) return "";
-  return fmt::format(
-      "other programs disturbed the times of {} of {} settings: these are not to be relied on, and "
-      "--budget-ms and --min-psnr-db choose none of them; run the same command again while nothing "
-      "else runs\n",
-      count, trade.settings.size());
-}
-
-std::string summary_of(const Trade& trade, const fs::path& report) {
+std::string summary_of(const TradeInput& input, std::vector<MeasuredSetting> settings,
+                       const nlohmann::ordered_json& document, const fs::path& report) {
   std::string text = fmt::format("{:>8}  {:>7}  {:>8}  {:>6}  {}\n", "ms", "x remap", "PSNR dB",
                                  "SSIM", "settings on the Pareto front");
-  for (const std::size_t i : psnr_front(trade)) {
-    const MeasuredSetting& setting = trade.settings[i];
-    const TradeMeasurement& measured = setting.measured;
-    text += fmt::format("{:8.2f}  {:7.2f}  {:8.2f}  {:6.4f}  {}\n", measured.time.ms,
-                        measured.time.ratio, measured.scores.psnr_db, measured.scores.ssim,
-                        marked_name(setting));
+  std::string presets;
+  for (const auto& preset : document["presets"]) {
+    presets += row_of(settings[preset["number"].get<std::size_t>() - 1],
+                      "preset " + preset["name"].get<std::string>());
   }
-  for (const TradedPreset& preset : trade.presets) {
-    const TradeMeasurement& measured = trade.settings[preset.setting].measured;
-    text += fmt::format("{:8.2f}  {:7.2f}  {:8.2f}  {:6.4f}  preset {}{}\n", measured.time.ms,
-                        measured.time.ratio, measured.scores.psnr_db, measured.scores.ssim,
-                        preset.name, measured.disturbed ? " (time disturbed)" : "");
+  std::ranges::sort(settings, {},
+                    [](const MeasuredSetting& setting) { return setting.measured.time.ratio; });
+  for (const MeasuredSetting& setting : settings) {
+    if (setting.on_front) text += row_of(setting, setting.setting.name);
   }
-  text += disturbed_note(trade);
-  if (!trade.held_out_views.empty()) text += agreement_text(trade);
-  for (const TradedRoom& room : trade.rooms) {
-    text += room.depth != kNoDepth
-                ? fmt::format("{}: distances in use: {}\n", escaped(room.directory), room.depth)
-                : escaped(room.directory) +
-                      ": no distances, so only initial views were measured; estimate distances "
-                      "with raywalk-build-lf depth\n";
+  text += presets;
+  if (document["busy"].get<bool>()) {
+    text += "other programs were busy meanwhile, so that times are less certain\n";
   }
+  const std::string room = escaped(input.room->directory().string());
+  text += input.room->has_distances()
+              ? fmt::format("{}: distances in use: {}\n", room, input.room->distances_origin())
+              : room +
+                    ": no distances, so only initial views were measured; estimate distances "
+                    "with raywalk-build-lf depth\n";
   return text + escaped((report / "index.html").string());
 }
 
+// The truth of the pictured view beside the error of every setting there.
+std::vector<ReportImage> images_of(const TradeInput& input) {
+  const TradeView& view = input.views[pictured_view(input.views.size())];
+  const cv::Mat truth = shrunk_to(view.truth, kImageWidth_px);
+  std::vector<ReportImage> images;
+  for (std::size_t i = 0; i < input.settings.size(); ++i) {
+    throw_if_interrupted();
+    const cv::Mat image = image_of(input.settings[i], view);
+    const cv::Mat error = error_of(image, truth_completed_by(image, view.truth, view.mask));
+    const std::string row = fmt::format("setting {}: {}", i + 1, input.settings[i].name);
+    images.push_back(report_image("settings", row, "true view " + view.name, truth));
+    images.push_back(report_image("settings", row, fmt::format("error, times {:g}", kErrorGain),
+                                  shrunk_to(error, kImageWidth_px)));
+  }
+  return images;
+}
+
+// What settings are chosen by: those on all threads.
+MeasuredSettings measured_settings(const TradeInput& input,
+                                   const std::vector<MeasuredSetting>& settings) {
+  static_assert(kMostPsnr_db == kMaxPsnrDb, "written scores have to be readable");
+  MeasuredSettings measured{.distances_sha256 = distances_sha256(*input.room),
+                            .width_px = input.views.front().truth.cols};
+  for (const MeasuredSetting& setting : settings) {
+    if (setting.setting.threads != thread_count()) continue;
+    measured.choices.push_back({.name = setting.setting.name,
+                                .options = setting.setting.mode.options,
+                                .ratio = setting.measured.time.ratio,
+                                .psnr_db = setting.measured.scores.psnr_db});
+  }
+  return measured;
+}
+
 // Presets use all threads and the truths' width; those that are not in the sweep are added to it.
-void add_presets(const std::vector<NamedMode>& presets, const SweepBase& base, TradeInput* input) {
+void add_presets(const std::vector<NamedMode>& presets, int width_px, TradeInput* input) {
+  input->presets = presets;
   for (const NamedMode& preset : presets) {
-    TradeSetting setting{.name = "preset " + preset.name,
-                         .mode = preset.mode,
-                         .threads = base.threads,
-                         .stored_width_px = input->rooms.front().room->panorama().width,
-                         .depth = input->rooms.front().depth,
-                         .compression = input->rooms.front().room->compression()};
-    setting.mode.options.width = base.width_px;
-    const auto alike = std::ranges::find_if(input->settings, [&](const TradeSetting& other) {
+    TradeSetting setting{
+        .name = "preset " + preset.name, .mode = preset.mode, .threads = thread_count()};
+    setting.mode.options.width = width_px;
+    const bool known = std::ranges::any_of(input->settings, [&](const TradeSetting& other) {
       return parameters_of(other) == parameters_of(setting);
     });
-    const auto index = static_cast<std::size_t>(alike - input->settings.begin());
-    if (alike == input->settings.end()) input->settings.push_back(setting);
-    input->presets.push_back({preset.name, preset.reason, index});
+    if (!known) input->settings.push_back(setting);
   }
 }
 
 }  // namespace
 
-MeasuredSettings measured_settings(const Trade& trade) {
-  static_assert(kMostPsnr_db == kMaxPsnrDb, "written scores have to be readable");
-  MeasuredSettings measured{.distances_sha256 = trade.distances_sha256, .width_px = trade.width_px};
-  for (const MeasuredSetting& setting : trade.settings) {
-    if (setting.setting.room != 0 || setting.setting.threads != trade.threads) continue;
-    measured.choices.push_back({.name = setting.setting.name,
-                                .options = setting.setting.mode.options,
-                                .ratio = setting.measured.time.ratio,
-                                .psnr_db = setting.measured.scores.psnr_db,
-                                .disturbed = setting.measured.disturbed});
-  }
-  return measured;
-}
-
-std::string write_trade(const TradeInput& input, const fs::path& report,
-                        const BlockArguments& blocks) {
-  prepare_report(report, input.rooms.front().room->directory());
-  Trade trade;
+std::string write_trade(const TradeInput& input, const fs::path& report) {
+  prepare_report(report, input.room->directory());
   try {
-    if (blocks.block) return measure_trade_block(input, report, *blocks.block);
-    trade = blocks.merge ? merged_trade(input, report) : measure_trade(input, partial_file(report));
+    const std::vector<MeasuredSetting> settings = measure_trade(input, partial_file(report));
+    const std::vector<ReportImage> images = images_of(input);
+    const nlohmann::ordered_json document = trade_document(input, settings);
+    write_file_atomically(report / "trade.json", json_text(document));
+    write_measured_settings(input.room->directory(), measured_settings(input, settings));
+    write_file_atomically(report / "trade.csv", trade_csv(document));
+    write_file_atomically(report / "index.html", report_page("trade", document, images));
+    fs::remove(partial_file(report));
+    return summary_of(input, settings, document, report);
   } catch (const Interrupted&) {
     throw Interrupted("interrupted; the same command resumes with the remaining settings");
   }
-  const std::vector<ReportImage> images = trade_images(trade, input.rooms);
-  const nlohmann::ordered_json document = trade_document(trade);
-  write_file_atomically(report / "trade.json", json_text(document));
-  write_measured_settings(input.rooms.front().room->directory(), measured_settings(trade));
-  write_file_atomically(report / "trade.csv", trade_csv(trade));
-  write_file_atomically(report / "index.html", report_page("trade", document, images));
-  fs::remove(partial_file(report));
-  if (blocks.merge) remove_trade_blocks(report);
-  return summary_of(trade, report);
 }
 
 std::string trade(const Room& room, const TradeOptions& options) {
-  if (options.truth.empty() && options.held_out == 0) {
-    throw UsageError("give true views with --truth, or use stations as true views with --held-out");
-  }
-  if (options.held_out > 0 && !options.also.empty()) {
+  if (options.truth.empty() == (options.held_out == 0)) {
     throw UsageError(
-        "--held-out renders stations of one room; --also needs --truth without --held-out");
+        "give true views with --truth, or use stations as true views with --held-out (one of "
+        "both)");
   }
-  const std::list<Room> others = open_others(room, options.also);
-  std::vector<TradeView> views;
-  if (!options.truth.empty()) {
-    const std::vector<TruthView> truths = read_truth(options.truth, room);
-    views = captured_views(room, truths, options.full ? truths.size() : kQuickViews);
-  }
-  prepare_report(options.report, room.directory());  // before minutes of waiting and estimating
-  // Estimating distances without the held-out stations would disturb others as well.
-  std::optional<TimingLock> lock;
-  if (!options.blocks.merge) {
-    lock.emplace(options.timing_lock, "raywalk-render trade " + room.directory().string());
-  }
+  TradeInput input{.room = &room, .repetitions = options.repetitions};
   HeldOutViews held_out;
   if (options.held_out > 0) {
-    held_out =
-        held_out_views(room, options.held_out, options.full ? kFullHeldOutViews : kQuickViews);
-  }
-  const std::string held_out_text = fmt::format("one of {} stations, held out", options.held_out);
-  TradeInput input{
-      .truth = options.truth.empty() ? held_out_text : options.truth.string(),
-      .sweep = options.full ? "full" : "quick",
-      .repetitions = options.repetitions,
-      .connect_viewpoints = options.full ? kFullConnectViewpoints : kQuickConnectViewpoints};
-  if (options.truth.empty()) {
-    input.rooms.push_back({&room, depth_name(room), held_out.views});
+    prepare_report(options.report, room.directory());  // before minutes of estimating
+    held_out = held_out_views(room, options.held_out, kViews);
+    input.truth = fmt::format("one of {} stations, held out", options.held_out);
+    input.views = held_out.views;
   } else {
-    input.rooms.push_back(trade_room(room, views));
-    input.held_out = held_out.views;
+    input.truth = options.truth.string();
+    input.views = captured_views(room, read_truth(options.truth, room), kViews);
   }
-  for (const Room& other : others) input.rooms.push_back(trade_room(other, views));
-  make_depths_unique(&input.rooms);
-  const SweepBase base{.centres = options.centres,
-                       .rooms = input.rooms,
-                       .width_px = input.rooms.front().views.front().truth.cols,
-                       .threads = thread_count()};
-  input.settings = options.full ? full_sweep(base) : quick_sweep(base);
-  add_presets(options.presets, base, &input);
-  return write_trade(input, options.report, options.blocks);
+  const int width_px = input.views.front().truth.cols;
+  input.settings = trade_sweep({.centres = options.centres,
+                                .stored_width_px = room.panorama().width,
+                                .width_px = width_px,
+                                .threads = thread_count()});
+  add_presets(options.presets, width_px, &input);
+  return write_trade(input, options.report);
 }
 
 }  // namespace raywalk

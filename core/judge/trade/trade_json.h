@@ -1,26 +1,29 @@
-// Results of a trade as JSON and CSV.
+// A trade as JSON and CSV; docs/file-formats.md lists the keys.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 
 #include "core/files/checked_json.h"
-#include "core/judge/trade/trade_result.h"
+#include "core/judge/trade/trade.h"
 
 namespace raywalk {
 
-inline constexpr int kTradeFormatVersion = 4;
-
-// The document of trade.json; docs/file-formats.md lists its keys. A value that was not measured is
-// null in the file.
-nlohmann::ordered_json trade_document(const Trade& trade);
-
-// trade.csv: one row per setting, with the numbers of trade.json under the same names; the fronts
-// are columns pareto_psnr_db, ... of 0 and 1. A value that is null in trade.json is empty here.
-std::string trade_csv(const Trade& trade);
-
-// A measurement with the keys of trade.json, and back; throws Error as CheckedJson does.
 nlohmann::ordered_json json_of(const TradeMeasurement& measured);
 TradeMeasurement measurement_from(const CheckedJson& json);
+
+// The name of this machine's processor.
+std::string cpu_name();
+
+// Position of the view of middle distance, whose errors the report shows.
+constexpr std::size_t pictured_view(std::size_t view_count) { return view_count / 2; }
+
+// Of trade.json.
+nlohmann::ordered_json trade_document(const TradeInput& input,
+                                      std::span<const MeasuredSetting> settings);
+
+// The settings of the document, one row each.
+std::string trade_csv(const nlohmann::ordered_json& document);
 
 }  // namespace raywalk

@@ -6,9 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
-#include "core/judge/trade/measure_trade.h"
 #include "core/judge/trade/measured_settings.h"
 #include "core/judge/trade/trade.h"
 #include "core/judge/trade/trade_test_room.h"
@@ -20,12 +18,11 @@ using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// Without values that depend on the clock or the system.
+// Without values that depend on the clock.
 json timeless(json trade) {
-  for (const char* key : {"remap_ms", "front"}) trade.erase(key);
+  for (const char* key : {"remap_ms", "busy"}) trade.erase(key);
   for (json& setting : trade["settings"]) {
-    for (const char* key : {"ms", "ratio", "cpu_ratio", "remap_ms", "remap_spread", "others_share",
-                            "peak_mb", "mapped_mb", "pareto"}) {
+    for (const char* key : {"ms", "ratio", "remap_ms", "remap_spread", "on_front"}) {
       setting.erase(key);
     }
   }
@@ -52,32 +49,6 @@ TEST_F(TradeTest, ResumesAnInterruptedRun) {
   EXPECT_FALSE(fs::exists(partial()));
 }
 
-TEST_F(TradeTest, BlocksMakeTheScoresOfOneRun) {
-  const TradeInput all = few();
-  write_trade(all, options_.report);
-  const json whole = timeless(written());
-  fs::remove_all(options_.report);
-  fs::remove(measured_settings_path(room_.directory()));
-  const auto run = [&](const BlockArguments& blocks) {
-    return write_trade(all, options_.report, blocks);
-  };
-  for (const int index : {3, 1}) run({.block = Block{index, 3}});
-  EXPECT_THAT(run({.block = Block{3, 3}}), HasSubstr("block 3/3 was already done"));
-  EXPECT_THAT(error_of([&] { run({.merge = true}); }), HasSubstr("1 of 3 blocks is missing: 2"));
-  EXPECT_FALSE(fs::exists(options_.report / "trade.json"));
-  EXPECT_THAT(run({.block = Block{2, 3}}), HasSubstr("block 2/3 is done"));
-  EXPECT_THAT(run({.block = Block{7, 7}}), HasSubstr("block 7/7 is done"));
-  EXPECT_THAT(run({.block = Block{1, 7}}), HasSubstr("block 1/7 is done")) << "without a setting";
-  TradeInput other = all;
-  other.repetitions = 2;
-  EXPECT_THAT(error_of([&] { write_trade(other, options_.report, {.merge = true}); }),
-              HasSubstr("trade: no block has been made"));
-  EXPECT_THAT(run({.merge = true}), HasSubstr("index.html"));
-  EXPECT_EQ(timeless(written()), whole);
-  EXPECT_TRUE(fs::exists(measured_settings_path(room_.directory())));
-  EXPECT_FALSE(fs::exists(options_.report / "trade.blocks"));
-}
-
 TEST_F(TradeTest, DamagedPartialNumbersAreRefused) {
   const TradeInput all = few();
   fs::create_directories(options_.report);
@@ -101,7 +72,7 @@ TEST_F(TradeTest, NeverMixesInputs) {
   other.repetitions = 2;
   EXPECT_THROW(measure_trade(other, partial()), Error);
   other = all;
-  other.rooms[0].views[0].truth = ~other.rooms[0].views[0].truth;
+  other.views[0].truth = ~other.views[0].truth;
   EXPECT_THROW(measure_trade(other, partial()), Error);
   std::ofstream(partial()) << "{";
   EXPECT_THROW(measure_trade(all, partial()), Error);

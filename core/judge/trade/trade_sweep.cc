@@ -1,165 +1,61 @@
 #include "core/judge/trade/trade_sweep.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <nlohmann/json.hpp>
-#include <set>
 
+#include "core/judge/trade/dial_json.h"
 #include "core/room/connection_errors.h"
 
 namespace raywalk {
 namespace {
 
-using Settings = std::vector<TradeSetting>;
-using Move = std::function<void(ViewOptions*)>;
+using nlohmann::ordered_json;
 
-const std::vector<Generation> kCorrected{Generation::kHlfVd, Generation::kTwoSided};
-
-// The valid picture width nearest to a share of another width.
+// The valid image width nearest to a share of another width.
 int width_of_share(int width_px, double share) {
   return std::max(4, 4 * static_cast<int>(std::lround(share * width_px / 4.0)));
 }
 
 // Whether columns of an initial view lie between captured ones, so that they are interpolated.
-bool resampled(const TradeSetting& setting) {
-  const double fold =
-      std::max(1.0, std::round(double(setting.stored_width_px) / setting.mode.options.width));
-  return fold * setting.mode.options.width != setting.stored_width_px;
+bool resampled(int stored_width_px, int width_px) {
+  const double fold = std::max(1.0, std::round(double(stored_width_px) / width_px));
+  return fold * width_px != stored_width_px;
 }
 
-bool has_effect(const Dial& dial, const TradeSetting& setting) {
-  const Generation generation = setting.mode.options.generation;
+bool has_effect(const Dial& dial, const ViewOptions& options, int stored_width_px) {
   switch (dial.effect) {
     case DialEffect::kAllViews:
       return true;
     case DialEffect::kSampledViews:
-      return generation != Generation::kInitial || resampled(setting);
+      return options.generation != Generation::kInitial ||
+             resampled(stored_width_px, options.width);
     case DialEffect::kCorrectedViews:
-      return generation != Generation::kInitial;
+      return options.generation != Generation::kInitial;
     case DialEffect::kTwoSidedViews:
-      return generation == Generation::kTwoSided;
+      return options.generation == Generation::kTwoSided;
   }
   return true;
 }
 
-// Sets dials without effect to their values in the central setting.
-void reset_unused_dials(const ViewOptions& centre, TradeSetting* setting) {
-  for (const Dial& dial : kDials) {
-    if (has_effect(dial, *setting)) continue;
-    dial.value.set(&setting->mode.options, dial.value.get(centre));
-  }
+// A parameter's value as part of a setting's name; threads are no dial.
+std::string phrase(const std::string& parameter, const ordered_json& value) {
+  const std::string text =
+      value.is_string() ? value.get<std::string>() : fmt::format("{:g}", value.get<double>());
+  if (parameter == "threads") return "threads " + text;
+  return fmt::format(fmt::runtime(dial_of(parameter).phrase), text);
 }
 
-// Collects settings without duplicates.
-class Sweep {
- public:
-  explicit Sweep(const SweepBase& base) : base_(base) {
-    for (const ViewMode& mode : base.centres) centres_.push_back(centre(mode));
+// The generation and the differences from its central setting.
+std::string name_of(const TradeSetting& setting, const TradeSetting& centre) {
+  const ordered_json parameters = parameters_of(setting), before = parameters_of(centre);
+  std::string name = generation_name(setting.mode.options.generation);
+  for (const auto& [parameter, value] : parameters.items()) {
+    if (value != before.at(parameter)) name += ", " + phrase(parameter, value);
   }
-
-  // The central settings of these generations, where the room supports them.
-  Settings centres(const std::vector<Generation>& generations) const {
-    Settings found;
-    std::ranges::copy_if(centres_, std::back_inserter(found), [&](const TradeSetting& setting) {
-      return std::ranges::count(generations, setting.mode.options.generation) > 0;
-    });
-    return found;
-  }
-  Settings centres() const { return centres_; }
-
-  void add(TradeSetting setting) {
-    const TradeSetting& centre = centre_of(setting);
-    reset_unused_dials(centre.mode.options, &setting);
-    const double k_deg = setting.mode.options.k_deg;
-    if (k_deg != centre.mode.options.k_deg) {
-      setting.mode.connection = connection_name(k_deg);
-      setting.mode.k_source = "as swept";
-    }
-    setting.name = name_of(setting, centre);
-    if (known_.insert(parameters_of(setting).dump()).second)
-      settings_.push_back(std::move(setting));
-  }
-  void add(const Settings& settings) {
-    for (const TradeSetting& setting : settings) add(setting);
-  }
-  void add(Generation generation, const Move& move) {
-    for (TradeSetting setting : centres({generation})) {
-      move(&setting.mode.options);
-      add(std::move(setting));
-    }
-  }
-  // Adds the same setting in another room, where that has the distances it needs.
-  void add_in_room(std::size_t room, TradeSetting setting) {
-    const TradeRoom& other = base_.rooms[room];
-    const bool corrected = setting.mode.options.generation != Generation::kInitial;
-    if (corrected && !other.room->has_distances()) return;
-    setting.room = room;
-    setting.stored_width_px = other.room->panorama().width;
-    setting.depth = other.depth;
-    setting.compression = other.room->compression();
-    add(std::move(setting));
-  }
-
-  Settings take() { return std::move(settings_); }
-
- private:
-  TradeSetting centre(const ViewMode& mode) const {
-    TradeSetting setting{.mode = mode,
-                         .threads = base_.threads,
-                         .stored_width_px = base_.rooms.front().room->panorama().width,
-                         .depth = base_.rooms.front().depth,
-                         .compression = base_.rooms.front().room->compression()};
-    setting.mode.options.width = base_.width_px;
-    return setting;
-  }
-  const TradeSetting& centre_of(const TradeSetting& setting) const {
-    return *std::ranges::find_if(centres_, [&](const TradeSetting& centre) {
-      return centre.mode.options.generation == setting.mode.options.generation;
-    });
-  }
-
-  const SweepBase& base_;
-  Settings centres_;
-  Settings settings_;
-  std::set<std::string> known_;  // parameters of settings_
-};
-
-// Every setting with every value of a parameter.
-template <typename T, typename Set>
-Settings product(const Settings& settings, const std::vector<T>& values, const Set& set) {
-  Settings all;
-  for (const TradeSetting& setting : settings) {
-    for (const T& value : values) {
-      all.push_back(setting);
-      set(&all.back(), value);
-    }
-  }
-  return all;
-}
-
-// Every setting with every one of a dial's `values`.
-Settings product(const SweepBase& base, const Settings& settings, const Dial& dial,
-                 const DialValues& values) {
-  const std::vector<double> list(values.begin(), values.end());
-  return product(settings, list, [&](TradeSetting* setting, double value) {
-    const double taken = dial.sweep->of_truth_width ? width_of_share(base.width_px, value) : value;
-    dial.value.set(&setting->mode.options, taken);
-  });
-}
-
-// Every dial alone, where it has an effect.
-void add_single_moves(const SweepBase& base, Sweep* sweep) {
-  for (const Dial& dial : kDials) {
-    if (!dial.sweep) continue;
-    const Generation generation =
-        dial.effect == DialEffect::kTwoSidedViews ? Generation::kTwoSided : Generation::kHlfVd;
-    sweep->add(product(base, sweep->centres({generation}), dial, dial.sweep->singly));
-  }
-  for (TradeSetting setting : sweep->centres({Generation::kHlfVd})) {
-    setting.threads = 1;
-    sweep->add(std::move(setting));
-  }
+  return name;
 }
 
 // All approximations for speed together.
@@ -179,64 +75,87 @@ void for_accuracy(ViewOptions* options) {
   options->stations_mixed = 8;
 }
 
-void add_combinations(Sweep* sweep) {
-  for (const Generation generation : kCorrected) {
-    sweep->add(generation, for_speed);
-    sweep->add(generation, for_balance);
-    sweep->add(generation, for_accuracy);
-  }
-  sweep->add(Generation::kTwoSided, [](ViewOptions* options) {
-    for_accuracy(options);
-    options->second_side = SecondSide::kFaded;
-  });
+void for_accuracy_faded(ViewOptions* options) {
+  for_accuracy(options);
+  options->second_side = SecondSide::kFaded;
 }
 
-void add_quick(const SweepBase& base, Sweep* sweep) {
-  sweep->add(sweep->centres());
-  add_single_moves(base, sweep);
-  add_combinations(sweep);
-  for (std::size_t room = 1; room < base.rooms.size(); ++room) {
-    for (const TradeSetting& setting : sweep->centres()) sweep->add_in_room(room, setting);
+// Collects variations of the central settings without duplicates.
+class Sweep {
+ public:
+  explicit Sweep(const SweepBase& base) : base_(base) {
+    for (const ViewMode& mode : base.centres) {
+      TradeSetting centre{.mode = mode, .threads = base.threads};
+      centre.mode.options.width = base.width_px;
+      centre.name = generation_name(mode.options.generation);
+      settings_.push_back(centre);
+    }
+    centres_ = settings_;
   }
-}
 
-// All combinations of the values of a grid's dials, for every generation.
-Settings grid_of(const SweepBase& base, const Sweep& sweep, DialGrid grid) {
-  Settings settings = sweep.centres();
-  for (const Dial& dial : kDials) {
-    if (!dial.sweep || dial.sweep->grid != grid) continue;
-    settings = product(base, settings, dial, dial.sweep->in_grid);
+  // Adds the central setting of a generation, where the room supports it, changed by `change`.
+  template <typename Change>
+  void add(Generation generation, const Change& change) {
+    for (const TradeSetting& centre : centres_) {
+      if (centre.mode.options.generation != generation) continue;
+      TradeSetting setting = centre;
+      change(&setting);
+      finish(centre, std::move(setting));
+    }
   }
-  return settings;
-}
 
-void add_grids(const SweepBase& base, Sweep* sweep) {
-  sweep->add(grid_of(base, *sweep, DialGrid::kSamples));
-  sweep->add(product(grid_of(base, *sweep, DialGrid::kLayout), std::vector<int>{1, base.threads},
-                     [](TradeSetting* setting, int threads) { setting->threads = threads; }));
-}
+  std::vector<TradeSetting> take() { return std::move(settings_); }
 
-void add_room_grid(const SweepBase& base, Sweep* sweep) {
-  const Dial& dial = dial_of("interpolation");
-  const Settings grid = product(base, sweep->centres(), dial, dial.sweep->in_grid);
-  for (std::size_t room = 1; room < base.rooms.size(); ++room) {
-    for (const TradeSetting& setting : grid) sweep->add_in_room(room, setting);
+ private:
+  void finish(const TradeSetting& centre, TradeSetting setting) {
+    ViewOptions& options = setting.mode.options;
+    for (const Dial& dial : kDials) {
+      if (has_effect(dial, options, base_.stored_width_px)) continue;
+      dial.value.set(&options, dial.value.get(centre.mode.options));
+    }
+    if (options.k_deg != centre.mode.options.k_deg) {
+      setting.mode.connection = connection_name(options.k_deg);
+      setting.mode.k_source = "as swept";
+    }
+    setting.name = name_of(setting, centre);
+    const bool known = std::ranges::any_of(settings_, [&](const TradeSetting& other) {
+      return parameters_of(other) == parameters_of(setting);
+    });
+    if (!known) settings_.push_back(std::move(setting));
   }
-}
+
+  const SweepBase& base_;
+  std::vector<TradeSetting> centres_;
+  std::vector<TradeSetting> settings_;
+};
 
 }  // namespace
 
-std::vector<TradeSetting> quick_sweep(const SweepBase& base) {
-  Sweep sweep(base);
-  add_quick(base, &sweep);
-  return sweep.take();
+ordered_json parameters_of(const TradeSetting& setting) {
+  ordered_json parameters = swept_dials_json(setting.mode.options);
+  parameters["threads"] = setting.threads;
+  return parameters;
 }
 
-std::vector<TradeSetting> full_sweep(const SweepBase& base) {
+std::vector<TradeSetting> trade_sweep(const SweepBase& base) {
   Sweep sweep(base);
-  add_quick(base, &sweep);
-  add_grids(base, &sweep);
-  add_room_grid(base, &sweep);
+  for (const Dial& dial : kDials) {
+    if (!dial.sweep) continue;
+    const Generation generation =
+        dial.effect == DialEffect::kTwoSidedViews ? Generation::kTwoSided : Generation::kHlfVd;
+    for (const double value : dial.sweep->values) {
+      sweep.add(generation, [&](TradeSetting* setting) {
+        dial.value.set(&setting->mode.options,
+                       dial.sweep->of_truth_width ? width_of_share(base.width_px, value) : value);
+      });
+    }
+  }
+  sweep.add(Generation::kHlfVd, [](TradeSetting* setting) { setting->threads = 1; });
+  for (const Generation generation : {Generation::kHlfVd, Generation::kTwoSided}) {
+    for (const auto change : {for_speed, for_balance, for_accuracy, for_accuracy_faded}) {
+      sweep.add(generation, [&](TradeSetting* setting) { change(&setting->mode.options); });
+    }
+  }
   return sweep.take();
 }
 

@@ -1,31 +1,35 @@
 // Which settings a trade measures.
 #pragma once
 
-#include <span>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
-#include "core/judge/trade/trade_setting.h"
-#include "core/judge/trade/trade_view.h"
+#include "core/view/view_mode.h"
 
 namespace raywalk {
+
+struct TradeSetting {
+  std::string name{};  // "hlf-vd, cubic, stations 8", unique within a sweep
+  ViewMode mode{};     // options.width is the width of the rendered image, pixels
+  int threads = 1;     // at least 1
+};
+
+// Every parameter by name: {"generation": "hlf-vd", "k_deg": 76.0, ..., "threads": 2}. Two settings
+// are the same where these are equal.
+nlohmann::ordered_json parameters_of(const TradeSetting& setting);
 
 // Input of a sweep.
 struct SweepBase {
   // The central setting of each generation, as view_modes chooses them; options.width is not used.
   std::vector<ViewMode> centres{};
-  std::span<const TradeRoom> rooms{};  // the room under test first
-  int width_px = 0;                    // of the truths
-  int threads = 1;                     // all that may be used
+  int stored_width_px = 0;  // of the room's panoramas
+  int width_px = 0;         // of the truths
+  int threads = 1;          // all that may be used
 };
 
-// The central settings, variations of one dial at a time (DialSweep::singly), and useful
-// combinations (all for speed, all for accuracy, a balance): about 25.
-std::vector<TradeSetting> quick_sweep(const SweepBase& base);
-
-// The quick sweep and full grids of the dials that interact (DialSweep::in_grid): those that choose
-// and read samples, and those of the view's layout, with the number of threads, each for every
-// generation; in the other rooms every generation and interpolation. About 170.
-std::vector<TradeSetting> full_sweep(const SweepBase& base);
+// The central settings, variations of one dial at a time (Dial::sweep), and useful combinations
+// (all for speed, all for accuracy, a balance): about 25.
+std::vector<TradeSetting> trade_sweep(const SweepBase& base);
 
 }  // namespace raywalk

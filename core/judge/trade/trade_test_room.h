@@ -15,36 +15,27 @@
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
-#include "core/judge/trade/captured_views.h"
 #include "core/judge/trade/trade.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {
 
 // Time that passes as a test says: every work takes the next millisecond more, so that all times
-// differ and are steady, and other processes take `others_share` of the processors.
+// differ and are steady; or, if busy, sometimes three times as long.
 class TestClock {
  public:
   TimeSource source() {
-    TimeSource source;
-    source.times = [this](const std::function<void()>& work) {
+    return [this](const std::function<void()>& work) {
       work();
       taken_s_ += 1e-6;
-      return Times{taken_s_, taken_s_};
+      return busy && ++works_ % 3 != 0 ? 3.0 * taken_s_ : taken_s_;
     };
-    source.processor_use = [this] {
-      all_s_ += 10.0;
-      busy_s_ += 10.0 * others_share;
-      return ProcessorUse{.all_s = all_s_, .busy_s = busy_s_, .own_s = 0.0};
-    };
-    return source;
   }
-  double others_share = 0.0;
+  bool busy = false;
 
  private:
   double taken_s_ = 1.0;
-  double all_s_ = 0.0;
-  double busy_s_ = 0.0;
+  int works_ = 0;
 };
 
 class TradeTest : public ::testing::Test {
@@ -57,7 +48,6 @@ class TradeTest : public ::testing::Test {
     options_.truth = directory_ / "gt.csv";
     options_.report = directory_ / "report";
     options_.repetitions = 1;
-    options_.timing_lock = directory_ / "timing.lock";
     options_.centres = {mode(Generation::kInitial), mode(Generation::kHlfVd)};
   }
   void make_room(const SyntheticRoomSpec& spec) {
@@ -73,17 +63,16 @@ class TradeTest : public ::testing::Test {
   }
   // A few settings only, for speed.
   TradeInput input(const std::vector<ViewOptions>& parameters) const {
-    TradeInput input{.truth = options_.truth.string(),
+    TradeInput input{.room = &room_,
+                     .truth = options_.truth.string(),
+                     .views = captured_views(room_, read_truth(options_.truth, room_), 2),
                      .repetitions = 1,
                      .connect_viewpoints = 2,
                      .time_source = clock_.source()};
-    input.rooms = {trade_room(room_, captured_views(room_, read_truth(options_.truth, room_), 2))};
     for (const ViewOptions& options : parameters) {
       TradeSetting setting{.name = "setting " + std::to_string(input.settings.size()),
                            .mode = {.options = options},
-                           .threads = thread_count(),
-                           .stored_width_px = 64,
-                           .depth = input.rooms[0].depth};
+                           .threads = thread_count()};
       if (setting.mode.options.width == 0) setting.mode.options.width = 64;
       input.settings.push_back(setting);
     }

@@ -6,22 +6,18 @@ import { table } from "../table";
 import { counted, type Json, text } from "../values";
 
 const SCORES = ["psnr_db", "ws_psnr_db", "ssim", "fsim", "e_connect"];
-const COSTS = ["peak_mb", "rays_mb"];
 const REMAPS = "time of a view / remaps";
 const TIME = [
   { key: "ms", name: "time", unit: "ms" },
   { key: "ratio", name: "time", unit: "remaps" },
 ];
 
-const nameOf = (setting: Json) =>
-  `${setting.number} · ${setting.name}${setting.disturbed ? " (time disturbed)" : ""}`;
+const nameOf = (setting: Json) => `${setting.number} · ${setting.name}`;
 const SETTING = { key: "name", name: "setting", value: nameOf };
 
 export const trade: Describe = (d, images) => {
   const settings: Json[] = d.settings;
-  const front = settings
-    .filter((setting) => setting.pareto.psnr_db)
-    .sort((a, b) => a.ratio - b.ratio);
+  const front = settings.filter((setting) => setting.on_front).sort((a, b) => a.ratio - b.ratio);
   const [fastest, best] = [front[0], front[front.length - 1]];
   const speed = (setting: Json) => `${text(setting.psnr_db)} dB in ${text(setting.ms)} ms`;
   return {
@@ -34,14 +30,10 @@ export const trade: Describe = (d, images) => {
       ["one cv::remap of that size", `${text(d.remap_ms)} ms`],
     ),
     warnings: [
-      d.disturbed_settings > 0 &&
-        `Other programs disturbed the times of ${d.disturbed_settings} of ${settings.length} settings. These times, marked, are not to be relied on: ${fastest.disturbed ? "the front below may change" : "they are left out of the front"}, and --budget-ms and --min-psnr-db choose none of these settings. Run raywalk-render trade again while nothing else runs.`,
-      ...d.rooms
-        .filter((room: Json) => room.depth === "none")
-        .map(
-          (room: Json) =>
-            `${room.directory} has no distances, so only initial views could be rendered from it; raywalk-build-lf depth estimates them.`,
-        ),
+      d.busy &&
+        "Other programs were busy meanwhile, so that times are less certain. Run raywalk-render trade again while nothing else runs.",
+      d.distances === "none" &&
+        "The room has no distances, so only initial views were measured; raywalk-build-lf depth estimates them.",
     ].filter(Boolean),
     sections: [
       section(
@@ -62,26 +54,16 @@ export const trade: Describe = (d, images) => {
           { title: "PSNR over the time of a view", x: REMAPS, y: "PSNR / dB", xLog: true },
         ),
         table(front, {
-          columns: [SETTING, ...TIME, ...SCORES, ...COSTS],
+          columns: [SETTING, ...TIME, ...SCORES],
           caption: "Settings on the front, the fastest first",
         }),
       ),
       presets(d.presets, settings),
-      heldOut(d),
       singleParameters(d, settings),
       section(
         "Every setting",
         table(settings, {
-          columns: [
-            SETTING,
-            ...TIME,
-            "cpu_ratio",
-            ...SCORES,
-            ...COSTS,
-            "mapped_mb",
-            "remap_spread",
-            "others_share",
-          ],
+          columns: [SETTING, ...TIME, ...SCORES, "remap_spread"],
           caption: "Parameters are named as in the settings file configs/view.yaml",
         }),
       ),
@@ -116,58 +98,34 @@ function presets(list: Json[], settings: Json[]): Section | null {
   );
 }
 
-function heldOut(d: Json): Section | null {
-  if (d.rank_correlation === null) return null;
-  const { psnr_db, ws_psnr_db, ssim, fsim } = d.rank_correlation;
-  return section(
-    "Held-out stations against the truth",
-    "The same settings scored without captured truth: stations of the room are held out and rendered from the others. Where the order of the settings is the same, the stations of a room can replace true views.",
-    facts(
-      ["rank correlation, PSNR", psnr_db],
-      ["WS-PSNR", ws_psnr_db],
-      ["SSIM", ssim],
-      ["FSIM", fsim],
-    ),
-    chart(seriesOf(d.settings, "psnr_db", "held_out_psnr_db", "settings", "points", nameOf), {
-      title: "Held-out stations against the truth",
-      x: "PSNR against the truth / dB",
-      y: "PSNR of held-out stations / dB",
-    }),
-  );
-}
-
 // The settings that differ from the central one of their method in one parameter.
 function singleParameters(d: Json, settings: Json[]): Section | null {
   const keys: string[] = [...d.parameters.map((parameter: Json) => parameter.key), "threads"];
   const tables = settings
     .filter((setting) => setting.name === setting.generation)
     .map((centre) => {
-      const room = (setting: Json) =>
-        ["stored_width_px", "depth", "compression"].some((key) => setting[key] !== centre[key]);
       const changed = settings.filter(
         (setting) =>
           setting.generation === centre.generation &&
-          keys.filter((key) => setting[key] !== centre[key]).length + Number(room(setting)) === 1,
+          keys.filter((key) => setting[key] !== centre[key]).length === 1,
       );
       const less = (key: string) => ({
         key,
         value: (setting: Json) =>
           setting[key] === null || centre[key] === null ? null : setting[key] - centre[key],
       });
-      const relative = (key: string, name: string) => ({
-        key,
-        name,
-        unit: "%",
-        factor: 100,
-        value: (setting: Json) => setting[key] / centre[key] - 1,
-      });
       return table(changed, {
         columns: [
           SETTING,
           { key: "ms", name: "time", unit: "ms" },
-          relative("ratio", "change of time"),
-          relative("cpu_ratio", "of CPU time"),
-          ...[...SCORES, ...COSTS].map(less),
+          {
+            key: "ratio",
+            name: "change of time",
+            unit: "%",
+            factor: 100,
+            value: (setting: Json) => setting.ratio / centre.ratio - 1,
+          },
+          ...SCORES.map(less),
         ],
         caption: `Against ${centre.name}`,
       });
@@ -184,8 +142,8 @@ function measured(d: Json): Section | null {
   return section(
     "How it was measured",
     `Times are medians over ${counted(d.views, "view")}, each rendered ${counted(d.repetitions, "time")} after a warm-up. Scores are means over the views; an image smaller than its truth is enlarged before it is scored, and its time does not include that. Views: ${d.views.join(", ")}.`,
-    "Peak: growth of the resident set by one view of a newly opened room; mapped: the part of it that is pages of the room's files, which the system can reclaim. Times are of views whose panoramas are decoded where the room is compressed; decoded panoramas count in peak, not in mapped. CPU time is that of all threads, which other programs disturb less. A time counts as disturbed where a quarter of the remaps beside it took a quarter longer than the fastest (remap spread above 0.25), where they took a quarter longer than in the rest of the trade, or where other programs used more than a twentieth of the processors (share of others); such settings were timed again before they were marked.",
+    "Times are of views whose panoramas are decoded where the room is compressed. The machine counts as busy where a quarter of the remaps beside a setting took a quarter longer than the fastest (remap spread above 0.25), in half of the settings.",
     `E_connect is measured once for each method and k, over ${d.connect_viewpoints} x ${d.connect_viewpoints} viewpoints of every cell, in squared 8-bit levels, over the corners that are readable at every k of the sweep; a dash where these are less than half of all.`,
-    table(d.rooms),
+    `${d.room}: stored ${d.stored_width_px} pixels wide, distances: ${d.distances}.`,
   );
 }

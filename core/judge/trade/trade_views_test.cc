@@ -1,4 +1,4 @@
-#include "core/judge/trade/captured_views.h"
+#include "core/judge/trade/trade_views.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -34,24 +34,6 @@ class CapturedViewsTest : public ::testing::Test {
 
   TestDirectory directory_;
 };
-
-TEST_F(CapturedViewsTest, DepthIsNamedBySourceAndWidth) {
-  EXPECT_EQ(depth_name(room("given.lf", {.width = 64, .distance_width = 32})), "given, 32 px");
-  EXPECT_EQ(depth_name(room("bare.lf", {.width = 64, .distances = false})), kNoDepth);
-}
-
-TEST_F(CapturedViewsTest, OtherRoomsMustHaveTheSameLines) {
-  const Room main = room("room.lf", {.width = 64});
-  require_same_lines(main, room("thin.lf", {.spacing_m = 0.25, .width = 32, .distances = false}));
-  const auto error = [&](const Room& other) {
-    return error_of([&] { require_same_lines(main, other); });
-  };
-  EXPECT_THAT(error(room("longer.lf", {.overhang_m = 0.25, .width = 64})),
-              AllOf(HasSubstr("longer.lf"), HasSubstr("room.lf"), HasSubstr("0.25 m")));
-  EXPECT_THAT(error(room("higher.lf", {.height_m = 0.002, .width = 64})), HasSubstr("0.002 m"));
-  EXPECT_THAT(error(room("more.lf", {.cells_x = 2, .width = 64})), HasSubstr("lines"));
-  require_same_lines(main, room("near.lf", {.height_m = 0.0005, .width = 64}));
-}
 
 TEST_F(CapturedViewsTest, FewTruthsAreSpreadOverTheDistanceFromTheLine) {
   const Room main = room("room.lf", {.width = 64});

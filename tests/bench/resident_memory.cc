@@ -1,4 +1,4 @@
-#include "core/base/resident_memory.h"
+#include "tests/bench/resident_memory.h"
 
 #include <malloc.h>
 
