@@ -77,14 +77,6 @@ class RenderTest : public ::testing::Test {
     EXPECT_EQ(WEXITSTATUS(status), 130);
   }
 
-  // Marks all times of the room's trade as disturbed or not.
-  void mark_times(bool disturbed) const {
-    const std::filesystem::path stored = room() + "/measured.json";
-    auto trade = nlohmann::json::parse(std::ifstream(stored));
-    for (auto& setting : trade["settings"]) setting["disturbed"] = disturbed;
-    std::ofstream(stored) << trade;
-  }
-
   TestDirectory directory_;
 };
 
