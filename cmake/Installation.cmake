@@ -16,39 +16,25 @@ file(GLOB_RECURSE RAYWALK_CONFIGS CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/config
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs/ DESTINATION ${CMAKE_INSTALL_DATADIR}/raywalk/configs
         COMPONENT runtime)
 
-# Debian's zsh reads the completions of packages from another folder than those of others. Decided
-# when it is installed, as packages are made for another prefix than the build's.
-install(CODE "
-  set(RAYWALK_ZSH_FOLDER site-functions)
-  if(CMAKE_INSTALL_PREFIX STREQUAL \"/usr\")
-    set(RAYWALK_ZSH_FOLDER vendor-completions)
-  endif()" COMPONENT runtime)
-
-# raywalk_install_program(<name>): a program, with the manual page and the completion of shells that
-# it prints. A sanitizer's programs are not for installation.
+# raywalk_install_program(<name>): a program, with the manual page and the completion of bash that it
+# prints. A sanitizer's programs are not for installation.
 function(raywalk_install_program name)
   if(RAYWALK_SANITIZE)
     return()
   endif()
   set(page ${RAYWALK_SHARE}/man/man1/${name}.1.gz)
   set(bash ${RAYWALK_SHARE}/bash-completion/completions/${name})
-  set(zsh ${RAYWALK_SHARE}/zsh/site-functions/_${name})
-  set(fish ${RAYWALK_SHARE}/fish/vendor_completions.d/${name}.fish)
   add_custom_command(
-    OUTPUT ${page} ${bash} ${zsh} ${fish}
+    OUTPUT ${page} ${bash}
     COMMAND ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:${name}> -DPAGE=${page} -DBASH=${bash}
-            -DZSH=${zsh} -DFISH=${fish} -P ${PROJECT_SOURCE_DIR}/cmake/print_reference.cmake
+            -P ${PROJECT_SOURCE_DIR}/cmake/print_reference.cmake
     DEPENDS ${name} ${RAYWALK_CONFIGS} ${PROJECT_SOURCE_DIR}/cmake/print_reference.cmake
     COMMENT "Manual page and completion of ${name}" VERBATIM)
-  add_custom_target(${name}-reference ALL DEPENDS ${page} ${bash} ${zsh} ${fish})
+  add_custom_target(${name}-reference ALL DEPENDS ${page} ${bash})
   add_dependencies(raywalk-installed ${name}-reference)
   install(TARGETS ${name} COMPONENT runtime)
   install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT runtime)
   install(FILES ${bash} DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
-          COMPONENT runtime)
-  install(FILES ${zsh} DESTINATION "${CMAKE_INSTALL_DATADIR}/zsh/\${RAYWALK_ZSH_FOLDER}"
-          COMPONENT runtime)
-  install(FILES ${fish} DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d
           COMPONENT runtime)
 endfunction()
 

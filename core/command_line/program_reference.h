@@ -54,7 +54,5 @@ std::string man_page(const ProgramReference& program, const std::string& date);
 // A script that completes commands, flags, their fixed values, names of configuration files and
 // paths. That of bash defines the function _raywalk_render (of raywalk-render).
 std::string bash_completion(const ProgramReference& program);
-std::string zsh_completion(const ProgramReference& program);
-std::string fish_completion(const ProgramReference& program);
 
 }  // namespace raywalk

@@ -28,12 +28,6 @@ std::string date_of_page() {
   return fmt::format("{:%Y-%m-%d}", fmt::gmtime(time_s));
 }
 
-std::string completion_of(const CLI::App& app, const std::string& shell) {
-  const ProgramReference program = reference_of(app);
-  if (shell == "zsh") return zsh_completion(program);
-  return shell == "fish" ? fish_completion(program) : bash_completion(program);
-}
-
 }  // namespace
 
 void add_reference_flags(CLI::App* app) {
@@ -42,10 +36,11 @@ void add_reference_flags(CLI::App* app) {
          [app] { throw CLI::CallForVersion(man_page(reference_of(*app), date_of_page()), 0); })
       ->group(kHidden);
   app->add_option_function<std::string>("--completion",
-                                        [app](const std::string& shell) {
-                                          throw CLI::CallForVersion(completion_of(*app, shell), 0);
+                                        [app](const std::string&) {
+                                          throw CLI::CallForVersion(
+                                              bash_completion(reference_of(*app)), 0);
                                         })
-      ->check(CLI::IsMember(std::vector<std::string>{"bash", "zsh", "fish"}))
+      ->check(CLI::IsMember(std::vector<std::string>{"bash"}))
       ->group(kHidden);
 }
 

@@ -1,5 +1,5 @@
 // Flags of every program that print what is installed beside it: its manual page and the completion
-// of shells. The help does not show them.
+// of bash. The help does not show them.
 #pragma once
 
 namespace CLI {
@@ -8,7 +8,7 @@ class App;
 
 namespace raywalk {
 
-// Adds --man and --completion bash|zsh|fish to the program. Where one is given, parsing ends as for
+// Adds --man and --completion bash to the program. Where one is given, parsing ends as for
 // --version, with the text in its place. The program has to be complete when it is parsed.
 void add_reference_flags(CLI::App* app);
 
