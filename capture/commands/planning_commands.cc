@@ -35,12 +35,10 @@ struct CheckArguments {
 
 // A page of an earlier plan is replaced, anything else is not.
 void require_replaceable_report(const std::filesystem::path& file) {
-  constexpr std::size_t kHead_bytes = 4096;
+  constexpr std::string_view kSign = "<title>Raywalk report</title>";
   if (!std::filesystem::exists(file)) return;
-  if (read_file_prefix(file, kHead_bytes).find("<title>Raywalk report</title>") ==
-      std::string::npos) {
-    throw Error(file.string() + " is there already and is no report of Raywalk's");
-  }
+  if (read_file_prefix(file, 4096).find(kSign) != std::string::npos) return;
+  throw Error(file.string() + " is there already and is no report of Raywalk's");
 }
 
 void plan(const PlanArguments& arguments) {

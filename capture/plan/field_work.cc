@@ -1,8 +1,11 @@
-#include "capture/plan/field_work.h"
-
+// The facts about place and camera are settings. Where the configuration does not give one, what
+// follows from it is unknown; nothing is assumed.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <nlohmann/json.hpp>
+
+#include "capture/plan/plan_report.h"
 
 namespace raywalk::capture {
 namespace {

@@ -1,7 +1,8 @@
-#include "capture/plan/field_work.h"
-
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
+#include "capture/plan/plan_report.h"
 #include "capture/plan/test_plan.h"
 
 namespace raywalk::capture {

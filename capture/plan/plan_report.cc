@@ -6,10 +6,7 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <utility>
 
-#include "capture/plan/capture_time.h"
-#include "capture/plan/field_work.h"
 #include "core/base/number_text.h"
 #include "core/base/units.h"
 #include "core/geometry/spacing.h"
@@ -26,13 +23,8 @@ constexpr double kBytesPerMegabyte = 1e6;
 // Least and most PSNR in dB of two-sided views in docs/spacing.csv, for spacings from 0.025 to 0.05
 // of the distance of the nearest surfaces, from 0.05 to 0.1, and so on.
 constexpr double kLeastMeasuredShare = 0.025;
-constexpr std::array<std::pair<double, double>, 7> kMeasured_db{{{35.02, 38.24},
-                                                                 {34.62, 38.09},
-                                                                 {33.07, 37.50},
-                                                                 {32.62, 37.57},
-                                                                 {32.07, 36.48},
-                                                                 {31.15, 31.15},
-                                                                 {26.40, 26.40}}};
+constexpr std::array kLeastMeasured_db{35.02, 34.62, 33.07, 32.62, 32.07, 31.15, 26.40};
+constexpr std::array kMostMeasured_db{38.24, 38.09, 37.50, 37.57, 36.48, 31.15, 26.40};
 
 double along_m(const CaptureLine& line, const CaptureStation& station) {
   return line.axis == LineAxis::kX ? station.position_m.x_m : station.position_m.z_m;
@@ -140,10 +132,9 @@ Json quality_json(double spacing_mm, double nearest_m) {
   Json quality{
       {"spacing_over_nearest", share}, {"least_psnr_db", nullptr}, {"most_psnr_db", nullptr}};
   const double doublings = std::floor(std::log2(share / kLeastMeasuredShare));
-  if (doublings >= 0.0 && doublings < static_cast<double>(kMeasured_db.size())) {
-    const auto& [least_db, most_db] = kMeasured_db.at(static_cast<std::size_t>(doublings));
-    quality["least_psnr_db"] = least_db;
-    quality["most_psnr_db"] = most_db;
+  if (doublings >= 0.0 && doublings < static_cast<double>(kLeastMeasured_db.size())) {
+    quality["least_psnr_db"] = kLeastMeasured_db.at(static_cast<std::size_t>(doublings));
+    quality["most_psnr_db"] = kMostMeasured_db.at(static_cast<std::size_t>(doublings));
   }
   return quality;
 }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "capture/plan/capture_plan.h"
+#include "capture/plan/capture_time.h"
 
 namespace raywalk::capture {
 
@@ -15,6 +16,12 @@ std::optional<double> picture_mb(const CaptureConfig& config);
 
 // Stations, time, storage and resolution of a plan. Null for what the configuration leaves unknown.
 nlohmann::ordered_json plan_report(const CapturePlan& plan, const CaptureConfig& config);
+
+// Its part about days, storage cards and charges of the camera's battery, for so many pictures of
+// this size.
+nlohmann::ordered_json field_work(const CapturePlan& plan, const CaptureConfig& config,
+                                  const CaptureTime& time, std::size_t pictures,
+                                  const std::optional<double>& picture_mb);
 
 // Lines of text, warnings last.
 std::string plan_report_text(const nlohmann::ordered_json& report);

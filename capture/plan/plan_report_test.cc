@@ -10,7 +10,6 @@
 #include <set>
 #include <string>
 
-#include "capture/plan/capture_time.h"
 #include "capture/plan/test_plan.h"
 #include "core/files/csv.h"
 

@@ -5,8 +5,10 @@ import { type Place, type Plan, plan as fromAbove } from "../plan";
 import { table } from "../table";
 import { counted, type Json, text } from "../values";
 
-const CLOSEST_STATIONS = 0.003; // of the plan's extent; closer ones would be one thick line
-const MARK = 0.008; // half the length of a placement's mark, of the plan's extent
+// Shares of the plan's extent.
+const CLOSEST_STATIONS = 0.003; // closer ones would be one thick line
+const MARK = 0.008; // half the length of a placement's mark
+const ARROW = 0.03; // how far arrows lie beyond the last station
 
 export const plan: Describe = (d) => ({
   title: "Plan of a capture",
@@ -39,7 +41,7 @@ export const plan: Describe = (d) => ({
           ...line,
           placements: placements_from_m.length,
         })),
-        { caption: "Every line, along its axis" },
+        { caption: "Every line, along its axis", rows: 12 },
       ),
     ),
     section("Time", times(d)),
@@ -49,42 +51,32 @@ export const plan: Describe = (d) => ({
 });
 
 function drawing(lines: Json[]) {
-  const place = (line: Json, along_m: number, beside_m = 0): Place =>
-    line.axis === "x" ? [along_m, line.across_m + beside_m] : [line.across_m + beside_m, along_m];
-  const drawn: Required<Pick<Plan, "lines" | "points">> = { lines: [], points: [] };
   const extent_m = Math.max(...lines.map((line) => line.to_m - line.from_m));
+  const drawn: NonNullable<Plan["lines"]> = [];
+  const points: NonNullable<Plan["points"]> = [];
   let left_out = false;
   for (const line of lines) {
-    const { id, from_m, to_m, overhang_m, stations } = line;
-    const kind = line.validation ? "truth" : "overhang";
-    const [from, to] = [place(line, from_m), place(line, to_m)];
-    drawn.lines.push({ from, to, kind, name: id, arrow: true });
-    if (!line.validation) {
-      drawn.lines.push({
-        from: place(line, from_m + overhang_m),
-        to: place(line, to_m - overhang_m),
-      });
-    }
+    const { id, from_m, to_m, overhang_m, stations, validation } = line;
+    const place = (along_m: number, beside_m = 0): Place => {
+      const across_m = line.across_m + beside_m;
+      return line.axis === "x" ? [along_m, across_m] : [across_m, along_m];
+    };
+    const add = (from: Place, to: Place, more = {}) => drawn.push({ from, to, ...more });
+    const kind = validation ? "truth" : "overhang";
+    add(place(from_m), place(to_m + ARROW * extent_m), { kind, name: id, arrow: true });
+    if (!validation) add(place(from_m + overhang_m), place(to_m - overhang_m));
     const step_m = (to_m - from_m) / (stations - 1);
-    for (const [i, start_m] of line.placements_from_m.slice(1).entries()) {
-      const at_m = start_m - step_m / 2;
-      const mark = [-MARK, MARK].map((side) => place(line, at_m, side * extent_m)) as [
-        Place,
-        Place,
-      ];
-      drawn.lines.push({ from: mark[0], to: mark[1] });
+    for (const start_m of line.placements_from_m.slice(1)) {
+      const [at_m, half_m] = [start_m - step_m / 2, MARK * extent_m];
+      add(place(at_m, -half_m), place(at_m, half_m));
     }
     if (step_m < CLOSEST_STATIONS * extent_m) {
       left_out = true;
       continue;
     }
     for (let i = 0; i < stations; ++i) {
-      const at = place(line, from_m + i * step_m);
-      drawn.points.push({
-        at,
-        kind: line.validation ? "truth" : "station",
-        name: `${id}, station ${i}`,
-      });
+      const name = `${id}, station ${i}`;
+      points.push({ at: place(from_m + i * step_m), kind: validation ? "truth" : "station", name });
     }
   }
   const notes = [
@@ -96,7 +88,12 @@ function drawing(lines: Json[]) {
     lines.some((line) => line.validation) &&
       "Dashed: lines for validation, which are not part of the light field.",
   ];
-  return fromAbove({ title: "Plan", caption: notes.filter(Boolean).join(" "), ...drawn });
+  return fromAbove({
+    title: "Plan",
+    caption: notes.filter(Boolean).join(" "),
+    lines: drawn,
+    points,
+  });
 }
 
 function times({ time, film }: Json): Content {
@@ -117,7 +114,7 @@ function times({ time, film }: Json): Content {
 }
 
 const storage = ({ pictures, picture_mb }: Json) =>
-  picture_mb === null ? null : `${text((pictures * picture_mb) / 1000)} GB`;
+  picture_mb === null ? null : size(pictures * picture_mb);
 
 // What is not set in the configuration is unknown; nothing is assumed.
 function onTheSpot({ work, storage, film }: Json): Content {
@@ -174,16 +171,19 @@ function spacing({ spacing }: Json): Content {
 
 function quality(quality: Json): string {
   if (!quality) return "Set scene.nearest_m to compare the spacing with rooms that were measured.";
-  const share = `The stations are ${text(quality.spacing_over_nearest)} of the distance to the nearest surface apart;`;
+  const share = `The stations are ${quality.spacing_over_nearest.toPrecision(2)} of the distance to the nearest surface apart;`;
   if (quality.least_psnr_db === null)
     return `${share} no room was measured like this (docs/spacing.md).`;
   return `${share} two-sided views of rooms measured like this had ${quality.least_psnr_db.toFixed(1)} to ${quality.most_psnr_db.toFixed(1)} dB (docs/spacing.md). Yours may differ.`;
 }
 
+const size = (megabytes: number) =>
+  megabytes < 1000 ? `${megabytes.toFixed(0)} MB` : `${(megabytes / 1000).toFixed(1)} GB`;
+
 // "12 min", "3 h 05 min".
 function duration(seconds: number): string {
   const minutes = Math.round(seconds / 60);
-  if (minutes < 1) return `${text(seconds)} s`;
+  if (seconds < 60) return `${Math.round(seconds)} s`;
   if (minutes < 60) return `${minutes} min`;
   return `${Math.floor(minutes / 60)} h ${String(minutes % 60).padStart(2, "0")} min`;
 }
