@@ -7,7 +7,6 @@
 
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
