@@ -26,8 +26,7 @@ struct ExposureSettings {
 struct CameraReport {
   std::string identity;                    // maker, model, serial number, firmware
   std::string state;                       // "idle", "busy", ...
-  std::optional<double> clock_offset_s{};  // the camera's clock minus this machine's
-  std::string clock_source{};              // source of the offset: "option dateTimeZone, +-0.5 s"
+  std::optional<double> clock_offset_s{};  // the camera's clock minus this machine's, within 0.5 s
   std::optional<std::int64_t> free_bytes{};
   std::optional<int> pictures_left{};
   std::optional<double> battery_share{};  // 0 to 1

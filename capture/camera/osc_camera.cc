@@ -94,10 +94,9 @@ CameraReport OscCamera::report() {
   try {
     const Json options = client_.options(report_option_names());
     const WallTime options_at = asked_at + (clock_.wall_now() - asked_at) / 2;
-    return osc_report(info, state, options, options_at, client_.header_clock_offset_s());
+    return osc_report(info, state, options, options_at);
   } catch (const OscRefusal& refusal) {
-    CameraReport report =
-        osc_report(info, state, Json::object(), asked_at, client_.header_clock_offset_s());
+    CameraReport report = osc_report(info, state, Json::object(), asked_at);
     report.state += in_parentheses(refusal);
     return report;
   }

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/base/device_fault.h"
-#include "capture/camera/osc_time.h"
 #include "core/base/interrupt.h"
 
 namespace raywalk::capture {
@@ -96,9 +95,7 @@ HttpReply OscClient::answered(Repeat repeat, const std::function<HttpReply()>& s
   for (int attempt = 1;; ++attempt) {
     throw_if_interrupted();
     try {
-      HttpReply reply = send();
-      note_date(reply);
-      return reply;
+      return send();
     } catch (const DeviceFault& fault) {
       const bool again = repeat == Repeat::kIfUnanswered && attempt < kAttempts &&
                          fault.kind() == FaultKind::kNoContact;
@@ -107,14 +104,6 @@ HttpReply OscClient::answered(Repeat repeat, const std::function<HttpReply()>& s
       clock_.sleep(duration_from_ms(kPauseBetweenAttempts_ms));
     }
   }
-}
-
-void OscClient::note_date(const HttpReply& reply) {
-  const auto date = time_from_http_date(reply.date);
-  if (!date) return;
-  // The header is truncated to whole seconds: half a second is missing on average.
-  const std::chrono::duration<double> offset = *date - clock_.wall_now();
-  header_clock_offset_s_ = offset.count() + 0.5;
 }
 
 Json OscClient::object_in(const HttpReply& reply, const std::string& path) const {

@@ -7,7 +7,6 @@
 
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -63,10 +62,6 @@ class OscClient {
   OscCommand status_of(const std::string& id);      // throws OscRefusal
   std::string fetch(const std::string& file);
 
-  // The camera's clock minus this machine's, from the Date header of its last reply; none without
-  // one. Accurate to about a second.
-  std::optional<double> header_clock_offset_s() const { return header_clock_offset_s_; }
-
  private:
   enum class Repeat { kNever, kIfUnanswered };
 
@@ -76,7 +71,6 @@ class OscClient {
   Answer answer_in(const HttpReply& reply, const std::string& path) const;
   HttpReply answered(Repeat repeat, const std::function<HttpReply()>& send);
   nlohmann::json object_in(const HttpReply& reply, const std::string& path) const;
-  void note_date(const HttpReply& reply);
 
   OscConfig config_;
   Clock& clock_;
@@ -85,7 +79,6 @@ class OscClient {
   bool level_known_ = false;
   bool needs_session_ = false;
   std::string session_id_;
-  std::optional<double> header_clock_offset_s_;
 };
 
 }  // namespace raywalk::capture

@@ -95,7 +95,6 @@ class OscHttp::Connection {
     if (!answered) refuse_no_answer(where, error, late ? total_timeout_ms : connect_timeout_ms_);
     reply.status = response.status;
     reply.content_type = response.get_header_value("Content-Type");
-    reply.date = response.get_header_value("Date");
     if (response.has_header("Content-Length") && !response.has_header("Content-Encoding")) {
       const std::string length = response.get_header_value("Content-Length");
       reply.promised_bytes = std::strtoull(length.c_str(), nullptr, 10);

@@ -14,7 +14,6 @@ struct HttpReply {
   int status = 0;
   std::string body;
   std::string content_type;
-  std::string date;                               // the Date header; empty if none
   std::optional<std::uint64_t> promised_bytes{};  // Content-Length of a body that is not compressed
 };
 

@@ -41,19 +41,6 @@ std::string state_in(const Json& state) {
   return one_line(text);
 }
 
-void add_clock_offset(const Json& options, WallTime options_at,
-                      std::optional<double> header_offset_s, CameraReport* report) {
-  if (const auto time = time_from_date_time_zone(text_at(options, "dateTimeZone"))) {
-    // The option is truncated to whole seconds: half a second is missing on average.
-    const std::chrono::duration<double> offset = *time - options_at;
-    report->clock_offset_s = offset.count() + 0.5;
-    report->clock_source = "option dateTimeZone, +-0.5 s";
-  } else if (header_offset_s) {
-    report->clock_offset_s = header_offset_s;
-    report->clock_source = "HTTP Date header, +-0.5 s";
-  }
-}
-
 }  // namespace
 
 const std::vector<std::string>& report_option_names() {
@@ -63,7 +50,7 @@ const std::vector<std::string>& report_option_names() {
 }
 
 CameraReport osc_report(const Json& info, const Json& state, const Json& options,
-                        WallTime options_at, std::optional<double> header_offset_s) {
+                        WallTime options_at) {
   CameraReport report;
   report.identity = identity_in(info);
   report.state = state_in(state);
@@ -76,7 +63,11 @@ CameraReport osc_report(const Json& info, const Json& state, const Json& options
   if (number_at(options, "totalSpace") != 0.0) {
     report.free_bytes = count_at(options, "remainingSpace");
   }
-  add_clock_offset(options, options_at, header_offset_s, &report);
+  if (const auto time = time_from_date_time_zone(text_at(options, "dateTimeZone"))) {
+    // The option is truncated to whole seconds: half a second is missing on average.
+    const std::chrono::duration<double> offset = *time - options_at;
+    report.clock_offset_s = offset.count() + 0.5;
+  }
   return report;
 }
 

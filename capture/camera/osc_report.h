@@ -2,7 +2,6 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,11 +14,8 @@ const std::vector<std::string>& report_option_names();
 
 // From the replies to /osc/info and /osc/state and the options, each an object; missing or invalid
 // members are left out. `options_at` is the time of the options by this machine's clock.
-// `header_offset_s` is the camera's clock minus this machine's by the Date header, the fallback for
-// cameras without dateTimeZone.
 CameraReport osc_report(const nlohmann::json& info, const nlohmann::json& state,
-                        const nlohmann::json& options, WallTime options_at,
-                        std::optional<double> header_offset_s);
+                        const nlohmann::json& options, WallTime options_at);
 
 // Whether the camera reports no room for another picture.
 bool reports_full_card(const nlohmann::json& state, const nlohmann::json& options);

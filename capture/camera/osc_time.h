@@ -12,8 +12,4 @@ namespace raywalk::capture {
 // seconds; none for any other text, also without a zone.
 std::optional<WallTime> time_from_date_time_zone(const std::string& text);
 
-// The Date header of HTTP (RFC 9110, 5.6.7, the preferred form), "Sun, 06 Nov 1994 08:49:37 GMT",
-// in whole seconds; none for any other text.
-std::optional<WallTime> time_from_http_date(const std::string& text);
-
 }  // namespace raywalk::capture

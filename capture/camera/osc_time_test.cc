@@ -24,14 +24,5 @@ TEST(OscTime, OtherTextsAreNone) {
   }
 }
 
-TEST(OscTime, HttpDateIsUtc) {
-  EXPECT_EQ(time_from_http_date("Sun, 06 Nov 1994 08:49:37 GMT"),
-            WallTime(sys_days(1994y / 11 / 6) + 8h + 49min + 37s));
-  for (const char* text : {"", "Sun, 06 Nov 1994 08:49:37", "Sun, 31 Feb 1994 08:49:37 GMT",
-                           "Sunday, 06-Nov-94 08:49:37 GMT", "784111777"}) {
-    EXPECT_EQ(time_from_http_date(text), std::nullopt) << text;
-  }
-}
-
 }  // namespace
 }  // namespace raywalk::capture

@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "capture/base/device_fault.h"
-#include "capture/camera/mjpg_picture.h"
 #include "capture/camera/yuyv_picture.h"
 #include "core/base/interrupt.h"
 #include "core/files/image_header.h"
@@ -210,10 +209,8 @@ std::optional<Picture> V4l2Camera::picture_of(const VideoFrame& frame, std::stri
   }
   *damage = mjpg_damage(frame.bytes, format_->size);
   if (!damage->empty()) return std::nullopt;
-  std::optional<std::string> file = jpeg_from_mjpg(frame.bytes);
-  *damage = "without a scan";
-  if (!file) return std::nullopt;
-  picture.bytes = std::move(*file);
+  // Without Huffman tables, which motion-JPEG may omit, decoders take the standard ones.
+  picture.bytes.assign(reinterpret_cast<const char*>(frame.bytes.data()), frame.bytes.size());
   return picture;
 }
 

@@ -11,19 +11,18 @@
 #include "capture/commands/commands.h"
 #include "capture/commands/config_arguments.h"
 #include "capture/plan/line_selection.h"
-#include "capture/plan/plan_picture.h"
 #include "capture/plan/plan_report.h"
 #include "capture/run/check_devices.h"
 #include "core/base/error.h"
-#include "core/base/escaped.h"
 #include "core/files/atomic_output.h"
+#include "core/report/report.h"
 
 namespace raywalk::capture {
 namespace {
 
 struct PlanArguments {
   std::string config{};
-  std::string picture{};
+  std::string report{};
   std::vector<std::string> lines{};
   bool json = false;
 };
@@ -34,21 +33,23 @@ struct CheckArguments {
   std::vector<std::string> lines{};
 };
 
+// A page of an earlier plan is replaced, anything else is not.
+void require_replaceable_report(const std::filesystem::path& file) {
+  constexpr std::string_view kSign = "<title>Raywalk report</title>";
+  if (!std::filesystem::exists(file)) return;
+  if (read_file_prefix(file, 4096).find(kSign) != std::string::npos) return;
+  throw Error(file.string() + " is there already and is no report of Raywalk's");
+}
+
 void plan(const PlanArguments& arguments) {
+  if (!arguments.report.empty()) require_replaceable_report(arguments.report);
   const CaptureConfig config = read_capture_config(capture_config_file(arguments.config));
   const CapturePlan plan = select_lines(plan_capture(config), config.camera, arguments.lines);
-  const PlanReport report = report_of(plan, config);
-  const std::string picture =
-      arguments.picture.empty()
-          ? std::filesystem::path(arguments.config).stem().string() + "-plan.svg"
-          : arguments.picture;
-  write_file_atomically(picture, plan_picture_svg(plan));
-  if (arguments.json) {
-    fmt::print("{}\n", plan_report_json(report).dump(
-                           2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
-  } else {
-    fmt::print("{}picture:   {}\n", plan_report_text(report), escaped(picture));
+  const nlohmann::ordered_json report = plan_report(plan, config);
+  if (!arguments.report.empty()) {
+    write_file_atomically(arguments.report, report_page("plan", report));
   }
+  fmt::print("{}", arguments.json ? report.dump(2) + "\n" : plan_report_text(report));
 }
 
 void check(const CheckArguments& arguments) {
@@ -64,8 +65,8 @@ void add_plan(CLI::App* app) {
       "plan", "Report the planned session: stations, days, storage, batteries, resolution");
   auto arguments = std::make_shared<PlanArguments>();
   add_capture_config(command, &arguments->config);
-  command->add_option("-o,--picture,--out", arguments->picture,
-                      "SVG file to draw the plan to (default: <config>-plan.svg)");
+  command->add_option("-o,--report,--out", arguments->report,
+                      "HTML file to write: the plan drawn from above, with its figures");
   add_lines(command, &arguments->lines);
   command->add_flag("--json", arguments->json, "Print JSON");
   command->footer("Example:\n  raywalk-capture plan capture.yaml");

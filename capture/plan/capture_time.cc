@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "capture/slider/trapezoid.h"
+
 namespace raywalk::capture {
 namespace {
 
@@ -58,15 +60,8 @@ double station_moves_s(const CaptureLine& line, const CaptureConfig& config) {
 
 }  // namespace
 
-// If the distance d < v^2 / a, the speed v is not reached: each half of d is a ramp, t = 2 sqrt(d /
-// a). Otherwise the two ramps take v / a and cover v^2 / (2 a) each, and the rest is covered at the
-// speed v: t = d / v + v / a.
 double move_s(double distance_mm, const MotionProfile& profile) {
-  const double speed = profile.speed_mm_s;
-  const double acceleration = profile.acceleration_mm_s2;
-  if (distance_mm * acceleration < speed * speed)
-    return 2.0 * std::sqrt(distance_mm / acceleration);
-  return distance_mm / speed + speed / acceleration;
+  return Trapezoid(distance_mm, profile).duration_ms() * kSecondsPerMillisecond;
 }
 
 double picture_s(const CaptureConfig& config) {

@@ -3,270 +3,199 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/base/counted.h"
+#include "core/base/number_text.h"
 #include "core/base/units.h"
 #include "core/geometry/spacing.h"
-#include "core/report/markup.h"
 
 namespace raywalk::capture {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 // JPEG files of 360-degree cameras: 4 bits per pixel (8 to 9 MB at 6720 x 3360).
 constexpr double kJpegBytesPerPixel = 0.5;
 constexpr double kBytesPerMegabyte = 1e6;
 
-std::optional<double> megabytes_of_picture(const CaptureConfig& config) {
+// Least and most PSNR in dB of two-sided views in docs/spacing.csv, for spacings from 0.025 to 0.05
+// of the distance of the nearest surfaces, from 0.05 to 0.1, and so on.
+constexpr double kLeastMeasuredShare = 0.025;
+constexpr std::array kLeastMeasured_db{35.02, 34.62, 33.07, 32.62, 32.07, 31.15, 26.40};
+constexpr std::array kMostMeasured_db{38.24, 38.09, 37.50, 37.57, 36.48, 31.15, 26.40};
+
+double along_m(const CaptureLine& line, const CaptureStation& station) {
+  return line.axis == LineAxis::kX ? station.position_m.x_m : station.position_m.z_m;
+}
+
+Json lines_json(const CapturePlan& plan) {
+  Json lines = Json::array();
+  for (const CaptureLine& line : plan.lines) {
+    std::vector<double> placements_from_m;
+    for (const CaptureLine& placement : placements_of(line)) {
+      placements_from_m.push_back(along_m(line, placement.stations.front()));
+    }
+    lines.push_back({{"id", line.id},
+                     {"axis", name_of(line.axis)},
+                     {"across_m", line.across_m},
+                     {"from_m", along_m(line, line.stations.front())},
+                     {"to_m", along_m(line, line.stations.back())},
+                     {"overhang_m", line.validation ? 0.0 : plan.overhang_m},
+                     {"stations", line.stations.size()},
+                     {"placements_from_m", placements_from_m},
+                     {"validation", line.validation}});
+  }
+  return lines;
+}
+
+// The lines of the grid along one axis are equal but for their place.
+Json groups_json(const Json& lines) {
+  Json groups = Json::array();
+  for (const Json& line : lines) {
+    if (line["validation"]) continue;
+    if (groups.empty() || groups.back()["axis"] != line["axis"]) {
+      groups.push_back({{"axis", line["axis"]},
+                        {"lines", 0},
+                        {"first", line["id"]},
+                        {"last", ""},
+                        {"stations_per_line", line["stations"]},
+                        {"length_m", line["to_m"].get<double>() - line["from_m"].get<double>()},
+                        {"placements_per_line", line["placements_from_m"].size()}});
+    }
+    groups.back()["lines"] = groups.back()["lines"].get<int>() + 1;
+    groups.back()["last"] = line["id"];
+  }
+  return groups;
+}
+
+// Of the lines of the grid, or of those for validation.
+Json counts_json(const CapturePlan& plan, bool validation) {
+  std::size_t lines = 0, stations = 0;
+  for (const CaptureLine& line : plan.lines) {
+    if (line.validation != validation) continue;
+    lines += 1;
+    stations += line.stations.size();
+  }
+  return {{"lines", lines}, {"stations", stations}};
+}
+
+Json rail_json(const CapturePlan& plan, const SliderConfig& slider) {
+  const double first_mm = plan.lines.front().stations.front().rail_mm;
+  double last_mm = first_mm;
+  for (const CaptureLine& line : plan.lines) {
+    for (const CaptureStation& station : line.stations) {
+      last_mm = std::max(last_mm, station.rail_mm);
+    }
+  }
+  return {{"first_mm", first_mm},
+          {"last_mm", last_mm},
+          {"low_limit_mm", slider.low_limit_mm},
+          {"high_limit_mm", slider.high_limit_mm}};
+}
+
+Json time_json(const CaptureTime& time, const CaptureConfig& config) {
+  return {{"motion_s", time.motion_s},     {"settling_s", time.settling_s},
+          {"pictures_s", time.pictures_s}, {"placing_s", time.placing_s},
+          {"total_s", time.total_s()},     {"one_station_s", picture_s(config)}};
+}
+
+// What the spacing resolves in views rendered without distances (core/geometry/spacing.h). Pixels
+// are those of a panorama as wide as a frame, also for dual-fisheye frames, whose two circles of
+// about 180 degrees lie side by side.
+Json spacing_json(const CaptureScene& scene, int width_px, double spacing_mm) {
+  if (width_px == 0) return {};
+  const double spacing_m = spacing_mm / kMillimetresPerMetre;
+  const double tolerance_rad = angle_of_pixels(scene.tolerance_px, width_px);
+  Json spacing{{"panorama_width_px", width_px},
+               {"tolerance_px", scene.tolerance_px},
+               {"nearest_resolved_m", nearest_distance_resolved(spacing_m, tolerance_rad)},
+               {"ghost_px", nullptr},
+               {"needed_mm", nullptr},
+               {"too_coarse", false}};
+  if (scene.nearest_m == 0.0) return spacing;
+  const OmegaRange range{scene.farthest_m > 0.0 ? 1.0 / scene.farthest_m : 0.0,
+                         1.0 / scene.nearest_m};
+  const double ghost_px =
+      largest_ghost_without_depth(range, spacing_m) / angle_of_pixels(1.0, width_px);
+  const double needed_m = spacing_needed_without_depth(range, tolerance_rad);
+  spacing["ghost_px"] = ghost_px;  // between the copies of the nearest surface
+  if (std::isfinite(needed_m)) spacing["needed_mm"] = needed_m * kMillimetresPerMetre;
+  spacing["too_coarse"] = ghost_px > scene.tolerance_px;
+  return spacing;
+}
+
+Json quality_json(double spacing_mm, double nearest_m) {
+  if (nearest_m == 0.0) return {};
+  const double share = spacing_mm / kMillimetresPerMetre / nearest_m;
+  Json quality{
+      {"spacing_over_nearest", share}, {"least_psnr_db", nullptr}, {"most_psnr_db", nullptr}};
+  const double doublings = std::floor(std::log2(share / kLeastMeasuredShare));
+  if (doublings >= 0.0 && doublings < static_cast<double>(kLeastMeasured_db.size())) {
+    quality["least_psnr_db"] = kLeastMeasured_db.at(static_cast<std::size_t>(doublings));
+    quality["most_psnr_db"] = kMostMeasured_db.at(static_cast<std::size_t>(doublings));
+  }
+  return quality;
+}
+
+Json warnings_json(const Json& report) {
+  Json warnings = Json::array();
+  const double k_deg = report["overhang"]["k_deg"];
+  const double reached_deg = report["overhang"]["angle_reached_deg"];
+  if (reached_deg > k_deg + 0.01) {
+    warnings.push_back(fmt::format(
+        "the overhang is too short for k = {} degrees; at worst, views near a side of the grid "
+        "connect at {:.1f}. Raise grid.overhang_mm or set it to -1",
+        plain_number(k_deg, 2), reached_deg));
+  }
+  if (!report["spacing"].is_null() && report["spacing"]["too_coarse"]) {
+    warnings.push_back(
+        "the spacing is too coarse for the scene without distances. Reduce it, or render with "
+        "distance maps");
+  }
+  return warnings;
+}
+
+}  // namespace
+
+std::optional<double> picture_mb(const CaptureConfig& config) {
   if (config.run.picture_mb > 0.0) return config.run.picture_mb;
   const double pixels = static_cast<double>(config.camera.width_px) * config.camera.height_px;
   if (pixels == 0.0) return std::nullopt;
   return pixels * kJpegBytesPerPixel / kBytesPerMegabyte;
 }
 
-std::optional<SpacingReport> spacing_report(const CaptureScene& scene, int width_px,
-                                            double spacing_mm) {
-  if (width_px == 0) return std::nullopt;
-  const double spacing_m = spacing_mm / kMillimetresPerMetre;
-  const double tolerance_rad = angle_of_pixels(scene.tolerance_px, width_px);
-  SpacingReport report{width_px, scene.tolerance_px,
-                       nearest_distance_resolved(spacing_m, tolerance_rad)};
-  if (scene.nearest_m > 0.0) {
-    const OmegaRange range{scene.farthest_m > 0.0 ? 1.0 / scene.farthest_m : 0.0,
-                           1.0 / scene.nearest_m};
-    report.ghost_px =
-        largest_ghost_without_depth(range, spacing_m) / angle_of_pixels(1.0, width_px);
-    const double needed_m = spacing_needed_without_depth(range, tolerance_rad);
-    if (std::isfinite(needed_m)) report.needed_mm = needed_m * kMillimetresPerMetre;
-  }
-  return report;
-}
-
-void add_to_group(const CaptureLine& line, std::vector<LineGroup>* groups) {
-  if (groups->empty() || groups->back().axis != line.axis) {
-    const PlanPoint& from = line.stations.front().position_m;
-    const PlanPoint& to = line.stations.back().position_m;
-    groups->push_back({line.axis, 0, line.id, "", line.stations.size(),
-                       std::hypot(to.x_m - from.x_m, to.z_m - from.z_m),
-                       placements_of(line).size()});
-  }
-  groups->back().lines += 1;
-  groups->back().last = line.id;
-}
-
-void add_lines(const CapturePlan& plan, PlanReport* report) {
-  report->first_mm = plan.lines.front().stations.front().rail_mm;
-  for (const CaptureLine& line : plan.lines) {
-    (line.validation ? report->validation_lines : report->lines) += 1;
-    (line.validation ? report->validation_stations : report->stations) += line.stations.size();
-    for (const CaptureStation& station : line.stations) {
-      report->last_mm = std::max(report->last_mm, station.rail_mm);
-    }
-    if (!line.validation) add_to_group(line, &report->groups);
-  }
-}
-
-// "45 s", "12 min", "3 h 05 min".
-std::string duration_text(double seconds) {
-  const auto whole_s = static_cast<long>(std::round(seconds));
-  if (whole_s < 60) return fmt::format("{} s", plain_number(seconds, seconds < 10.0 ? 1 : 0));
-  const long minutes = (whole_s + 30) / 60;
-  if (minutes < 60) return fmt::format("{} min", minutes);
-  return fmt::format("{} h {:02} min", minutes / 60, minutes % 60);
-}
-
-std::string size_text(double megabytes) {
-  if (megabytes >= 1000.0) return fmt::format("{} GB", plain_number(megabytes / 1000.0, 1));
-  return fmt::format("{} MB", plain_number(megabytes, megabytes < 10.0 ? 1 : 0));
-}
-
-std::string lines_text(const PlanReport& report) {
-  std::string text = fmt::format(
-      "lines:     {}, {}, {} mm apart\n", counted(static_cast<std::size_t>(report.lines), "line"),
-      counted(report.stations, "station"), plain_number(report.spacing_mm, 3));
-  for (const LineGroup& group : report.groups) {
-    text += fmt::format("           {} along {} ({} to {}): {}, {} m and {} of the rail each\n",
-                        group.lines, name_of(group.axis), group.first, group.last,
-                        counted(group.stations, "station"), plain_number(group.length_m, 3),
-                        counted(group.placements, "placement"));
-  }
-  if (report.validation_lines > 0) {
-    text += fmt::format("           {} for validation, {}\n",
-                        counted(static_cast<std::size_t>(report.validation_lines), "line"),
-                        counted(report.validation_stations, "station"));
-  }
-  return text;
-}
-
-std::string rail_text(const PlanReport& report) {
-  return fmt::format("rail:      {} mm, from {} to {} mm within the limits {} to {} mm\n",
-                     plain_number(report.last_mm - report.first_mm, 1),
-                     plain_number(report.first_mm, 1), plain_number(report.last_mm, 1),
-                     plain_number(report.low_limit_mm, 1), plain_number(report.high_limit_mm, 1));
-}
-
-std::string overhang_text(const PlanReport& report) {
-  return fmt::format(
-      "overhang:  {} mm beyond the outer corners; k = {} degrees with a blend of {} needs {} mm\n",
-      plain_number(report.overhang_mm, 1), plain_number(report.k_deg, 2),
-      plain_number(report.blend_deg, 2), plain_number(report.overhang_needed_mm, 1));
-}
-
-std::string time_text(const PlanReport& report) {
-  const CaptureTime& time = report.time;
-  const std::string pictures =
-      report.film ? "filmed in motion"
-                  : fmt::format("pictures {} ({} each)", duration_text(time.pictures_s),
-                                duration_text(report.picture_s));
-  return fmt::format("time:      about {}: moving {}, settling {}, {}, placing the rail {}\n",
-                     duration_text(time.total_s()), duration_text(time.motion_s),
-                     duration_text(time.settling_s), pictures, duration_text(time.placing_s));
-}
-
-std::string storage_text(const PlanReport& report) {
-  if (!report.picture_mb) {
-    return fmt::format(
-        "storage:   {}; set run.picture_mb, or camera.width_px and height_px, to "
-        "estimate their size\n",
-        counted(report.pictures(), "picture"));
-  }
-  return fmt::format("storage:   about {}: {} of {}\n",
-                     size_text(*report.picture_mb * static_cast<double>(report.pictures())),
-                     counted(report.pictures(), "picture"), size_text(*report.picture_mb));
-}
-
-std::string spacing_text(const PlanReport& report) {
-  if (!report.spacing) {
-    return "spacing:   set camera.width_px and height_px to estimate the resolution\n";
-  }
-  const SpacingReport& spacing = *report.spacing;
-  std::string text = fmt::format(
-      "spacing:   without distances, resolves surfaces from {} m on within {} px of a panorama "
-      "{} px wide\n",
-      plain_number(spacing.nearest_resolved_m, 2), plain_number(spacing.tolerance_px, 2),
-      spacing.panorama_width_px);
-  if (!spacing.ghost_px) {
-    text += "           set scene.nearest_m to estimate the spacing that the scene needs\n";
-  } else {
-    text += fmt::format(
-        "           the nearest surface doubles by {} px; {}\n", plain_number(*spacing.ghost_px, 2),
-        spacing.needed_mm
-            ? fmt::format("{} mm would keep it within {} px", plain_number(*spacing.needed_mm, 2),
-                          plain_number(spacing.tolerance_px, 2))
-            : "any spacing would do");
-  }
-  return text;
-}
-
-std::string warnings_text(const PlanReport& report) {
-  std::string text;
-  if (report.angle_reached_deg > report.k_deg + 0.01) {
-    text += fmt::format(
-        "warning: the overhang is too short for k = {} degrees; at worst, views near a side of the "
-        "grid connect at {:.1f}. Raise grid.overhang_mm or set it to -1\n",
-        plain_number(report.k_deg, 2), report.angle_reached_deg);
-  }
-  if (report.spacing && report.spacing->too_coarse()) {
-    text +=
-        "warning: the spacing is too coarse for the scene without distances. Reduce it, or render "
-        "with distance maps\n";
-  }
-  return text;
-}
-
-nlohmann::json number_or_null(const std::optional<double>& value) {
-  return value ? nlohmann::json(*value) : nlohmann::json();
-}
-
-nlohmann::json groups_json(const std::vector<LineGroup>& groups) {
-  nlohmann::json json = nlohmann::json::array();
-  for (const LineGroup& group : groups) {
-    json.push_back({{"axis", name_of(group.axis)},
-                    {"lines", group.lines},
-                    {"first", group.first},
-                    {"last", group.last},
-                    {"stations_per_line", group.stations},
-                    {"length_m", group.length_m},
-                    {"placements_per_line", group.placements}});
-  }
-  return json;
-}
-
-nlohmann::json spacing_json(const std::optional<SpacingReport>& spacing) {
-  if (!spacing) return {};
-  return {{"panorama_width_px", spacing->panorama_width_px},
-          {"tolerance_px", spacing->tolerance_px},
-          {"nearest_resolved_m", spacing->nearest_resolved_m},
-          {"ghost_px", number_or_null(spacing->ghost_px)},
-          {"needed_mm", number_or_null(spacing->needed_mm)},
-          {"too_coarse", spacing->too_coarse()}};
-}
-
-}  // namespace
-
-PlanReport report_of(const CapturePlan& plan, const CaptureConfig& config) {
+Json plan_report(const CapturePlan& plan, const CaptureConfig& config) {
   const std::vector<CaptureStation>& stations = plan.lines.front().stations;
-  PlanReport report;
-  add_lines(plan, &report);
-  report.exposures = config.camera.exposure.bracket_ev.size();
-  report.film = config.run.mode == CaptureMode::kVideo;
-  report.spacing_mm = stations[1].rail_mm - stations[0].rail_mm;
-  report.low_limit_mm = config.slider.low_limit_mm;
-  report.high_limit_mm = config.slider.high_limit_mm;
-  report.k_deg = config.grid.k_deg;
-  report.blend_deg = config.grid.blend_deg;
-  report.overhang_mm = plan.overhang_m * kMillimetresPerMetre;
-  report.overhang_needed_mm = overhang_needed_m(config.grid) * kMillimetresPerMetre;
-  report.angle_reached_deg = angle_reached_deg(config.grid, plan.overhang_m);
-  report.picture_s = picture_s(config);
-  report.time = estimate_time(plan, config);
-  report.picture_mb = megabytes_of_picture(config);
-  report.work = field_work(plan, config, report.time, report.pictures(), report.picture_mb);
-  report.spacing = spacing_report(config.scene, config.camera.width_px, report.spacing_mm);
-  report.quality = quality_report(report.spacing_mm, config.scene.nearest_m, measured_rooms());
+  const double spacing_mm = stations[1].rail_mm - stations[0].rail_mm;
+  const std::size_t exposures = config.camera.exposure.bracket_ev.size();
+  const std::size_t pictures = plan.stations() * exposures;
+  const std::optional<double> size_mb = picture_mb(config);
+  const CaptureTime time = estimate_time(plan, config);
+  const Json lines = lines_json(plan);
+  Json report;
+  report["grid"] = counts_json(plan, false);
+  report["grid"]["groups"] = groups_json(lines);
+  report["validation"] = counts_json(plan, true);
+  report["rail"] = rail_json(plan, config.slider);
+  report["overhang"] = {{"planned_mm", plan.overhang_m * kMillimetresPerMetre},
+                        {"needed_mm", overhang_needed_m(config.grid) * kMillimetresPerMetre},
+                        {"k_deg", config.grid.k_deg},
+                        {"blend_deg", config.grid.blend_deg},
+                        {"angle_reached_deg", angle_reached_deg(config.grid, plan.overhang_m)}};
+  report["film"] = config.run.mode == CaptureMode::kVideo;
+  report["time"] = time_json(time, config);
+  report["storage"] = {{"pictures", pictures},
+                       {"exposures_per_station", exposures},
+                       {"picture_mb", size_mb ? Json(*size_mb) : Json()}};
+  report["work"] = field_work(plan, config, time, pictures, size_mb);
+  report["spacing_mm"] = spacing_mm;
+  report["spacing"] = spacing_json(config.scene, config.camera.width_px, spacing_mm);
+  report["quality"] = quality_json(spacing_mm, config.scene.nearest_m);
+  report["warnings"] = warnings_json(report);
+  report["lines"] = lines;
   return report;
-}
-
-std::string plan_report_text(const PlanReport& report) {
-  return lines_text(report) + rail_text(report) + overhang_text(report) + time_text(report) +
-         storage_text(report) + field_work_text(report.work) + spacing_text(report) +
-         quality_text(report.quality) + warnings_text(report);
-}
-
-nlohmann::json plan_report_json(const PlanReport& report) {
-  return {{"grid",
-           {{"lines", report.lines},
-            {"stations", report.stations},
-            {"groups", groups_json(report.groups)}}},
-          {"validation",
-           {{"lines", report.validation_lines}, {"stations", report.validation_stations}}},
-          {"rail",
-           {{"first_mm", report.first_mm},
-            {"last_mm", report.last_mm},
-            {"low_limit_mm", report.low_limit_mm},
-            {"high_limit_mm", report.high_limit_mm}}},
-          {"overhang",
-           {{"planned_mm", report.overhang_mm},
-            {"needed_mm", report.overhang_needed_mm},
-            {"k_deg", report.k_deg},
-            {"blend_deg", report.blend_deg},
-            {"angle_reached_deg", report.angle_reached_deg}}},
-          {"time",
-           {{"motion_s", report.time.motion_s},
-            {"settling_s", report.time.settling_s},
-            {"pictures_s", report.time.pictures_s},
-            {"placing_s", report.time.placing_s},
-            {"total_s", report.time.total_s()}}},
-          {"storage",
-           {{"pictures", report.pictures()},
-            {"exposures_per_station", report.exposures},
-            {"picture_mb", number_or_null(report.picture_mb)}}},
-          {"work", field_work_json(report.work)},
-          {"spacing_mm", report.spacing_mm},
-          {"spacing", spacing_json(report.spacing)},
-          {"quality", quality_json(report.quality)},
-          {"film", report.film}};
 }
 
 }  // namespace raywalk::capture

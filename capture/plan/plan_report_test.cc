@@ -7,9 +7,11 @@
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 
 #include "capture/plan/test_plan.h"
+#include "core/files/csv.h"
 
 namespace raywalk::capture {
 namespace {
@@ -18,8 +20,8 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-PlanReport report_on(const CaptureConfig& config) {
-  return report_of(plan_capture(config), config);
+nlohmann::ordered_json report_on(const CaptureConfig& config) {
+  return plan_report(plan_capture(config), config);
 }
 std::string text_on(const CaptureConfig& config) { return plan_report_text(report_on(config)); }
 
@@ -34,12 +36,12 @@ TEST(PlanReport, CountsValidationLinesAndStationsApart) {
   CaptureConfig config = one_cell_config();
   config.validation = {{LineAxis::kX, 0.0, -0.4, 0.4, 200.0}};
   config.camera.exposure.bracket_ev = {0.0, -2.0};
-  const PlanReport report = report_on(config);
-  EXPECT_EQ(report.lines, 4);
-  EXPECT_EQ(report.stations, 132u);
-  EXPECT_EQ(report.validation_lines, 1);
-  EXPECT_EQ(report.validation_stations, 5u);
-  EXPECT_EQ(report.pictures(), 274u);
+  const nlohmann::ordered_json report = report_on(config);
+  EXPECT_EQ(report["grid"]["lines"], 4);
+  EXPECT_EQ(report["grid"]["stations"], 132);
+  EXPECT_EQ(report["validation"]["lines"], 1);
+  EXPECT_EQ(report["validation"]["stations"], 5);
+  EXPECT_EQ(report["storage"]["pictures"], 274);
   EXPECT_THAT(plan_report_text(report), AllOf(HasSubstr("4 lines, 132 stations, 50 mm apart\n"),
                                               HasSubstr("1 line for validation, 5 stations\n")));
   EXPECT_THAT(text_on(one_cell_config()), Not(HasSubstr("validation")));
@@ -70,7 +72,7 @@ TEST(PlanReport, APlanOf336CellsIsSummedUpInAFewLines) {
                     HasSubstr("cards:     not known; set camera.card_gb"),
                     HasSubstr("batteries: not known; set camera.battery_pictures")));
   EXPECT_LT(std::count(text.begin(), text.end(), '\n'), 25);
-  EXPECT_EQ(plan_report_json(report_on(config))["grid"]["groups"][1]["placements_per_line"], 4);
+  EXPECT_EQ(report_on(config)["grid"]["groups"][1]["placements_per_line"], 4);
 }
 
 TEST(PlanReport, TheRailIsThatOfTheLongestLine) {
@@ -90,7 +92,7 @@ TEST(PlanReport, WarnsOfTooLittleOverhangAndSaysWhatItAllows) {
   config.grid.overhang_mm = 250.0;  // enough for k, not for all of the blend
   EXPECT_THAT(text_on(config), Not(HasSubstr("warning")));
   config.grid.overhang_mm = 100.0;
-  EXPECT_NEAR(report_on(config).angle_reached_deg, 84.29, 0.01);
+  EXPECT_NEAR(report_on(config)["overhang"]["angle_reached_deg"].get<double>(), 84.29, 0.01);
   EXPECT_THAT(text_on(config),
               HasSubstr("warning: the overhang is too short for k = 76 degrees; "
                         "at worst, views near a side of the grid connect at 84.3"));
@@ -98,7 +100,7 @@ TEST(PlanReport, WarnsOfTooLittleOverhangAndSaysWhatItAllows) {
 
 TEST(PlanReport, StorageFollowsThePictureSize) {
   EXPECT_THAT(text_on(one_cell_config()), HasSubstr("storage:   132 pictures; set run.picture_mb"));
-  EXPECT_NEAR(*report_on(config_4096()).picture_mb, 4.194304, 1e-9);
+  EXPECT_NEAR(*picture_mb(config_4096()), 4.194304, 1e-9);
   EXPECT_THAT(text_on(config_4096()), HasSubstr("storage:   about 554 MB: 132 pictures of 4.2 MB"));
   CaptureConfig config = config_4096();
   config.run.picture_mb = 12.0;
@@ -107,29 +109,31 @@ TEST(PlanReport, StorageFollowsThePictureSize) {
 
 // 50 mm at 2 px of 4096: 2 atan(25 mm / d) = 2 px = 3.068 mrad, so d = 16.3 m.
 TEST(PlanReport, TheSpacingRuleIsThatOfTheGeometry) {
-  const PlanReport unknown = report_on(config_4096());
-  ASSERT_TRUE(unknown.spacing);
-  EXPECT_NEAR(unknown.spacing->nearest_resolved_m, 0.025 / std::tan(2.0 * M_PI / 4096.0), 1e-9);
-  EXPECT_FALSE(unknown.spacing->ghost_px);
+  const nlohmann::ordered_json unknown = report_on(config_4096());
+  EXPECT_NEAR(unknown["spacing"]["nearest_resolved_m"].get<double>(),
+              0.025 / std::tan(2.0 * M_PI / 4096.0), 1e-9);
+  EXPECT_TRUE(unknown["spacing"]["ghost_px"].is_null());
   EXPECT_THAT(plan_report_text(unknown),
               AllOf(HasSubstr("resolves surfaces from 16.3 m on within 2 px of a panorama 4096 px"),
                     HasSubstr("set scene.nearest_m"), Not(HasSubstr("warning"))));
 
   CaptureConfig config = config_4096();
   config.scene.nearest_m = 1.0;
-  const PlanReport coarse = report_on(config);
-  EXPECT_NEAR(*coarse.spacing->ghost_px, 2.0 * std::atan(0.025) * 4096.0 / (2.0 * M_PI), 1e-6);
-  EXPECT_NEAR(*coarse.spacing->needed_mm, 2e3 * std::tan(2.0 * M_PI / 4096.0), 1e-6);
-  EXPECT_TRUE(coarse.spacing->too_coarse());
+  const nlohmann::ordered_json coarse = report_on(config);
+  EXPECT_NEAR(coarse["spacing"]["ghost_px"].get<double>(),
+              2.0 * std::atan(0.025) * 4096.0 / (2.0 * M_PI), 1e-6);
+  EXPECT_NEAR(coarse["spacing"]["needed_mm"].get<double>(), 2e3 * std::tan(2.0 * M_PI / 4096.0),
+              1e-6);
+  EXPECT_TRUE(coarse["spacing"]["too_coarse"].get<bool>());
   EXPECT_THAT(plan_report_text(coarse), HasSubstr("warning: the spacing is too coarse"));
 
   config.scene.nearest_m = 17.0;
-  EXPECT_FALSE(report_on(config).spacing->too_coarse());
+  EXPECT_FALSE(report_on(config)["spacing"]["too_coarse"].get<bool>());
   EXPECT_THAT(text_on(config), Not(HasSubstr("warning")));
 }
 
 TEST(PlanReport, WithoutAWidthTheSpacingIsNotRated) {
-  EXPECT_FALSE(report_on(one_cell_config()).spacing);
+  EXPECT_TRUE(report_on(one_cell_config())["spacing"].is_null());
   EXPECT_THAT(text_on(one_cell_config()), HasSubstr("spacing:   set camera.width_px"));
 }
 
@@ -143,21 +147,80 @@ TEST(PlanReport, TimeIsReadable) {
   EXPECT_THAT(text_on(config), HasSubstr("filmed in motion"));
 }
 
+TEST(PlanReport, DaysCardsAndChargesAreSaid) {
+  CaptureConfig config = config_4096();
+  config.run.work_h_per_day = 8.0;
+  config.camera.card_gb = 1.0;
+  config.camera.battery_pictures = 100;
+  EXPECT_THAT(text_on(config),
+              AllOf(HasSubstr("days:      1 day of 8 h, 4 placements of the rail\n"),
+                    HasSubstr("cards:     1 card of 1 GB for 238 pictures each"),
+                    HasSubstr("batteries: 2 charges, 2 a day\n")));
+}
+
+TEST(PlanReport, LinesSayWhereTheyRunAndWhereTheRailIsPlacedAgain) {
+  CaptureConfig config = one_cell_config();
+  config.slider.high_limit_mm = 800.0;
+  config.slider.placements_per_line = 2;
+  config.grid.overhang_mm = 200.0;
+  config.validation = {{LineAxis::kZ, 0.1, -0.4, 0.2, 200.0}};
+  const nlohmann::ordered_json lines = report_on(config)["lines"];
+  ASSERT_EQ(lines.size(), 5u);
+  EXPECT_EQ(lines[1]["id"], "x1");
+  EXPECT_NEAR(lines[1]["across_m"].get<double>(), 0.5, 1e-9);
+  EXPECT_NEAR(lines[1]["from_m"].get<double>(), -0.7, 1e-9);
+  EXPECT_NEAR(lines[1]["to_m"].get<double>(), 0.7, 1e-9);
+  EXPECT_NEAR(lines[1]["overhang_m"].get<double>(), 0.2, 1e-9);
+  ASSERT_EQ(lines[1]["placements_from_m"].size(), 2u);
+  EXPECT_NEAR(lines[1]["placements_from_m"][1].get<double>(), 0.05, 1e-9);  // 29 stations: 15 + 14
+  EXPECT_TRUE(lines[4]["validation"].get<bool>());
+  EXPECT_EQ(lines[4]["stations"], 4);
+  EXPECT_EQ(lines[4]["overhang_m"], 0.0);
+}
+
+TEST(PlanReport, TheQuotedDecibelsAreThoseOfTheMeasuredRooms) {
+  const CsvTable rooms =
+      CsvTable::read(RAYWALK_DOCS "/spacing.csv", {"spacing_mm", "nearest_m", "two_sided_db"},
+                     {"room", "panorama_width_px", "stations", "median_m", "two_sided_worst_db",
+                      "hlf_vd_db", "hlf_vd_worst_db"});
+  std::set<double> measured, quoted;
+  for (std::size_t row = 0; row < rooms.rows(); ++row) {
+    CaptureConfig config = one_cell_config();
+    const double share = rooms.number(row, "spacing_mm") / 1e3 / rooms.number(row, "nearest_m");
+    config.scene.nearest_m = 0.05 / share;
+    const nlohmann::ordered_json quality = report_on(config)["quality"];
+    const double db = rooms.number(row, "two_sided_db");
+    EXPECT_LE(quality["least_psnr_db"].get<double>(), db) << share;
+    EXPECT_GE(quality["most_psnr_db"].get<double>(), db) << share;
+    measured.insert(db);
+    quoted.insert({quality["least_psnr_db"], quality["most_psnr_db"]});
+  }
+  EXPECT_TRUE(std::ranges::includes(measured, quoted));
+}
+
+TEST(PlanReport, QualityIsQuotedOnlyWhereRoomsWereMeasured) {
+  CaptureConfig config = one_cell_config();
+  EXPECT_TRUE(report_on(config)["quality"].is_null());
+  EXPECT_THAT(text_on(config), HasSubstr("quality:   set scene.nearest_m"));
+  config.scene.nearest_m = 0.8;
+  EXPECT_THAT(text_on(config),
+              HasSubstr("quality:   the stations are 0.062 of the distance to the nearest surface "
+                        "apart; two-sided views of rooms measured like this had 34.6 to 38.1 dB"));
+  for (const double nearest_m : {0.01, 4.0}) {
+    config.scene.nearest_m = nearest_m;
+    EXPECT_TRUE(report_on(config)["quality"]["most_psnr_db"].is_null());
+    EXPECT_THAT(text_on(config), HasSubstr("apart; no room was measured like this"));
+  }
+}
+
 TEST(PlanReport, JsonHoldsTheSameWithNullForTheUnknown) {
   CaptureConfig config = config_4096();
-  config.validation = {{LineAxis::kX, 0.0, -0.4, 0.4, 200.0}};
-  const PlanReport report = report_on(config);
-  const nlohmann::json json = plan_report_json(report);
-  EXPECT_EQ(json["grid"]["stations"], 132);
-  EXPECT_EQ(json["validation"]["lines"], 1);
-  EXPECT_EQ(json["overhang"]["planned_mm"], report.overhang_mm);
-  EXPECT_EQ(json["time"]["total_s"], report.time.total_s());
-  EXPECT_EQ(json["storage"]["pictures"], 137);
-  EXPECT_EQ(json["spacing"]["panorama_width_px"], 4096);
-  EXPECT_TRUE(json["spacing"]["ghost_px"].is_null());
-  const nlohmann::json unknown = plan_report_json(report_on(one_cell_config()));
-  EXPECT_TRUE(unknown["spacing"].is_null());
-  EXPECT_TRUE(unknown["storage"]["picture_mb"].is_null());
+  const nlohmann::ordered_json report = report_on(config);
+  EXPECT_EQ(report["overhang"]["planned_mm"], 1e3 * plan_capture(config).overhang_m);
+  EXPECT_EQ(report["time"]["total_s"], estimate_time(plan_capture(config), config).total_s());
+  EXPECT_EQ(report["spacing"]["panorama_width_px"], 4096);
+  EXPECT_TRUE(report["warnings"].empty());
+  EXPECT_TRUE(report_on(one_cell_config())["storage"]["picture_mb"].is_null());
 }
 
 }  // namespace

@@ -72,9 +72,9 @@ double free_mb(const std::filesystem::path& directory) {
   return static_cast<double>(std::filesystem::space(directory).available) / kBytesPerMegabyte;
 }
 
-std::string check_disk(const CaptureConfig& config, const CapturePlan& plan, std::size_t pictures,
+std::string check_disk(const CaptureConfig& config, std::size_t pictures,
                        const std::filesystem::path& disk) {
-  require_room_on_disk(disk, pictures, plan, config);
+  require_room_on_disk(disk, pictures, config);
   return fmt::format("{}: {:.2f} GB free, enough for {} pictures", disk.string(),
                      free_mb(disk) * kGigabytesOfMegabyte, pictures);
 }
@@ -97,7 +97,7 @@ std::vector<DeviceCheck> check_devices(const CaptureConfig& config,
   const std::size_t pictures = plan.stations() * config.camera.exposure.bracket_ev.size();
   return {check("slider", [&] { return check_slider(config, &clock); }),
           check("camera", [&] { return check_camera(config, pictures, &clock); }),
-          check("disk", [&] { return check_disk(config, plan, pictures, disk); })};
+          check("disk", [&] { return check_disk(config, pictures, disk); })};
 }
 
 void require_room_on_card(const CameraReport& report, std::size_t pictures) {
@@ -110,9 +110,9 @@ void require_room_on_card(const CameraReport& report, std::size_t pictures) {
 }
 
 void require_room_on_disk(const std::filesystem::path& directory, std::size_t pictures,
-                          const CapturePlan& plan, const CaptureConfig& config) {
-  const double picture_mb = report_of(plan, config).picture_mb.value_or(0.0);
-  const double needed_mb = static_cast<double>(pictures) * picture_mb + config.run.least_free_mb;
+                          const CaptureConfig& config) {
+  const double needed_mb =
+      static_cast<double>(pictures) * picture_mb(config).value_or(0.0) + config.run.least_free_mb;
   if (free_mb(directory) >= needed_mb) return;
   throw Error(
       fmt::format("{}: {:.0f} MB are free on its disk, {} pictures and "

@@ -28,7 +28,7 @@ std::vector<DeviceCheck> check_devices(const CaptureConfig& config,
 // their size is known) and run.least_free_mb take.
 void require_room_on_card(const CameraReport& report, std::size_t pictures);
 void require_room_on_disk(const std::filesystem::path& directory, std::size_t pictures,
-                          const CapturePlan& plan, const CaptureConfig& config);
+                          const CaptureConfig& config);
 
 // One line per device.
 std::string text_of(const std::vector<DeviceCheck>& checks);

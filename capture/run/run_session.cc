@@ -110,7 +110,7 @@ std::string run_session(const CaptureConfig& config, const RunOptions& options) 
   session->record_event("run-started", slider->description() + ", " + camera->description());
   require_room_on_card(camera->report(), pictures);
   if (!camera->keeps_pictures()) {
-    require_room_on_disk(session->directory(), pictures, plan, config);
+    require_room_on_disk(session->directory(), pictures, config);
   }
   Carriage carriage(slider.get(), &clock, limits_of(config.slider), config.slider.motion);
   carriage.home();

@@ -1,5 +1,7 @@
 #include "tests/bench/error_curves.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -29,9 +31,10 @@ double RandomArguments::log_uniform(double least, double most) {
   return std::exp(uniform(std::log(least), std::log(most)));
 }
 
-void write_error_curves(ErrorCurves curves, const std::filesystem::path& file) {
+void write_error_curves(const ErrorCurves& curves, const std::filesystem::path& file) {
   RandomArguments random(1);
-  for (const std::string& name : curves.names) curves.plot.series.push_back({.name = name});
+  std::string table = "argument";
+  for (const std::string& name : curves.names) table += "," + name;
   const double decades = std::log10(curves.most / curves.least);
   const int points = static_cast<int>(std::lround(decades * kPerDecade));
   const double step = std::pow(curves.most / curves.least, 1.0 / points);
@@ -42,12 +45,10 @@ void write_error_curves(ErrorCurves curves, const std::filesystem::path& file) {
       const auto errors = curves.errors(random.log_uniform(low, low * step), random);
       for (size_t c = 0; c < worst.size(); ++c) worst[c] = std::max(worst[c], errors[c]);
     }
-    for (size_t c = 0; c < worst.size(); ++c) {
-      curves.plot.series[c].points.push_back({low * std::sqrt(step), worst[c]});
-    }
+    table += fmt::format("\n{:.6g}", low * std::sqrt(step));
+    for (const double error : worst) table += fmt::format(",{:.4g}", error);
   }
-  curves.plot.x_scale = curves.plot.y_scale = AxisScale::kLogarithmic;
-  write_file_atomically(file, svg_from_plot(curves.plot));
+  write_file_atomically(file, table + "\n");
 }
 
 }  // namespace raywalk::bench

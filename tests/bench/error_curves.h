@@ -7,8 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "core/report/svg_plot.h"
-
 namespace raywalk::bench {
 
 // Reference arithmetic with 50 digits.
@@ -26,7 +24,6 @@ class RandomArguments {
 };
 
 struct ErrorCurves {
-  LinePlot plot{};  // title and labels; scales and series are filled in
   std::vector<std::string> names{};
   double least = 1e-6;  // range of the arguments
   double most = 1.0;
@@ -34,9 +31,13 @@ struct ErrorCurves {
   std::function<std::vector<double>(double argument, RandomArguments& random)> errors{};
 };
 
-// Plots every curve, log-log, and writes the plot to `file`. An error of exactly 0 counts as
+// Writes a table of the arguments and the error of every curve. An error of exactly 0 counts as
 // `kNoError`, below the resolution of long double.
 inline constexpr double kNoError = 1e-20;
-void write_error_curves(ErrorCurves curves, const std::filesystem::path& file);
+void write_error_curves(const ErrorCurves& curves, const std::filesystem::path& file);
+
+// Writes the tables that docs/numerics.md shows into an existing directory, replacing those of the
+// same names. The output is deterministic. Throws Error if a file cannot be written.
+void write_model_errors(const std::filesystem::path& directory);
 
 }  // namespace raywalk::bench

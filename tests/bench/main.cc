@@ -11,7 +11,7 @@
 #include "core/base/parallel.h"
 #include "core/command_line/program.h"
 #include "tests/bench/check_ratios.h"
-#include "tests/bench/error_plots.h"
+#include "tests/bench/error_curves.h"
 
 namespace raywalk::bench {
 namespace {
@@ -43,15 +43,15 @@ int main(int argc, char** argv) {
   int threads = 0;
   app.add_option("--threads", threads, "Threads of both Raywalk and OpenCV; 0 = all cores")
       ->check(CLI::Range(0, 1024));
-  std::string error_plots;
-  app.add_option("--error-plots", error_plots,
-                 "Write plots of numerical error into this directory instead of measuring times")
+  std::string error_curves;
+  app.add_option("--error-curves", error_curves,
+                 "Write tables of numerical error into this directory instead of measuring times")
       ->check(CLI::ExistingDirectory);
   std::string limits;
   app.add_option("--check", limits,
                  "Run the benchmarks that this YAML file limits; fail where a ratio exceeds its "
                  "limit (tests/bench/limits.yaml)")
-      ->excludes("--error-plots");
+      ->excludes("--error-curves");
   app.allow_extras();
   app.callback([&] {
     raywalk::set_thread_count(threads);
@@ -60,8 +60,8 @@ int main(int argc, char** argv) {
         throw raywalk::UsageError("--check takes no further flags; see --help");
       }
       raywalk::bench::check_ratios(argv[0], limits);
-    } else if (!error_plots.empty()) {
-      raywalk::bench::write_error_plots(error_plots);
+    } else if (!error_curves.empty()) {
+      raywalk::bench::write_model_errors(error_curves);
     } else {
       raywalk::bench::run_benchmarks(argv[0], app.remaining());
     }

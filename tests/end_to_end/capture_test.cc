@@ -8,6 +8,7 @@
 #include <random>
 #include <set>
 
+#include "core/files/atomic_output.h"
 #include "core/files/csv.h"
 #include "core/files/test_directory.h"
 #include "tests/end_to_end/capture_command.h"
@@ -261,14 +262,22 @@ TEST_F(CaptureCommandTest, AWrongRegisterMapPreventsMoves) {
   EXPECT_EQ(rig_state()["pictures"], 0);
 }
 
-TEST_F(CaptureCommandTest, PlanWritesADrawingAndRefusesInvalidPlans) {
+TEST_F(CaptureCommandTest, PlanWritesAReportOnDemandAndReplacesOnlySuch) {
   files_.write();
-  const std::string picture = (directory_ / "plan.svg").string();
-  const CommandResult planned =
-      capture("plan " + files_.capture().string() + " --picture " + picture);
+  const std::string report = (directory_ / "plan.html").string();
+  const std::string plan = "plan " + files_.capture().string();
+  const CommandResult planned = capture(plan + " --report " + report);
   EXPECT_EQ(planned.exit_code, 0) << planned.errors;
-  EXPECT_THAT(planned.output, AllOf(HasSubstr("4 lines, 12 stations"), HasSubstr(picture)));
-  EXPECT_THAT(read_file(picture), HasSubstr("<svg"));
+  EXPECT_THAT(planned.output, HasSubstr("4 lines, 12 stations"));
+  EXPECT_THAT(read_file(report), HasSubstr("\"kind\":\"plan\""));
+  EXPECT_EQ(nlohmann::json::parse(capture(plan + " --json").output)["grid"]["stations"], 12);
+  EXPECT_EQ(capture(plan + " -o " + report).exit_code, 0);
+  write_file_atomically(report, "notes");
+  EXPECT_THAT(capture(plan + " -o " + report).errors, HasSubstr("is no report of Raywalk's"));
+  EXPECT_EQ(read_file(report), "notes");
+}
+
+TEST_F(CaptureCommandTest, InvalidPlansAreRefused) {
   files_.spacing_mm = 300.0;
   files_.write();
   const CommandResult refused = capture("plan " + files_.capture().string());

@@ -3,7 +3,6 @@
 #include "core/geometry/error_model.h"
 #include "core/geometry/sphere.h"
 #include "tests/bench/error_curves.h"
-#include "tests/bench/error_plots.h"
 
 namespace raywalk::bench {
 namespace {
@@ -33,8 +32,8 @@ double relative_error(const Exact& value, const Exact& exact) {
   return std::fabs(static_cast<double>(Exact((value - exact) / exact)));
 }
 
-const std::vector<std::string> kForms{"as printed, float", "as printed, double",
-                                      "as printed, long double", "closed form, double"};
+const std::vector<std::string> kForms{"printed float", "printed double", "printed long double",
+                                      "closed form in double"};
 
 std::vector<double> shift_errors(double d_src_m, double phi_rad, double apart_m) {
   const Exact exact = printed_shift<Exact>(d_src_m, phi_rad, apart_m);
@@ -53,37 +52,30 @@ std::vector<double> bending_errors(double d_src_m, double phi_rad, double theta_
           relative_error(bending_distance(d_src_m, phi_rad, theta_rad, step_m), exact)};
 }
 
-ErrorCurves model_curves(const std::string& title, const std::string& x_label) {
-  return {.plot = {.title = title, .x_label = x_label, .y_label = "largest relative error"},
-          .names = kForms};
-}
-
 }  // namespace
 
-void write_error_plots(const std::filesystem::path& directory) {
-  ErrorCurves distance =
-      model_curves("(4) at 0.1 m between acquisition points", "distance of the source (m)");
-  distance.most = 1e8;
+void write_model_errors(const std::filesystem::path& directory) {
+  // (4) with 0.1 m between acquisition points, over the distance of the source in m.
+  ErrorCurves distance{.names = kForms, .most = 1e8};
   distance.errors = [](double d_src_m, RandomArguments& random) {
     return shift_errors(d_src_m, random.uniform(0.2, 1.4), 0.1);
   };
-  write_error_curves(std::move(distance), directory / "model-distance.svg");
+  write_error_curves(distance, directory / "model-distance.csv");
 
-  ErrorCurves step = model_curves("(3) at 1 to 10 m", "step between stations (m)");
-  step.most = 10.0;
+  // (3) at 1 to 10 m, over the step between stations in m.
+  ErrorCurves step{.names = kForms, .most = 10.0};
   step.errors = [](double step_m, RandomArguments& random) {
     return bending_errors(random.log_uniform(1.0, 10.0), random.uniform(-1.4, 1.4),
                           random.uniform(0.2, 1.4), step_m);
   };
-  write_error_curves(std::move(step), directory / "model-step.svg");
+  write_error_curves(step, directory / "model-step.csv");
 
-  ErrorCurves latitude =
-      model_curves("(4) at 1 to 10 m, 0.1 m between acquisition points", "phi (degrees)");
-  latitude.most = 90.0;
+  // (4) at 1 to 10 m with 0.1 m between acquisition points, over the latitude in degrees.
+  ErrorCurves latitude{.names = kForms, .most = 90.0};
   latitude.errors = [](double phi_deg, RandomArguments& random) {
     return shift_errors(random.log_uniform(1.0, 10.0), radians_from_degrees(phi_deg), 0.1);
   };
-  write_error_curves(std::move(latitude), directory / "model-phi.svg");
+  write_error_curves(latitude, directory / "model-phi.csv");
 }
 
 }  // namespace raywalk::bench

@@ -1,0 +1,184 @@
+// The report of a plan as text.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "capture/plan/plan_report.h"
+#include "core/base/counted.h"
+#include "core/base/number_text.h"
+
+namespace raywalk::capture {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string number(const Json& value, int decimals) {
+  return plain_number(value.get<double>(), decimals);
+}
+
+std::string counted(const Json& count, std::string_view noun) {
+  return raywalk::counted(count.get<std::size_t>(), noun);
+}
+
+// "45 s", "12 min", "3 h 05 min".
+std::string duration(const Json& value) {
+  const auto seconds = value.get<double>();
+  const long whole_s = std::lround(seconds);
+  if (whole_s < 60) return fmt::format("{} s", plain_number(seconds, seconds < 10.0 ? 1 : 0));
+  const long minutes = (whole_s + 30) / 60;
+  if (minutes < 60) return fmt::format("{} min", minutes);
+  return fmt::format("{} h {:02} min", minutes / 60, minutes % 60);
+}
+
+std::string size_text(double megabytes) {
+  if (megabytes >= 1000.0) return fmt::format("{} GB", plain_number(megabytes / 1000.0, 1));
+  return fmt::format("{} MB", plain_number(megabytes, megabytes < 10.0 ? 1 : 0));
+}
+
+std::string lines_text(const Json& report) {
+  const Json& grid = report["grid"];
+  std::string text =
+      fmt::format("{}, {}, {} mm apart\n", counted(grid["lines"], "line"),
+                  counted(grid["stations"], "station"), number(report["spacing_mm"], 3));
+  for (const Json& group : grid["groups"]) {
+    text +=
+        fmt::format("           {} along {} ({} to {}): {}, {} m and {} of the rail each\n",
+                    group["lines"].get<int>(), group["axis"].get<std::string>(),
+                    group["first"].get<std::string>(), group["last"].get<std::string>(),
+                    counted(group["stations_per_line"], "station"), number(group["length_m"], 3),
+                    counted(group["placements_per_line"], "placement"));
+  }
+  const Json& validation = report["validation"];
+  if (validation["lines"] == 0) return text;
+  return text + fmt::format("           {} for validation, {}\n",
+                            counted(validation["lines"], "line"),
+                            counted(validation["stations"], "station"));
+}
+
+std::string rail_text(const Json& rail) {
+  const double length_mm = rail["last_mm"].get<double>() - rail["first_mm"].get<double>();
+  return fmt::format("{} mm, from {} to {} mm within the limits {} to {} mm\n",
+                     plain_number(length_mm, 1), number(rail["first_mm"], 1),
+                     number(rail["last_mm"], 1), number(rail["low_limit_mm"], 1),
+                     number(rail["high_limit_mm"], 1));
+}
+
+std::string overhang_text(const Json& overhang) {
+  return fmt::format(
+      "{} mm beyond the outer corners; k = {} degrees with a blend of {} needs {} mm\n",
+      number(overhang["planned_mm"], 1), number(overhang["k_deg"], 2),
+      number(overhang["blend_deg"], 2), number(overhang["needed_mm"], 1));
+}
+
+std::string time_text(const Json& report) {
+  const Json& time = report["time"];
+  const std::string pictures =
+      report["film"] ? "filmed in motion"
+                     : fmt::format("pictures {} ({} each)", duration(time["pictures_s"]),
+                                   duration(time["one_station_s"]));
+  return fmt::format("about {}: moving {}, settling {}, {}, placing the rail {}\n",
+                     duration(time["total_s"]), duration(time["motion_s"]),
+                     duration(time["settling_s"]), pictures, duration(time["placing_s"]));
+}
+
+std::string storage_text(const Json& storage) {
+  const std::string pictures = counted(storage["pictures"], "picture");
+  if (storage["picture_mb"].is_null()) {
+    return pictures +
+           "; set run.picture_mb, or camera.width_px and height_px, to estimate their size\n";
+  }
+  const double each_mb = storage["picture_mb"];
+  return fmt::format("about {}: {} of {}\n", size_text(each_mb * storage["pictures"].get<double>()),
+                     pictures, size_text(each_mb));
+}
+
+std::string days_text(const Json& work) {
+  const std::string placements = counted(work["placements"], "placement") + " of the rail";
+  if (work["hours_per_day"].is_null()) {
+    return placements + "; set run.work_h_per_day to count the days\n";
+  }
+  const std::string hours = number(work["hours_per_day"], 1);
+  if (work["days"].is_null()) {
+    return fmt::format(
+        "{}; the {} h of a day (run.work_h_per_day) do not suffice to home the slider and place "
+        "the rail\n",
+        placements, hours);
+  }
+  return fmt::format("{} of {} h, {}\n", counted(work["days"], "day"), hours, placements);
+}
+
+std::string cards_text(const Json& work, bool film) {
+  if (!work["uses_cards"]) return "none; the session's disk holds the pictures\n";
+  if (film) return "not known: the size of films is not estimated\n";
+  if (work["card_gb"].is_null()) return "not known; set camera.card_gb to count them\n";
+  if (work["cards"].is_null()) {
+    return "not known; the size of a picture is not, or exceeds camera.card_gb\n";
+  }
+  return fmt::format("{} of {} GB for {} each; pictures stay on them until deleted\n",
+                     counted(work["cards"], "card"), number(work["card_gb"], 1),
+                     counted(work["pictures_per_card"], "picture"));
+}
+
+std::string batteries_text(const Json& work) {
+  if (work["battery_charges"].is_null()) {
+    return "not known; set camera.battery_pictures or camera.battery_min to count charges\n";
+  }
+  const Json& per_day = work["battery_charges_per_day"];
+  return counted(work["battery_charges"], "charge") +
+         (per_day.is_null() ? "\n" : fmt::format(", {} a day\n", per_day.get<int>()));
+}
+
+std::string spacing_text(const Json& spacing) {
+  if (spacing.is_null()) {
+    return "set camera.width_px and height_px to estimate the resolution\n";
+  }
+  const std::string tolerance = number(spacing["tolerance_px"], 2);
+  const std::string text = fmt::format(
+      "without distances, resolves surfaces from {} m on within {} px of a panorama {} px wide\n"
+      "           ",
+      number(spacing["nearest_resolved_m"], 2), tolerance, spacing["panorama_width_px"].get<int>());
+  if (spacing["ghost_px"].is_null()) {
+    return text + "set scene.nearest_m to estimate the spacing that the scene needs\n";
+  }
+  const std::string needed = spacing["needed_mm"].is_null()
+                                 ? "any spacing would do"
+                                 : fmt::format("{} mm would keep it within {} px",
+                                               number(spacing["needed_mm"], 2), tolerance);
+  return text + fmt::format("the nearest surface doubles by {} px; {}\n",
+                            number(spacing["ghost_px"], 2), needed);
+}
+
+std::string quality_text(const Json& quality) {
+  if (quality.is_null()) {
+    return "set scene.nearest_m to compare the spacing with rooms that were measured\n";
+  }
+  const std::string views =
+      quality["least_psnr_db"].is_null()
+          ? "no room was measured like this (docs/spacing.md)"
+          : fmt::format(
+                "two-sided views of rooms measured like this had {:.1f} to {:.1f} dB "
+                "(docs/spacing.md); yours may differ",
+                quality["least_psnr_db"].get<double>(), quality["most_psnr_db"].get<double>());
+  return fmt::format("the stations are {:.2g} of the distance to the nearest surface apart; {}\n",
+                     quality["spacing_over_nearest"].get<double>(), views);
+}
+
+}  // namespace
+
+std::string plan_report_text(const Json& report) {
+  const Json& work = report["work"];
+  std::string text =
+      "lines:     " + lines_text(report) + "rail:      " + rail_text(report["rail"]) +
+      "overhang:  " + overhang_text(report["overhang"]) + "time:      " + time_text(report) +
+      "storage:   " + storage_text(report["storage"]) + "days:      " + days_text(work) +
+      "cards:     " + cards_text(work, report["film"]) + "batteries: " + batteries_text(work) +
+      "spacing:   " + spacing_text(report["spacing"]) +
+      "quality:   " + quality_text(report["quality"]);
+  for (const Json& warning : report["warnings"]) {
+    text += "warning: " + warning.get<std::string>() + "\n";
+  }
+  return text;
+}
+
+}  // namespace raywalk::capture
