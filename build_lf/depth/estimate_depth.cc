@@ -9,10 +9,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "build_lf/depth/depth_page.h"
 #include "build_lf/depth/depth_truth.h"
 #include "build_lf/depth/depth_work.h"
 #include "build_lf/depth/frame_warnings.h"
+#include "build_lf/depth/map_images.h"
 #include "build_lf/depth/plane_sweep.h"
 #include "build_lf/gains/make_gains.h"
 #include "build_lf/gains/stored_gains.h"
@@ -150,7 +150,7 @@ DepthSummary finish(DepthWork* work, const std::optional<GivenDistances>& truth,
   const nlohmann::ordered_json document = depth_document(summary);
   write_file_atomically(work->output() / "depth.json", json_text(document));
   write_file_atomically(work->output() / "depth.html",
-                        depth_page(document, map_pictures(work->room(), shown)));
+                        report_page("depth", document, map_images(work->room(), shown)));
   return summary;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "build_lf/require/room_maps.h"
 #include "core/base/parallel.h"
 #include "core/room/omega_map.h"
 #include "core/view/distance_view.h"
@@ -13,22 +14,6 @@ namespace {
 
 constexpr int kMaxComparedMaps = 24;
 constexpr int kPixelsPerMap = 16384;
-
-std::vector<MapStation> all_maps(const Room& room) {
-  std::vector<MapStation> all;
-  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
-    const auto stations = room.distances(line).stations();
-    for (int map = 0; map < static_cast<int>(stations.size()); ++map) {
-      const int station = stations[static_cast<size_t>(map)];
-      all.push_back({line, map, station,
-                     room.grid()
-                         .lines[static_cast<size_t>(line)]
-                         .stations[static_cast<size_t>(station)]
-                         .position_m});
-    }
-  }
-  return all;
-}
 
 const MapStation& nearest_other(const std::vector<MapStation>& maps, size_t own) {
   size_t nearest = own == 0 ? 1 : 0;

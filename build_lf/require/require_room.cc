@@ -14,11 +14,10 @@
 #include "build_lf/partial_room.h"
 #include "build_lf/require/held_out.h"
 #include "build_lf/require/require_document.h"
-#include "build_lf/require/require_page.h"
-#include "build_lf/require/requirement_plots.h"
 #include "build_lf/require/scene_facts.h"
 #include "build_lf/require/stored_size.h"
 #include "build_lf/require/thin_room.h"
+#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/median.h"
@@ -29,7 +28,7 @@
 #include "core/files/packed_values.h"
 #include "core/files/sha256.h"
 #include "core/geometry/spacing.h"
-#include "core/report/json_scope.h"
+#include "core/report/report.h"
 #include "core/room/connection_errors.h"
 #include "core/room/connection_model.h"
 #include "core/room/needed_stations.h"
@@ -38,6 +37,7 @@ namespace raywalk::build_lf {
 namespace {
 
 namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
 
 constexpr std::array kLayerCounts{1, 2, 4, 8, 16, 32};
 
@@ -129,34 +129,41 @@ void require_kept_maps(const Room& room, const KeptStations& kept) {
                   room.directory().string()));
 }
 
-std::string summary_of(const nlohmann::ordered_json& document, const RequireOptions& options) {
-  const JsonScope scope(document);
+std::string distance_text(double distance_m) {
+  return std::isfinite(distance_m) ? fmt::format("{:.2f} m", distance_m) : "sky";
+}
+
+std::string spacing_text(double spacing_m) {
+  return std::isfinite(spacing_m) ? fmt::format("{:.2f} cm", 100.0 * spacing_m) : "any";
+}
+
+// For a terminal.
+std::string summary_of(const RoomRequirements& r, const Json& document,
+                       const RequireOptions& options) {
   const std::string room = escaped(options.room.string());
-  std::string text =
-      room +
-      scope.text(
-          ": surfaces from {distance.near_m:.2f m|sky} to {distance.far_m:.2f m|sky}, for "
-          "{tolerance_px:g px}, with distances {distances}:\n"
-          "  layers    {layers.at_reach} at {storage.reach_m:.2f m} from the line\n"
-          "  spacing   {spacing.needed_without_depth_m as cm:.2f cm|any} without depth, "
-          "{spacing.needed_with_distances_m as cm:.2f cm} with distances; captured "
-          "{spacing.captured_median_m as cm:.2f cm}\n"
-          "  stations  {spacing.stations_needed_with_distances} of {spacing.stations} needed with "
-          "distances\n");
-  if (scope.holds("connection.k_deg")) {
-    text += scope.text(
-        "  k         {connection.k_deg:g} for hlf-vd views ({connection.k_source}); the model E_t "
-        "has {connection.model_k_deg:g}");
-    if (scope.holds("!connection.measured")) {
-      text += "; raywalk-render connect-error " + room + " measures it";
-    }
-    text += "\n";
+  std::string text = fmt::format(
+      "{}: surfaces from {} to {}, for {:g} px, with distances {}:\n"
+      "  layers    {} at {:.2f} m from the line\n"
+      "  spacing   {} without depth, {} with distances; captured {}\n"
+      "  stations  {} of {} needed with distances\n",
+      room, distance_text(r.distance.near_m), distance_text(r.distance.far_m), r.tolerance_px,
+      r.distances, r.storage.omega_steps, r.storage.reach_m,
+      spacing_text(r.spacing.needed_without_depth_m),
+      spacing_text(r.spacing.needed_with_distances_m), spacing_text(r.spacing.captured_median_m),
+      r.spacing.stations_needed_with_distances, r.spacing.stations);
+  if (r.connection.model_k_deg) {
+    const Json& connection = document["connection"];
+    text += fmt::format("  k         {:g} for hlf-vd views ({}); the model E_t has {:g}{}\n",
+                        connection["k_deg"].get<double>(),
+                        connection["k_source"].get<std::string>(), *r.connection.model_k_deg,
+                        r.connection.measured.empty()
+                            ? "; raywalk-render connect-error " + room + " measures it"
+                            : "");
   }
-  if (scope.holds("thinned")) {
-    text += "  " + escaped(options.thin->string()) +
-            scope.text(
-                ": {thinned.stations:counted station}, dropped ones re-created at "
-                "{thinned.psnr_db:.1f dB}\n");
+  if (r.thinned) {
+    text += fmt::format(
+        "  {}: {}, dropped ones re-created at {:.1f} dB\n", escaped(options.thin->string()),
+        counted(static_cast<size_t>(r.thinned->stations), "station"), r.thinned->psnr_db);
   }
   return text + escaped(options.report ? (*options.report / "index.html").string()
                                        : requirements_path(options.room).string());
@@ -237,21 +244,20 @@ std::string finish(const RequireOptions& options, const Room& room, RoomRequirem
   const KeptStations kept = needed_stations(room, requirements.spacing.needed_with_distances_m,
                                             Preferred::kWithDistances);
   if (options.thin) require_kept_maps(room, kept);
-  nlohmann::ordered_json document = require_document(room, requirements);
+  Json document = require_document(room, requirements, kept);
   write_file_atomically(requirements_path(options.room), json_text(document));
   if (options.thin) {
     write_thinned_room(room, kept, requirements.storage.needed_distance_width_px, *options.thin,
                        options.replace_thin);
     requirements.thinned = thinned_facts(room, kept, *options.thin, options.tolerance_px);
-    document = require_document(room, requirements);
+    document["thinned"] = requirements_document(requirements)["thinned"];
     write_file_atomically(requirements_path(options.room), json_text(document));
   }
   if (options.report) {
     write_file_atomically(*options.report / "require.json", json_text(document));
-    write_file_atomically(*options.report / "index.html",
-                          require_page(document, requirement_figures(room, requirements, kept)));
+    write_file_atomically(*options.report / "index.html", report_page("require", document));
   }
-  return summary_of(document, options);
+  return summary_of(requirements, document, options);
 }
 
 }  // namespace
