@@ -185,8 +185,8 @@ class Planner {
 
   // After connect-error, whose result its report shows.
   void add_require() {
-    add_divided("require", build_lf("require", room_ + " --report " + report("require")),
-                scale_.stations * scale_.panorama_mpx(), scale_.lines, ends_);
+    add_step("require", {build_lf("require", room_ + " --report " + report("require"))}, ends_,
+             minutes_of("require", scale_.stations * scale_.panorama_mpx()));
   }
 
   void add_validate(const std::vector<std::string>& after) {

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -22,11 +21,8 @@
 #include "core/base/escaped.h"
 #include "core/base/median.h"
 #include "core/files/atomic_output.h"
-#include "core/files/block_results.h"
 #include "core/files/json_text.h"
 #include "core/files/output_path.h"
-#include "core/files/packed_values.h"
-#include "core/files/sha256.h"
 #include "core/geometry/spacing.h"
 #include "core/report/report.h"
 #include "core/room/connection_errors.h"
@@ -60,7 +56,7 @@ int count_of(const KeptStations& kept) {
 }
 
 SpacingFacts spacing_facts(const Room& room, const DistanceFacts& distance, OmegaRange scene,
-                           double tolerance_px, std::span<const RecreationScore> scores) {
+                           double tolerance_px) {
   const double tolerance_rad = angle_of_pixels(tolerance_px, room.panorama().width);
   SpacingFacts facts;
   set_captured_spacing(room.grid(), &facts);
@@ -72,7 +68,7 @@ SpacingFacts spacing_facts(const Room& room, const DistanceFacts& distance, Omeg
   facts.needed_by_error_m = distance.omega_error_per_m
                                 ? spacing_needed(scene, *distance.omega_error_per_m, tolerance_rad)
                                 : std::numeric_limits<double>::infinity();
-  facts.held_out = facts_of_strides(room.grid(), scores);
+  facts.held_out = measure_strides(room, tolerance_px);
   facts.measured_up_to_m = measured_up_to_m(facts.held_out);
   facts.needed_with_distances_m =
       std::max(facts.captured_median_m, std::min(facts.needed_by_error_m, facts.measured_up_to_m));
@@ -169,74 +165,9 @@ std::string summary_of(const RoomRequirements& r, const Json& document,
                                        : requirements_path(options.room).string());
 }
 
-// What a block measures.
-struct Measured {
-  SampledMaps maps{};
-  std::vector<RecreationScore> scores{};
-};
-
-Measured measure(const Room& room, double tolerance_px, Block block) {
-  return {sampled_distances(room, block.share_of(map_count(room))),
-          score_recreations(room, tolerance_px, block.share_of(recreated_stations(room.grid())))};
-}
-
-std::string bytes_of(const Measured& measured) {
-  PackedWriter writer;
-  writer.add_all(measured.maps.samples);
-  writer.add_all(measured.maps.looked_at);
-  writer.add_all(measured.scores);
-  return writer.bytes();
-}
-
-Measured measured_of(const std::string& bytes) {
-  PackedReader reader(bytes);
-  Measured measured;
-  measured.maps.samples = reader.next_all<DistanceSample>();
-  measured.maps.looked_at = reader.next_all<double>();
-  measured.scores = reader.next_all<RecreationScore>();
-  return measured;
-}
-
-// Over everything that determines what blocks measure.
-BlockResults block_results(const Room& room, double tolerance_px) {
-  RoomManifest manifest = room.manifest();
-  manifest.distances.reset();  // distances_sha256 stands for those in use
-  const std::string inputs = sha256_hex(
-      fmt::format("{}{}{}", manifest_to_json(manifest), distances_sha256(room), tolerance_px));
-  return {room.directory() / "require.partial", "require", inputs};
-}
-
 void require_tolerance(double tolerance_px) {
   if (tolerance_px >= 0.01 && tolerance_px <= 100.0) return;
   throw UsageError(fmt::format("--tolerance-px is {}; use 0.01 to 100 pixels", tolerance_px));
-}
-
-RoomRequirements requirements_of(const Room& room, double tolerance_px,
-                                 std::vector<Measured> blocks) {
-  std::vector<SampledMaps> maps;
-  std::vector<RecreationScore> scores;
-  for (Measured& block : blocks) {
-    maps.push_back(std::move(block.maps));
-    scores.insert(scores.end(), block.scores.begin(), block.scores.end());
-  }
-  const double tolerance_rad = angle_of_pixels(tolerance_px, room.panorama().width);
-  RoomRequirements result{.distances_sha256 = distances_sha256(room),
-                          .distances = room.distances_origin(),
-                          .tolerance_px = tolerance_px};
-  result.distance = distance_facts(room, std::move(maps));
-  const double reach_m = typical_reach_m(room.grid());
-  result.layers = layer_facts(result.distance, reach_m, tolerance_rad);
-  result.connection = connection_facts(room);
-  result.spacing =
-      spacing_facts(room, result.distance, result.layers.range(), tolerance_px, scores);
-  result.storage = storage_facts(room,
-                                 {.reach_m = reach_m,
-                                  .spacing_m = result.spacing.needed_with_distances_m,
-                                  .tolerance_px = tolerance_px,
-                                  .omega_error = result.distance.omega_error_per_m.value_or(0.0),
-                                  .scene = result.layers.range()},
-                                 result.spacing.stations_needed_with_distances);
-  return result;
 }
 
 // Writes and reports what was measured.
@@ -263,45 +194,30 @@ std::string finish(const RequireOptions& options, const Room& room, RoomRequirem
 }  // namespace
 
 RoomRequirements measure_requirements(const Room& room, double tolerance_px) {
-  std::vector<Measured> all;
-  all.push_back(measure(room, tolerance_px, {}));
-  return requirements_of(room, tolerance_px, std::move(all));
+  const double tolerance_rad = angle_of_pixels(tolerance_px, room.panorama().width);
+  RoomRequirements result{.distances_sha256 = distances_sha256(room),
+                          .distances = room.distances_origin(),
+                          .tolerance_px = tolerance_px};
+  result.distance = distance_facts(room);
+  const double reach_m = typical_reach_m(room.grid());
+  result.layers = layer_facts(result.distance, reach_m, tolerance_rad);
+  result.connection = connection_facts(room);
+  result.spacing = spacing_facts(room, result.distance, result.layers.range(), tolerance_px);
+  result.storage = storage_facts(room,
+                                 {.reach_m = reach_m,
+                                  .spacing_m = result.spacing.needed_with_distances_m,
+                                  .tolerance_px = tolerance_px,
+                                  .omega_error = result.distance.omega_error_per_m.value_or(0.0),
+                                  .scene = result.layers.range()},
+                                 result.spacing.stations_needed_with_distances);
+  return result;
 }
 
 std::string require_room(const RequireOptions& options) {
   require_tolerance(options.tolerance_px);
   const Room room = Room::open(options.room);
   prepare_outputs(options);
-  const BlockResults results = block_results(room, options.tolerance_px);
-  if (!results.any_done()) {
-    return finish(options, room, measure_requirements(room, options.tolerance_px));
-  }
-  const int count = results.count_to_complete();
-  for (int index = 1; index <= count; ++index) require_block(options, {index, count});
-  return merge_requirements(options);
-}
-
-std::string require_block(const RequireOptions& options, Block block) {
-  require_tolerance(options.tolerance_px);
-  const Room room = Room::open(options.room);
-  const bool made = block_results(room, options.tolerance_px).make(block, [&] {
-    return bytes_of(measure(room, options.tolerance_px, block));
-  });
-  return fmt::format("{}: block {}{}", options.room.string(), block.text(),
-                     made ? "" : ": was done before");
-}
-
-std::string merge_requirements(const RequireOptions& options) {
-  require_tolerance(options.tolerance_px);
-  const Room room = Room::open(options.room);
-  prepare_outputs(options);
-  const BlockResults results = block_results(room, options.tolerance_px);
-  std::vector<Measured> blocks;
-  for (const std::string& bytes : results.merged()) blocks.push_back(measured_of(bytes));
-  std::string text =
-      finish(options, room, requirements_of(room, options.tolerance_px, std::move(blocks)));
-  results.remove();
-  return text;
+  return finish(options, room, measure_requirements(room, options.tolerance_px));
 }
 
 }  // namespace raywalk::build_lf

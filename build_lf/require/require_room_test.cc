@@ -375,33 +375,5 @@ TEST_F(RequireRoomTest, DamagedMeasurementIsAnError) {
   EXPECT_THAT(error_of({.room = path_}), HasSubstr("connect-error"));
 }
 
-TEST_F(RequireRoomTest, BlocksMeasureWhatOneRunDoes) {
-  const Room room = room_of(line_spec());
-  replace_distances([](float metres) { return 1.01f * metres; }, 200);
-  const RequireOptions options{.room = path_, .report = directory_ / "report"};
-  require_room(options);
-  const std::string plain = read_file(requirements_path(path_));
-  const std::string page = read_file(directory_ / "report/index.html");
-  fs::remove(requirements_path(path_));
-
-  require_block(options, {3, 3});
-  EXPECT_THAT(require_block(options, {3, 3}), HasSubstr("done before"));
-  require_block(options, {1, 3});
-  EXPECT_THAT(raywalk::error_of([&] { merge_requirements(options); }),
-              HasSubstr("require: 1 of 3 blocks is missing: 2"));
-  EXPECT_THAT(raywalk::error_of([&] { merge_requirements({.room = path_, .tolerance_px = 0.25}); }),
-              HasSubstr("no block has been made from these inputs"));
-  require_block(options, {2, 3});
-  merge_requirements(options);
-  EXPECT_EQ(read_file(requirements_path(path_)), plain);
-  EXPECT_EQ(read_file(directory_ / "report/index.html"), page);
-  EXPECT_FALSE(fs::exists(path_ / "require.partial"));
-
-  require_block(options, {2, 3});  // a run of its own goes on with what blocks did
-  require_room(options);
-  EXPECT_EQ(read_file(requirements_path(path_)), plain);
-  EXPECT_FALSE(fs::exists(path_ / "require.partial"));
-}
-
 }  // namespace
 }  // namespace raywalk::build_lf

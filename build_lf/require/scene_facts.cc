@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "build_lf/require/distance_error.h"
@@ -68,14 +67,10 @@ double inverse(double distance_m) { return 1.0 / distance_m; }  // 0 for the sky
 
 }  // namespace
 
-SampledMaps sampled_distances(const Room& room, IndexRange share) {
+DistanceFacts distance_facts(const Room& room) {
   const int per_map = std::clamp(kMaxSamples / std::max(1, static_cast<int>(map_count(room))), 256,
                                  kMaxSamplesPerMap);
-  return sample_maps(room, per_map, share);
-}
-
-DistanceFacts distance_facts(const Room& room, std::vector<SampledMaps> shares) {
-  DistanceSamples known = all_samples(std::move(shares));
+  DistanceSamples known = sample_distances(room, per_map);
   if (known.samples.empty()) {
     throw Error(
         fmt::format("{}: the room has no known distances to measure; run raywalk-build-lf depth "

@@ -1,9 +1,6 @@
 // Facts about a room's scene, from its distances.
 #pragma once
 
-#include <vector>
-
-#include "core/room/distance_samples.h"
 #include "core/room/requirements.h"
 #include "core/room/room.h"
 
@@ -13,12 +10,9 @@ namespace raywalk::build_lf {
 // without a known distance are omitted.
 inline constexpr double kFieldDeg = 15.0;
 
-// Samples of the room's maps `share` (distance_samples.h), for distance_facts().
-SampledMaps sampled_distances(const Room& room, IndexRange share);
-
-// Distance ranges over all directions and per field, and their reliability, from the samples of all
-// maps in consecutive shares. Throws Error if the room has no known distance.
-DistanceFacts distance_facts(const Room& room, std::vector<SampledMaps> shares);
+// Distance ranges over all directions and per field, and their reliability. Throws Error if the
+// room has no known distance.
+DistanceFacts distance_facts(const Room& room);
 
 // The typical d_p, metres, for which layers and storage are computed: half the shorter side of the
 // smallest cell; without cells, half the side of the cell that the longest line could close.
