@@ -11,7 +11,7 @@
 #include <optional>
 #include <vector>
 
-#include "build_lf/depth/contradicted_regions.h"
+#include "build_lf/depth/contradictions.h"
 #include "build_lf/depth/pixel_directions.h"
 #include "build_lf/depth/station_evidence.h"
 

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "build_lf/require/room_maps.h"
+#include "build_lf/room_maps.h"
 #include "core/base/pick_evenly.h"
 #include "core/room/choose_k.h"
 #include "core/room/connection_model.h"
