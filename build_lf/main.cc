@@ -9,7 +9,6 @@
 #include "build_lf/distance_sets.h"
 #include "build_lf/export/export_room.h"
 #include "build_lf/gains/make_gains.h"
-#include "build_lf/gains/stored_gains.h"
 #include "build_lf/pack_room.h"
 #include "build_lf/refine/refine_room.h"
 #include "build_lf/repack_room.h"

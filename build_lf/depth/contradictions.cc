@@ -9,7 +9,6 @@
 
 #include "build_lf/depth/nearest_maps.h"
 #include "build_lf/depth/station_comparison.h"
-#include "build_lf/depth/station_evidence.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/panorama/transposed_border.h"

@@ -9,13 +9,12 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "build_lf/depth/depth_summary.h"
 #include "build_lf/depth/depth_truth.h"
 #include "build_lf/depth/depth_work.h"
-#include "build_lf/depth/frame_warnings.h"
 #include "build_lf/depth/map_images.h"
 #include "build_lf/depth/plane_sweep.h"
 #include "build_lf/gains/make_gains.h"
-#include "build_lf/gains/stored_gains.h"
 #include "build_lf/room_distances.h"
 #include "core/base/error.h"
 #include "core/base/pick_evenly.h"
