@@ -55,8 +55,6 @@ struct ClusterPlan {
 // numbers out of range.
 ClusterPlan plan_cluster(const RoomScale& scale, const ClusterOptions& options);
 
-// Words of a shell's command line.
-
 // `word` such that a POSIX shell takes it as one word, unchanged: as it is where it has letters,
 // digits and harmless signs only, else in single quotes.
 std::string shell_quoted(std::string_view word);

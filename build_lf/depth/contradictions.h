@@ -58,8 +58,6 @@ Contradictions no_contradictions(const DepthPlan& plan);
 void show_behind(const Contradictions& contradictions, double tolerance_per_m,
                  InverseDistanceMap* map);
 
-// Regions of contradicted pixels.
-
 // Grey levels by which a colour must lie outside what others show.
 struct GapLimits {
   float weak = 0.0f;    // belongs to a region

@@ -41,9 +41,8 @@ std::string depth_step_names();
 // Throws UsageError naming all.
 DepthStep depth_step_from_name(const std::string& name);
 
-// What the blocks of a depth run leave besides maps, as bytes.
-//
-// The functions that read throw Error for other bytes.
+// What the blocks of a depth run leave besides maps, as bytes. The functions that read throw Error
+// for other bytes.
 
 std::string bytes_of(const std::vector<StationLink>& links);
 std::vector<StationLink> links_of(std::string_view bytes);

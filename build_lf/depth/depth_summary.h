@@ -94,8 +94,6 @@ std::string text_of(const DepthSummary& summary);
 // One sentence without a full stop: "92.8 % of the pixels within 1 px of parallax ...".
 std::string text_of(const TruthComparison& truth);
 
-// Findings about frames and lines as sentences for the user.
-
 // One sentence per finding: the fault, the files, and how the run handles it.
 std::vector<std::string> warnings_of(const Room& room, const FrameChecks& checks);
 

@@ -51,12 +51,6 @@ std::vector<InverseDistanceMap> maps_to_show(DepthWork* work) {
   return shown;
 }
 
-int stations_of(const Grid& grid) {
-  std::size_t count = 0;
-  for (const Line& line : grid.lines) count += line.stations.size();
-  return static_cast<int>(count);
-}
-
 // Throws Error if there are no given distances.
 GivenDistances truth_of(const DepthOptions& options) {
   GivenDistances given(Room::open_rays(options.room));
@@ -90,7 +84,7 @@ DepthSummary collected(DepthWork* work) {
   DepthSummary summary{.room = options.room.string(),
                        .method = name_of(options.method),
                        .size = work->plan().size,
-                       .stations = stations_of(work->room().grid()),
+                       .stations = static_cast<int>(all_stations(work->room().grid()).size()),
                        .every = options.every,
                        .hold_out = options.hold_out,
                        .valid_mask = options.valid_mask.value_or(fs::path()).string(),

@@ -79,8 +79,6 @@ class PartialMaps {
   bool removable_ = false;  // nothing is in the directory that took time
 };
 
-// Writes finished maps as distance volumes.
-
 // Writes the finished maps of lines that have any to partial.volumes(), and what views leave out of
 // each line's stations, which `contradictions_of` tells. Throws Error if a map is damaged or cannot
 // be written, and Interrupted.

@@ -20,9 +20,8 @@
 
 namespace raywalk::build_lf {
 
-// What a station tells about colours and surfaces, for the comparison of stations.
-
-// All of one size, [theta][phi], without gaps between the columns.
+// What a station tells about colours and surfaces, all of one size, [theta][phi], without gaps
+// between the columns.
 struct StationEvidence {
   StationIndex station;
   Eigen::Vector3d position_m{0, 0, 0};

@@ -15,9 +15,8 @@
 
 namespace raywalk::build_lf {
 
-// How much of the sphere shows surfaces at which inverse distance, over many maps.
-
-// Inverse distances from 0 to a limit by solid angle. The weights are whole numbers, so that the
+// How much of the sphere shows surfaces at which inverse distance, from 0 to a limit, over many
+// maps. The weights are whole numbers, so that the
 // sum of the histograms of parts is that of the whole, in any order.
 class OmegaHistogram {
  public:

@@ -38,8 +38,6 @@ bool has_unusable_pixels(const Room& room);
 // CV_8UC1 of the panorama's size, 0 = not to be used, else 255.
 cv::Mat station_mask(const Room& room, const ExportedStation& station);
 
-// The panoramas and masks of an export.
-
 // "front_000.png", or ".jpg".
 std::string picture_name(const ExportedStation& station, bool jpeg);
 // "images/front_000.png", and "masks/front_000.png"; both relative to the export, with '/'.

@@ -29,8 +29,6 @@ struct KeptGains {
 KeptGains keep_significant(const PatchGains& gains, const std::array<PatchGains, 2>& halves,
                            std::span<const bool> measured);
 
-// Tells people, cars and lamps from exposure by their size.
-
 // The log gains of one station's patches in one channel (patch_ratios.h) without spots: a patch
 // that differs by more than 10 % from the median of the patches around it, 5 x 5 at the horizon
 // and nearly as wide elsewhere, takes that median. What one station shows and the others do not is

@@ -36,9 +36,8 @@ std::vector<double> solve_patch_gains(std::span<const PatchEquation> equations, 
                                       size_t channel, int stations,
                                       std::span<const double> guess = {});
 
-// Divides the stations of a large room into windows whose gains are solved for one by one.
-
-// Stations by their index in the list, increasing.
+// A window of a large room, whose gains are solved for by themselves: stations by their index in
+// the list, increasing.
 struct GainWindow {
   std::vector<int> stations;
   // [place in `stations`]: whether the gains are kept. Those of the others, around the window, are

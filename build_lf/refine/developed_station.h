@@ -30,8 +30,6 @@ void store_developed(const std::filesystem::path& file, const DevelopedStation& 
 DevelopedStation load_developed(const std::filesystem::path& file, int width);
 double stored_sharpening(const std::filesystem::path& file);
 
-// A distance map at the width of a developed picture.
-
 // The map at another, larger width: inverse distances are interpolated between neighbours on one
 // surface (resized), and steps, which would be stairs of the map's pixels, are smoothed by medians
 // that leave what is a pixel of the map wide.

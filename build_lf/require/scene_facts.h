@@ -24,8 +24,6 @@ double typical_reach_m(const Grid& grid);
 // cell.
 LayerFacts layer_facts(const DistanceFacts& distance, double reach_m, double tolerance_rad);
 
-// Estimates the error of a room's distances from the disagreement between its maps.
-
 // The quantile at which errors are stated; the remaining pixels are outliers (silhouettes,
 // reflections, thin objects).
 inline constexpr double kTrustedShare = 0.95;
