@@ -9,7 +9,6 @@
 #include "build_lf/distance_sets.h"
 #include "build_lf/export/export_room.h"
 #include "build_lf/gains/make_gains.h"
-#include "build_lf/gains/stored_gains.h"
 #include "build_lf/pack_room.h"
 #include "build_lf/refine/refine_room.h"
 #include "build_lf/repack_room.h"
@@ -318,21 +317,13 @@ void add_require(CLI::App* app, Arguments* arguments) {
   add_force_flag(command, &options->replace_thin, "Replace the room in --thin");
   command->add_option("-o,--report,--out", options->report,
                       "Directory for index.html and require.json, created if missing");
-  add_block_options(command, &arguments->blocks, "maps and views");
   add_threads_option(command, &arguments->threads);
   command->footer(
       "Examples:\n  raywalk-build-lf require room.lf --report report\n"
-      "  raywalk-build-lf require room.lf --block 1/16\n"
-      "  raywalk-build-lf require room.lf --merge --report report\n"
       "The result is kept in the room; raywalk-render --preset fast and export-web use it.");
   command->callback([arguments, options] {
     set_thread_count(arguments->threads);
-    const BlockArguments& blocks = arguments->blocks;
-    if (blocks.block) {
-      fmt::print("{}\n", escaped(require_block(*options, *blocks.block)));
-      return;
-    }
-    fmt::print("{}\n", blocks.merge ? merge_requirements(*options) : require_room(*options));
+    fmt::print("{}\n", require_room(*options));
   });
 }
 

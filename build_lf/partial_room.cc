@@ -34,8 +34,7 @@ fs::path partial_path(const fs::path& out) { return out.string() + ".partial"; }
 bool is_part_of_room(const fs::path& relative, bool is_directory) {
   const std::string name = relative.filename().string();
   if (is_directory) {
-    return name == "lines" || name.rfind("distances", 0) == 0 || name == "held-out" ||
-           name == "require.partial";
+    return name == "lines" || name.rfind("distances", 0) == 0 || name == "held-out";
   }
   const std::string extension = relative.extension().string();
   return name.front() == '.' || name == "lock" || extension == ".h5" || extension == ".json" ||

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "build_lf/cluster/shell_quote.h"
 #include "build_lf/refine/refine_plan.h"
 #include "core/base/error.h"
 #include "core/files/output_path.h"
@@ -20,8 +19,6 @@ namespace fs = std::filesystem;
 constexpr double kViewpointsPerCell = 49.0 * 49.0;
 // How many true views a trade takes.
 constexpr int kTradeViews = 6;
-// About how many settings it compares.
-constexpr int kTradeSettings = 35;
 
 std::string path_word(const fs::path& path) {
   const std::string text = fs::absolute(path).lexically_normal().string();
@@ -185,8 +182,8 @@ class Planner {
 
   // After connect-error, whose result its report shows.
   void add_require() {
-    add_divided("require", build_lf("require", room_ + " --report " + report("require")),
-                scale_.stations * scale_.panorama_mpx(), scale_.lines, ends_);
+    add_step("require", {build_lf("require", room_ + " --report " + report("require"))}, ends_,
+             minutes_of("require", scale_.stations * scale_.panorama_mpx()));
   }
 
   void add_validate(const std::vector<std::string>& after) {
@@ -204,11 +201,11 @@ class Planner {
   }
 
   void add_trade(const std::vector<std::string>& after) {
-    add_divided("trade",
-                render("trade", fmt::format("{} --truth {} --report {}", room_,
-                                            path_word(*options_.truth), report("trade"))),
-                kTradeViews * scale_.panorama_mpx(), kTradeSettings, after);
-    for (ClusterStep& step : steps_) step.alone = step.alone || step.name == "trade";
+    add_step("trade",
+             {render("trade", fmt::format("{} --truth {} --report {}", room_,
+                                          path_word(*options_.truth), report("trade")))},
+             after, minutes_of("trade", kTradeViews * scale_.panorama_mpx()));
+    steps_.back().alone = true;
   }
 
   RoomScale scale_;
@@ -244,6 +241,24 @@ void check(const ClusterOptions& options) {
 ClusterPlan plan_cluster(const RoomScale& scale, const ClusterOptions& options) {
   check(options);
   return {scale, Planner(scale, options).steps()};
+}
+
+std::string shell_quoted(std::string_view word) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789/._-+,:@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string_view::npos) {
+    return std::string(word);
+  }
+  std::string quoted = "'";
+  for (const char c : word) {
+    // A quote ends the quoted part, stands alone, and begins the next.
+    if (c == '\'') {
+      quoted += R"('\'')";
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "'";
 }
 
 }  // namespace raywalk::build_lf

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "build_lf/cluster/room_scale.h"
@@ -53,5 +54,9 @@ struct ClusterPlan {
 // line break, flags of a command that the plan does not have, a trade without true views, and
 // numbers out of range.
 ClusterPlan plan_cluster(const RoomScale& scale, const ClusterOptions& options);
+
+// `word` such that a POSIX shell takes it as one word, unchanged: as it is where it has letters,
+// digits and harmless signs only, else in single quotes.
+std::string shell_quoted(std::string_view word);
 
 }  // namespace raywalk::build_lf

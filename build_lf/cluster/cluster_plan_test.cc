@@ -8,7 +8,6 @@
 #include <set>
 #include <string>
 
-#include "build_lf/cluster/shell_quote.h"
 #include "core/base/error.h"
 
 namespace raywalk::build_lf {

@@ -1,8 +1,8 @@
-#include "build_lf/depth/contradicted_regions.h"
-
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
+
+#include "build_lf/depth/contradictions.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <opencv2/core/mat.hpp>
 #include <vector>
 
 #include "build_lf/depth/depth_plan.h"
@@ -56,5 +57,17 @@ Contradictions no_contradictions(const DepthPlan& plan);
 // confidence that views use; confidence 0 where they are not known.
 void show_behind(const Contradictions& contradictions, double tolerance_per_m,
                  InverseDistanceMap* map);
+
+// Grey levels by which a colour must lie outside what others show.
+struct GapLimits {
+  float weak = 0.0f;    // belongs to a region
+  float strong = 0.0f;  // makes a region
+};
+
+// The regions (CV_8UC1, 255) of `gaps`, a transposed panorama (row = theta, column = phi) of
+// CV_32FC1: how far each pixel's colour lies outside what others show; 0 where they agree or are
+// not known. A region is at least five pixels wide somewhere and has enough strong pixels; it is
+// widened by the pixels that are mixed with it.
+cv::Mat contradicted_regions(const cv::Mat& gaps, GapLimits limits);
 
 }  // namespace raywalk::build_lf

@@ -5,12 +5,12 @@
 #include <span>
 #include <utility>
 
+#include "build_lf/depth/depth_steps.h"
 #include "build_lf/depth/depth_work.h"
 #include "build_lf/depth/finish_maps.h"
 #include "build_lf/depth/flow_depth.h"
+#include "build_lf/depth/partial_maps.h"
 #include "build_lf/depth/station_links.h"
-#include "build_lf/depth/step_bytes.h"
-#include "build_lf/depth/stored_maps.h"
 #include "build_lf/depth/sweep_depth.h"
 #include "build_lf/gains/make_gains.h"
 #include "build_lf/gains/room_gains.h"

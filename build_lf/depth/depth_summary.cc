@@ -3,9 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <functional>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/base/counted.h"
@@ -63,53 +60,6 @@ ordered_json json_of(const MapSummary& map) {
   return {{"line", map.line},           {"station", map.station},
           {"file", map.file},           {"mean_confidence", map.mean_confidence},
           {"low_share", map.low_share}, {"parallax_share", map.parallax_share}};
-}
-
-// Mean confidence of each line's maps, in the order of the lines.
-ordered_json lines_of(const std::vector<MapSummary>& maps) {
-  struct OfLine {
-    int maps = 0;
-    double confidence = 0.0, low_share = 0.0;
-  };
-  std::vector<std::string> order;
-  std::map<std::string, OfLine> lines;
-  for (const MapSummary& map : maps) {
-    if (!lines.contains(map.line)) order.push_back(map.line);
-    OfLine& line = lines[map.line];
-    ++line.maps;
-    line.confidence += map.mean_confidence;
-    line.low_share += map.low_share;
-  }
-  ordered_json json = ordered_json::array();
-  for (const std::string& name : order) {
-    const OfLine& line = lines[name];
-    json.push_back({{"line", name},
-                    {"axis", name.substr(0, 1)},
-                    {"number", std::atoi(name.c_str() + 1)},
-                    {"maps", line.maps},
-                    {"mean_confidence", line.confidence / line.maps},
-                    {"low_share", line.low_share / line.maps}});
-  }
-  return json;
-}
-
-// What the page shows of lists that are too long for it.
-ordered_json shown_of(const DepthSummary& summary, const ordered_json& lines) {
-  constexpr std::size_t kMostRows = 50, kMostWarnings = 50, kMostCurves = 16;
-  std::vector<LeftOutSummary> left_out = summary.left_out;
-  if (left_out.size() > kMostRows) {
-    std::ranges::stable_sort(left_out, std::ranges::greater(), &LeftOutSummary::share);
-    left_out.resize(kMostRows);
-  }
-  std::vector<std::string> warnings = summary.warnings;
-  if (warnings.size() > kMostWarnings) {
-    warnings.resize(kMostWarnings);
-    warnings.push_back(fmt::format("and {} more, see \"warnings\" in depth.json",
-                                   summary.warnings.size() - kMostWarnings));
-  }
-  return {{"curve_per_line", lines.size() <= kMostCurves},
-          {"warnings", warnings},
-          {"left_out", json_of(left_out)}};
 }
 
 // What the run changed for views.
@@ -202,9 +152,66 @@ ordered_json depth_document(const DepthSummary& summary) {
   json["gains"] = summary.gains ? json_of(*summary.gains) : ordered_json(nullptr);
   json["maps"] = ordered_json::array();
   for (const MapSummary& map : summary.maps) json["maps"].push_back(json_of(map));
-  json["lines"] = lines_of(summary.maps);
-  json["shown"] = shown_of(summary, json["lines"]);
   return json;
+}
+
+std::vector<std::string> warnings_of(const Room& room, const FrameChecks& checks) {
+  std::vector<std::string> warnings;
+  for (const FrameFinding& finding : checks.frames) {
+    const Line& line = room.grid().lines[static_cast<size_t>(finding.other.line)];
+    const std::string& other = line.stations[static_cast<size_t>(finding.other.station)].file;
+    switch (finding.fault) {
+      case FrameFault::kSameFile:
+        warnings.push_back(fmt::format("{} is a copy of {}, {:.3f} m away; it is not used",
+                                       finding.file, other, finding.measure));
+        break;
+      case FrameFault::kNotMoved:
+        warnings.push_back(fmt::format(
+            "{} shows the same as {}: the camera seems not to have moved; it is not used",
+            finding.file, other));
+        break;
+      case FrameFault::kUnlikeNeighbours:
+        warnings.push_back(fmt::format(
+            "{} differs from {} {:.1f} times more than its neighbours do from one another: "
+            "something moved, or the frame is misplaced; it is not used",
+            finding.file, other, finding.measure));
+        break;
+      case FrameFault::kExposureStep:
+        warnings.push_back(fmt::format(
+            "the exposure of {} is {:.2f} times that of {}; its colours are scaled for matching",
+            finding.file, finding.measure, other));
+        break;
+    }
+  }
+  for (const LineFinding& finding : checks.lines) {
+    const std::string& line = room.grid().lines[static_cast<size_t>(finding.line)].id;
+    warnings.push_back(
+        finding.fault == LineFault::kTooShort
+            ? fmt::format(
+                  "line {} is {:.3f} m long; estimating distances from it alone needs {:.3f} m",
+                  line, finding.measure_m, finding.needed_m)
+            : fmt::format("line {} has a gap of {:.3f} m; stations further apart than {:.3f} m "
+                          "cannot be compared",
+                          line, finding.measure_m, finding.needed_m));
+  }
+  return warnings;
+}
+
+std::vector<std::string> parallax_warnings(std::span<const MapSummary> maps, double far_m) {
+  constexpr double kMinShare = 0.01;  // false matches
+  std::vector<std::string> warnings;
+  for (size_t first = 0, end = 0; first < maps.size(); first = end) {
+    double share = 0.0;
+    for (; end < maps.size() && maps[end].line == maps[first].line; ++end) {
+      share = std::max(share, maps[end].parallax_share);
+    }
+    if (share >= kMinShare) continue;
+    warnings.push_back(fmt::format(
+        "line {} shows no parallax: its view is farther than {:.3g} m or without texture, or "
+        "the camera did not move along it",
+        maps[first].line, far_m));
+  }
+  return warnings;
 }
 
 }  // namespace raywalk::build_lf

@@ -4,12 +4,14 @@
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "build_lf/depth/frame_checks.h"
 #include "build_lf/depth/inverse_distance_map.h"
 #include "build_lf/gains/make_gains.h"
+#include "core/room/room.h"
 
 namespace raywalk::build_lf {
 
@@ -91,5 +93,13 @@ std::string text_of(const DepthSummary& summary);
 
 // One sentence without a full stop: "92.8 % of the pixels within 1 px of parallax ...".
 std::string text_of(const TruthComparison& truth);
+
+// One sentence per finding: the fault, the files, and how the run handles it.
+std::vector<std::string> warnings_of(const Room& room, const FrameChecks& checks);
+
+// One sentence per line whose maps show almost no parallax, as when the camera did not move at all:
+// then all frames differ by noise only, which kNotMoved, relative to the line, cannot detect.
+// `maps` are ordered by line; surfaces nearer than `far_m` move by a pixel or more over the reach.
+std::vector<std::string> parallax_warnings(std::span<const MapSummary> maps, double far_m);
 
 }  // namespace raywalk::build_lf

@@ -6,10 +6,10 @@
 #include <iterator>
 #include <utility>
 
+#include "build_lf/depth/depth_steps.h"
 #include "build_lf/depth/finish_maps.h"
+#include "build_lf/depth/partial_maps.h"
 #include "build_lf/depth/station_links.h"
-#include "build_lf/depth/step_bytes.h"
-#include "build_lf/depth/stored_maps.h"
 #include "build_lf/depth/sweep_depth.h"
 #include "build_lf/distance_sets.h"
 #include "build_lf/gains/make_gains.h"

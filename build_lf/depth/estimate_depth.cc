@@ -9,13 +9,12 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "build_lf/depth/depth_page.h"
+#include "build_lf/depth/depth_summary.h"
 #include "build_lf/depth/depth_truth.h"
 #include "build_lf/depth/depth_work.h"
-#include "build_lf/depth/frame_warnings.h"
+#include "build_lf/depth/map_images.h"
 #include "build_lf/depth/plane_sweep.h"
 #include "build_lf/gains/make_gains.h"
-#include "build_lf/gains/stored_gains.h"
 #include "build_lf/room_distances.h"
 #include "core/base/error.h"
 #include "core/base/pick_evenly.h"
@@ -52,12 +51,6 @@ std::vector<InverseDistanceMap> maps_to_show(DepthWork* work) {
   return shown;
 }
 
-int stations_of(const Grid& grid) {
-  std::size_t count = 0;
-  for (const Line& line : grid.lines) count += line.stations.size();
-  return static_cast<int>(count);
-}
-
 // Throws Error if there are no given distances.
 GivenDistances truth_of(const DepthOptions& options) {
   GivenDistances given(Room::open_rays(options.room));
@@ -91,7 +84,7 @@ DepthSummary collected(DepthWork* work) {
   DepthSummary summary{.room = options.room.string(),
                        .method = name_of(options.method),
                        .size = work->plan().size,
-                       .stations = stations_of(work->room().grid()),
+                       .stations = static_cast<int>(all_stations(work->room().grid()).size()),
                        .every = options.every,
                        .hold_out = options.hold_out,
                        .valid_mask = options.valid_mask.value_or(fs::path()).string(),
@@ -150,7 +143,7 @@ DepthSummary finish(DepthWork* work, const std::optional<GivenDistances>& truth,
   const nlohmann::ordered_json document = depth_document(summary);
   write_file_atomically(work->output() / "depth.json", json_text(document));
   write_file_atomically(work->output() / "depth.html",
-                        depth_page(document, map_pictures(work->room(), shown)));
+                        report_page("depth", document, map_images(work->room(), shown)));
   return summary;
 }
 

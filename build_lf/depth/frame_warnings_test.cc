@@ -1,7 +1,6 @@
-#include "build_lf/depth/frame_warnings.h"
-
 #include <gmock/gmock.h>
 
+#include "build_lf/depth/depth_summary.h"
 #include "build_lf/depth/depth_test_room.h"
 
 namespace raywalk::build_lf {

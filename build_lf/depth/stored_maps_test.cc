@@ -1,10 +1,9 @@
-#include "build_lf/depth/stored_maps.h"
-
 #include <gmock/gmock.h>
 
 #include <fstream>
 
 #include "build_lf/depth/depth_test_room.h"
+#include "build_lf/depth/partial_maps.h"
 #include "core/base/error.h"
 
 namespace raywalk::build_lf {

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "build_lf/export/exported_stations.h"
 #include "build_lf/export/observed_points.h"
-#include "build_lf/export/picture_files.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"

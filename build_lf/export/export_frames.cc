@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "build_lf/export/export_points.h"
-#include "build_lf/export/picture_files.h"
+#include "build_lf/export/exported_stations.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"

@@ -14,6 +14,7 @@
 #include "build_lf/export/exported_stations.h"
 #include "build_lf/export/station_surface.h"
 #include "build_lf/export/voxel_points.h"
+#include "build_lf/room_maps.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
@@ -28,24 +29,11 @@ static_assert(std::endian::native == std::endian::little, "the PLY is little-end
 constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // of all cubes
 constexpr std::size_t kMostOfThread = 100'000;            // cubes before they join the others
 
-struct MapOfLine {
-  int line = 0;
-  int map = 0;
-};
-
-std::vector<MapOfLine> all_maps(const Room& room) {
-  std::vector<MapOfLine> maps;
-  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
-    for (int map = 0; map < room.distances(line).maps(); ++map) maps.push_back({line, map});
-  }
-  return maps;
-}
-
 // How often the maps are read, each time for a share of the cubes. In the worst case every pixel
 // has a cube of its own.
-int parts_of(const Room& room, const std::vector<MapOfLine>& maps) {
+int parts_of(const Room& room, const std::vector<MapStation>& maps) {
   double pixels = 0.0;
-  for (const MapOfLine& map : maps) {
+  for (const MapStation& map : maps) {
     const PanoramaSize size = room.distances(map.line).size();
     pixels += static_cast<double>(size.width) * size.height;
   }
@@ -58,7 +46,7 @@ class MapReader {
   MapReader(const Room& room, const ExportOptions& options, VoxelPoints* all)
       : room_(room), options_(options), all_(all) {}
 
-  void read(MapOfLine map, VoxelPoints* own) {
+  void read(MapStation map, VoxelPoints* own) {
     const StationSurface surface(room_, map.line, map.map, {options_.max_distance_m});
     const cv::Mat columns = station_columns(room_, map.line, surface.station(), options_.gains);
     for (int theta = 0; theta < surface.size().width; ++theta) {
@@ -142,7 +130,7 @@ class PlyFile {
 
 std::int64_t write_points(const Room& room, const ExportOptions& options,
                           const std::filesystem::path& file) {
-  const std::vector<MapOfLine> maps = all_maps(room);
+  const std::vector<MapStation> maps = all_maps(room);
   if (maps.empty()) {
     throw Error(room.directory().string() +
                 ": has no distances to make points of; estimate them with raywalk-build-lf depth");

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
 
+#include "build_lf/export/export_options.h"
 #include "core/reconstruction/colmap_pose.h"
 #include "core/room/room.h"
 
@@ -35,5 +37,16 @@ cv::Mat station_picture(const Room& room, const ExportedStation& station, bool g
 bool has_unusable_pixels(const Room& room);
 // CV_8UC1 of the panorama's size, 0 = not to be used, else 255.
 cv::Mat station_mask(const Room& room, const ExportedStation& station);
+
+// "front_000.png", or ".jpg".
+std::string picture_name(const ExportedStation& station, bool jpeg);
+// "images/front_000.png", and "masks/front_000.png"; both relative to the export, with '/'.
+std::string panorama_file(const ExportedStation& station, bool jpeg);
+std::string mask_file(const ExportedStation& station);
+
+// Writes them into an existing directory; masks only where the room has pixels that are not to be
+// used, then of all stations. Throws Error.
+void write_panoramas(const Room& room, const std::vector<ExportedStation>& stations,
+                     const ExportOptions& options, const std::filesystem::path& directory);
 
 }  // namespace raywalk::build_lf

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "build_lf/gains/gain_spots.h"
 #include "build_lf/gains/patch_ratios.h"
 
 namespace raywalk::build_lf {

@@ -1,9 +1,12 @@
 // The local gains of a room's stations that best fit the ratios measured between their patches.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <span>
 #include <vector>
+
+#include "build_lf/gains/station_ratios.h"
 
 namespace raywalk::build_lf {
 
@@ -32,5 +35,20 @@ enum class Part { kAll, kBlack, kWhite };
 std::vector<double> solve_patch_gains(std::span<const PatchEquation> equations, Part part,
                                       size_t channel, int stations,
                                       std::span<const double> guess = {});
+
+// A window of a large room, whose gains are solved for by themselves: stations by their index in
+// the list, increasing.
+struct GainWindow {
+  std::vector<int> stations;
+  // [place in `stations`]: whether the gains are kept. Those of the others, around the window, are
+  // only solved for because those within depend on them.
+  std::vector<bool> kept;
+};
+
+// Halves the room across its longer side until no window keeps more than `most` stations; each
+// station is kept by one window. A window also has the stations that its own are compared with, and
+// those that these are. One window if there are at most `most` stations.
+std::vector<GainWindow> gain_windows(std::span<const Eigen::Vector3d> positions_m,
+                                     std::span<const WholeRatio> pairs, int most);
 
 }  // namespace raywalk::build_lf

@@ -32,4 +32,14 @@ std::string text_of(const GainsSummary& summary);
 // Room::open does for all but the gains, if the room has no distances, and as replace_gains.
 GainsSummary make_gains(const std::filesystem::path& room);
 
+// Makes these the gains of the room: ROOM/gains.h5, recorded in the manifest; no file if all are 1.
+// The room is valid at each moment: the manifest first records the old and the new file, then the
+// file is renamed.
+// Removes measurements made with others. Throws Error if it cannot be written or another process is
+// changing the room.
+void replace_gains(const std::filesystem::path& room, const GainFields& fields);
+
+// Removes the gains; whether there were any.
+bool remove_gains(const std::filesystem::path& room);
+
 }  // namespace raywalk::build_lf

@@ -4,7 +4,6 @@
 
 #include <fstream>
 
-#include "build_lf/gains/stored_gains.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"

@@ -8,8 +8,6 @@
 
 #include "build_lf/gains/gain_significance.h"
 #include "build_lf/gains/gain_solver.h"
-#include "build_lf/gains/gain_spots.h"
-#include "build_lf/gains/gain_windows.h"
 #include "build_lf/gains/station_ratios.h"
 #include "core/base/interrupt.h"
 #include "core/base/parallel.h"

@@ -20,7 +20,7 @@ namespace raywalk::build_lf {
 // neither on how the ratios are divided nor on the number of threads.
 //
 // Gains of whole pictures are solved for together. Those of their patches are solved for in windows
-// of at most `most_at_once` stations and some around them (gain_windows.h), so that memory is
+// of at most `most_at_once` stations and some around them (gain_solver.h), so that memory is
 // bounded: some 0.5 MB per station of a window. What was measured is meanwhile in a file in the
 // room's directory, some 200 kB per station. Throws Error if that cannot be written; Interrupted.
 //

@@ -7,6 +7,7 @@
 
 #include "build_lf/refine/source_views.h"
 #include "build_lf/station_data.h"
+#include "core/room/omega_map.h"
 #include "core/room/room.h"
 #include "core/view/exposure.h"
 
@@ -28,5 +29,10 @@ void store_developed(const std::filesystem::path& file, const DevelopedStation& 
 // A stored one of that width. Throws Error naming the file if it is damaged.
 DevelopedStation load_developed(const std::filesystem::path& file, int width);
 double stored_sharpening(const std::filesystem::path& file);
+
+// The map at another, larger width: inverse distances are interpolated between neighbours on one
+// surface (resized), and steps, which would be stairs of the map's pixels, are smoothed by medians
+// that leave what is a pixel of the map wide.
+OmegaMap enlarged(const OmegaMap& map, int width);
 
 }  // namespace raywalk::build_lf

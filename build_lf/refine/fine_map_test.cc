@@ -1,8 +1,8 @@
-#include "build_lf/refine/fine_map.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "build_lf/refine/developed_station.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -1,10 +1,9 @@
-#include "build_lf/require/distance_error.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
+#include "build_lf/require/scene_facts.h"
 #include "build_lf/require/test_distances.h"
 
 namespace raywalk::build_lf {

@@ -88,44 +88,23 @@ std::vector<StrideGaps> strides_of(const Grid& grid) {
 
 }  // namespace
 
-std::size_t recreated_stations(const Grid& grid) {
-  std::size_t count = 0;
-  for (const StrideGaps& of_stride : strides_of(grid)) count += of_stride.gaps.size();
-  return count;
-}
-
-std::vector<RecreationScore> score_recreations(const Room& room, double tolerance_px,
-                                               IndexRange share) {
-  Progress progress("re-creating", static_cast<std::int64_t>(share.size()), "stations");
+std::vector<HeldOutFacts> measure_strides(const Room& room, double tolerance_px) {
+  const std::vector<StrideGaps> strides = strides_of(room.grid());
+  std::int64_t stations = 0;
+  for (const StrideGaps& of_stride : strides) stations += std::ssize(of_stride.gaps);
+  Progress progress("re-creating", stations, "stations");
   StationRecreation recreation(room, room, tolerance_px);
-  std::vector<RecreationScore> scores;
-  std::size_t number = 0;
-  for (const StrideGaps& of_stride : strides_of(room.grid())) {
+  std::vector<HeldOutFacts> facts;
+  for (const StrideGaps& of_stride : strides) {
+    std::vector<RecreationScore> scores;
     for (const Gap& gap : of_stride.gaps) {
-      const bool is_of_share = number >= share.begin && number < share.end;
-      ++number;
-      if (!is_of_share) continue;
       const HeldOutStation middle{gap.line, gap.left + of_stride.stride / 2};
       scores.push_back(recreation.score(middle, without(room, gap)));
       progress.advance();
     }
-  }
-  return scores;
-}
-
-std::vector<HeldOutFacts> facts_of_strides(const Grid& grid,
-                                           std::span<const RecreationScore> scores) {
-  std::vector<HeldOutFacts> facts;
-  for (const StrideGaps& of_stride : strides_of(grid)) {
-    facts.push_back(facts_of(of_stride, scores.first(of_stride.gaps.size())));
-    scores = scores.subspan(of_stride.gaps.size());
+    facts.push_back(facts_of(of_stride, scores));
   }
   return facts;
-}
-
-std::vector<HeldOutFacts> measure_strides(const Room& room, double tolerance_px) {
-  return facts_of_strides(
-      room.grid(), score_recreations(room, tolerance_px, {0, recreated_stations(room.grid())}));
 }
 
 double measured_up_to_m(std::span<const HeldOutFacts> strides) {

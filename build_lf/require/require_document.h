@@ -8,7 +8,9 @@
 
 namespace raywalk::build_lf {
 
-// The requirements_document() of a room, with what the report shows besides.
-nlohmann::ordered_json require_document(const Room& room, const RoomRequirements& requirements);
+// The requirements_document() of a room, with what the report shows besides: the k that views use,
+// errors over k, the stations, those of them to keep, and surfaces around them.
+nlohmann::ordered_json require_document(const Room& room, const RoomRequirements& requirements,
+                                        const KeptStations& kept);
 
 }  // namespace raywalk::build_lf

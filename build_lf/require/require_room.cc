@@ -7,29 +7,24 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <utility>
 #include <vector>
 
 #include "build_lf/partial_room.h"
 #include "build_lf/require/held_out.h"
 #include "build_lf/require/require_document.h"
-#include "build_lf/require/require_page.h"
-#include "build_lf/require/requirement_plots.h"
 #include "build_lf/require/scene_facts.h"
 #include "build_lf/require/stored_size.h"
 #include "build_lf/require/thin_room.h"
+#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/median.h"
 #include "core/files/atomic_output.h"
-#include "core/files/block_results.h"
 #include "core/files/json_text.h"
 #include "core/files/output_path.h"
-#include "core/files/packed_values.h"
-#include "core/files/sha256.h"
 #include "core/geometry/spacing.h"
-#include "core/report/json_scope.h"
+#include "core/report/report.h"
 #include "core/room/connection_errors.h"
 #include "core/room/connection_model.h"
 #include "core/room/needed_stations.h"
@@ -38,6 +33,7 @@ namespace raywalk::build_lf {
 namespace {
 
 namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
 
 constexpr std::array kLayerCounts{1, 2, 4, 8, 16, 32};
 
@@ -60,7 +56,7 @@ int count_of(const KeptStations& kept) {
 }
 
 SpacingFacts spacing_facts(const Room& room, const DistanceFacts& distance, OmegaRange scene,
-                           double tolerance_px, std::span<const RecreationScore> scores) {
+                           double tolerance_px) {
   const double tolerance_rad = angle_of_pixels(tolerance_px, room.panorama().width);
   SpacingFacts facts;
   set_captured_spacing(room.grid(), &facts);
@@ -72,7 +68,7 @@ SpacingFacts spacing_facts(const Room& room, const DistanceFacts& distance, Omeg
   facts.needed_by_error_m = distance.omega_error_per_m
                                 ? spacing_needed(scene, *distance.omega_error_per_m, tolerance_rad)
                                 : std::numeric_limits<double>::infinity();
-  facts.held_out = facts_of_strides(room.grid(), scores);
+  facts.held_out = measure_strides(room, tolerance_px);
   facts.measured_up_to_m = measured_up_to_m(facts.held_out);
   facts.needed_with_distances_m =
       std::max(facts.captured_median_m, std::min(facts.needed_by_error_m, facts.measured_up_to_m));
@@ -129,74 +125,44 @@ void require_kept_maps(const Room& room, const KeptStations& kept) {
                   room.directory().string()));
 }
 
-std::string summary_of(const nlohmann::ordered_json& document, const RequireOptions& options) {
-  const JsonScope scope(document);
+std::string distance_text(double distance_m) {
+  return std::isfinite(distance_m) ? fmt::format("{:.2f} m", distance_m) : "sky";
+}
+
+std::string spacing_text(double spacing_m) {
+  return std::isfinite(spacing_m) ? fmt::format("{:.2f} cm", 100.0 * spacing_m) : "any";
+}
+
+// For a terminal.
+std::string summary_of(const RoomRequirements& r, const Json& document,
+                       const RequireOptions& options) {
   const std::string room = escaped(options.room.string());
-  std::string text =
-      room +
-      scope.text(
-          ": surfaces from {distance.near_m:.2f m|sky} to {distance.far_m:.2f m|sky}, for "
-          "{tolerance_px:g px}, with distances {distances}:\n"
-          "  layers    {layers.at_reach} at {storage.reach_m:.2f m} from the line\n"
-          "  spacing   {spacing.needed_without_depth_m as cm:.2f cm|any} without depth, "
-          "{spacing.needed_with_distances_m as cm:.2f cm} with distances; captured "
-          "{spacing.captured_median_m as cm:.2f cm}\n"
-          "  stations  {spacing.stations_needed_with_distances} of {spacing.stations} needed with "
-          "distances\n");
-  if (scope.holds("connection.k_deg")) {
-    text += scope.text(
-        "  k         {connection.k_deg:g} for hlf-vd views ({connection.k_source}); the model E_t "
-        "has {connection.model_k_deg:g}");
-    if (scope.holds("!connection.measured")) {
-      text += "; raywalk-render connect-error " + room + " measures it";
-    }
-    text += "\n";
+  std::string text = fmt::format(
+      "{}: surfaces from {} to {}, for {:g} px, with distances {}:\n"
+      "  layers    {} at {:.2f} m from the line\n"
+      "  spacing   {} without depth, {} with distances; captured {}\n"
+      "  stations  {} of {} needed with distances\n",
+      room, distance_text(r.distance.near_m), distance_text(r.distance.far_m), r.tolerance_px,
+      r.distances, r.storage.omega_steps, r.storage.reach_m,
+      spacing_text(r.spacing.needed_without_depth_m),
+      spacing_text(r.spacing.needed_with_distances_m), spacing_text(r.spacing.captured_median_m),
+      r.spacing.stations_needed_with_distances, r.spacing.stations);
+  if (r.connection.model_k_deg) {
+    const Json& connection = document["connection"];
+    text += fmt::format("  k         {:g} for hlf-vd views ({}); the model E_t has {:g}{}\n",
+                        connection["k_deg"].get<double>(),
+                        connection["k_source"].get<std::string>(), *r.connection.model_k_deg,
+                        r.connection.measured.empty()
+                            ? "; raywalk-render connect-error " + room + " measures it"
+                            : "");
   }
-  if (scope.holds("thinned")) {
-    text += "  " + escaped(options.thin->string()) +
-            scope.text(
-                ": {thinned.stations:counted station}, dropped ones re-created at "
-                "{thinned.psnr_db:.1f dB}\n");
+  if (r.thinned) {
+    text += fmt::format(
+        "  {}: {}, dropped ones re-created at {:.1f} dB\n", escaped(options.thin->string()),
+        counted(static_cast<size_t>(r.thinned->stations), "station"), r.thinned->psnr_db);
   }
   return text + escaped(options.report ? (*options.report / "index.html").string()
                                        : requirements_path(options.room).string());
-}
-
-// What a block measures.
-struct Measured {
-  SampledMaps maps{};
-  std::vector<RecreationScore> scores{};
-};
-
-Measured measure(const Room& room, double tolerance_px, Block block) {
-  return {sampled_distances(room, block.share_of(map_count(room))),
-          score_recreations(room, tolerance_px, block.share_of(recreated_stations(room.grid())))};
-}
-
-std::string bytes_of(const Measured& measured) {
-  PackedWriter writer;
-  writer.add_all(measured.maps.samples);
-  writer.add_all(measured.maps.looked_at);
-  writer.add_all(measured.scores);
-  return writer.bytes();
-}
-
-Measured measured_of(const std::string& bytes) {
-  PackedReader reader(bytes);
-  Measured measured;
-  measured.maps.samples = reader.next_all<DistanceSample>();
-  measured.maps.looked_at = reader.next_all<double>();
-  measured.scores = reader.next_all<RecreationScore>();
-  return measured;
-}
-
-// Over everything that determines what blocks measure.
-BlockResults block_results(const Room& room, double tolerance_px) {
-  RoomManifest manifest = room.manifest();
-  manifest.distances.reset();  // distances_sha256 stands for those in use
-  const std::string inputs = sha256_hex(
-      fmt::format("{}{}{}", manifest_to_json(manifest), distances_sha256(room), tolerance_px));
-  return {room.directory() / "require.partial", "require", inputs};
 }
 
 void require_tolerance(double tolerance_px) {
@@ -204,24 +170,39 @@ void require_tolerance(double tolerance_px) {
   throw UsageError(fmt::format("--tolerance-px is {}; use 0.01 to 100 pixels", tolerance_px));
 }
 
-RoomRequirements requirements_of(const Room& room, double tolerance_px,
-                                 std::vector<Measured> blocks) {
-  std::vector<SampledMaps> maps;
-  std::vector<RecreationScore> scores;
-  for (Measured& block : blocks) {
-    maps.push_back(std::move(block.maps));
-    scores.insert(scores.end(), block.scores.begin(), block.scores.end());
+// Writes and reports what was measured.
+std::string finish(const RequireOptions& options, const Room& room, RoomRequirements requirements) {
+  const KeptStations kept = needed_stations(room, requirements.spacing.needed_with_distances_m,
+                                            Preferred::kWithDistances);
+  if (options.thin) require_kept_maps(room, kept);
+  Json document = require_document(room, requirements, kept);
+  write_file_atomically(requirements_path(options.room), json_text(document));
+  if (options.thin) {
+    write_thinned_room(room, kept, requirements.storage.needed_distance_width_px, *options.thin,
+                       options.replace_thin);
+    requirements.thinned = thinned_facts(room, kept, *options.thin, options.tolerance_px);
+    document["thinned"] = requirements_document(requirements)["thinned"];
+    write_file_atomically(requirements_path(options.room), json_text(document));
   }
+  if (options.report) {
+    write_file_atomically(*options.report / "require.json", json_text(document));
+    write_file_atomically(*options.report / "index.html", report_page("require", document));
+  }
+  return summary_of(requirements, document, options);
+}
+
+}  // namespace
+
+RoomRequirements measure_requirements(const Room& room, double tolerance_px) {
   const double tolerance_rad = angle_of_pixels(tolerance_px, room.panorama().width);
   RoomRequirements result{.distances_sha256 = distances_sha256(room),
                           .distances = room.distances_origin(),
                           .tolerance_px = tolerance_px};
-  result.distance = distance_facts(room, std::move(maps));
+  result.distance = distance_facts(room);
   const double reach_m = typical_reach_m(room.grid());
   result.layers = layer_facts(result.distance, reach_m, tolerance_rad);
   result.connection = connection_facts(room);
-  result.spacing =
-      spacing_facts(room, result.distance, result.layers.range(), tolerance_px, scores);
+  result.spacing = spacing_facts(room, result.distance, result.layers.range(), tolerance_px);
   result.storage = storage_facts(room,
                                  {.reach_m = reach_m,
                                   .spacing_m = result.spacing.needed_with_distances_m,
@@ -232,70 +213,11 @@ RoomRequirements requirements_of(const Room& room, double tolerance_px,
   return result;
 }
 
-// Writes and reports what was measured.
-std::string finish(const RequireOptions& options, const Room& room, RoomRequirements requirements) {
-  const KeptStations kept = needed_stations(room, requirements.spacing.needed_with_distances_m,
-                                            Preferred::kWithDistances);
-  if (options.thin) require_kept_maps(room, kept);
-  nlohmann::ordered_json document = require_document(room, requirements);
-  write_file_atomically(requirements_path(options.room), json_text(document));
-  if (options.thin) {
-    write_thinned_room(room, kept, requirements.storage.needed_distance_width_px, *options.thin,
-                       options.replace_thin);
-    requirements.thinned = thinned_facts(room, kept, *options.thin, options.tolerance_px);
-    document = require_document(room, requirements);
-    write_file_atomically(requirements_path(options.room), json_text(document));
-  }
-  if (options.report) {
-    write_file_atomically(*options.report / "require.json", json_text(document));
-    write_file_atomically(*options.report / "index.html",
-                          require_page(document, requirement_figures(room, requirements, kept)));
-  }
-  return summary_of(document, options);
-}
-
-}  // namespace
-
-RoomRequirements measure_requirements(const Room& room, double tolerance_px) {
-  std::vector<Measured> all;
-  all.push_back(measure(room, tolerance_px, {}));
-  return requirements_of(room, tolerance_px, std::move(all));
-}
-
 std::string require_room(const RequireOptions& options) {
   require_tolerance(options.tolerance_px);
   const Room room = Room::open(options.room);
   prepare_outputs(options);
-  const BlockResults results = block_results(room, options.tolerance_px);
-  if (!results.any_done()) {
-    return finish(options, room, measure_requirements(room, options.tolerance_px));
-  }
-  const int count = results.count_to_complete();
-  for (int index = 1; index <= count; ++index) require_block(options, {index, count});
-  return merge_requirements(options);
-}
-
-std::string require_block(const RequireOptions& options, Block block) {
-  require_tolerance(options.tolerance_px);
-  const Room room = Room::open(options.room);
-  const bool made = block_results(room, options.tolerance_px).make(block, [&] {
-    return bytes_of(measure(room, options.tolerance_px, block));
-  });
-  return fmt::format("{}: block {}{}", options.room.string(), block.text(),
-                     made ? "" : ": was done before");
-}
-
-std::string merge_requirements(const RequireOptions& options) {
-  require_tolerance(options.tolerance_px);
-  const Room room = Room::open(options.room);
-  prepare_outputs(options);
-  const BlockResults results = block_results(room, options.tolerance_px);
-  std::vector<Measured> blocks;
-  for (const std::string& bytes : results.merged()) blocks.push_back(measured_of(bytes));
-  std::string text =
-      finish(options, room, requirements_of(room, options.tolerance_px, std::move(blocks)));
-  results.remove();
-  return text;
+  return finish(options, room, measure_requirements(room, options.tolerance_px));
 }
 
 }  // namespace raywalk::build_lf

@@ -5,7 +5,6 @@
 #include <optional>
 #include <string>
 
-#include "core/base/block.h"
 #include "core/room/requirements.h"
 #include "core/room/room.h"
 
@@ -31,14 +30,5 @@ RoomRequirements measure_requirements(const Room& room, double tolerance_px);
 // cannot be written; and before writing anything if no station that `thin` would keep has a
 // distance map.
 std::string require_room(const RequireOptions& options);
-
-// Measures a block of what takes time: the distances of some maps, and some of the stations that
-// are re-created. Kept in ROOM/require.partial until they are merged; what is done is not done
-// again. Returns a sentence for the terminal.
-std::string require_block(const RequireOptions& options, Block block);
-
-// The same as require_room() from the blocks, which are removed then. Throws Error naming the
-// blocks that are missing.
-std::string merge_requirements(const RequireOptions& options);
 
 }  // namespace raywalk::build_lf

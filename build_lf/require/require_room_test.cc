@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "build_lf/require/test_distances.h"
 #include "build_lf/room_verify.h"
@@ -37,6 +39,9 @@ class RequireRoomTest : public RequireTest {
   RoomRequirements kept() const {
     const auto file = requirements_path(path_);
     return requirements_from_json(read_file(file), file.string());
+  }
+  nlohmann::json document() const {
+    return nlohmann::json::parse(read_file(requirements_path(path_)));
   }
   std::string error_of(const RequireOptions& options) const {
     try {
@@ -74,7 +79,7 @@ TEST_F(RequireRoomTest, StoresTheResultInRoomAndReport) {
   EXPECT_THAT(told, AllOf(HasSubstr("52"), HasSubstr("index.html"), HasSubstr("connect-error")));
   const RoomRequirements r = kept();
   EXPECT_EQ(read_file(report_ / "require.json"), read_file(requirements_path(path_)));
-  EXPECT_THAT(read_file(report_ / "index.html"), HasSubstr("</html>"));
+  EXPECT_THAT(read_file(report_ / "index.html"), HasSubstr("\"kind\":\"require\""));
   ASSERT_TRUE(current_requirements(room)) << "it belongs to the room";
   EXPECT_EQ(r.spacing.stations, 52);
   EXPECT_NEAR(r.spacing.captured_median_m, 0.125, 1e-9);
@@ -93,6 +98,33 @@ TEST_F(RequireRoomTest, StoresTheResultInRoomAndReport) {
   EXPECT_TRUE(r.connection.measured.empty());
   EXPECT_GE(*r.connection.model_k_deg, 45.0);
   EXPECT_FALSE(r.thinned);
+}
+
+TEST_F(RequireRoomTest, DocumentHasWhatTheReportShowsBesides) {
+  const Room room = room_of(spec());
+  store_connection_errors(path_, {.generation = "hlf-vd",
+                                  .viewpoints = 5,
+                                  .overlap_deg = 5.0,
+                                  .common_share = 0.9,
+                                  .rows = {{60.0, 2.5, 2.0, 1.0}, {80.0, 3.5, 3.0, 1.0}}});
+  require_room({.room = path_});
+  const nlohmann::json json = document();
+  EXPECT_EQ(json["room"], path_.string());
+  EXPECT_EQ(json["lines"], 4);
+  ASSERT_EQ(json["stations"].size(), 52U);
+  EXPECT_EQ(
+      std::ranges::count_if(json["stations"], [](const auto& s) { return s["kept"] == true; }),
+      json["spacing"]["stations_needed_with_distances"]);
+  const Station& last = room.grid().lines.back().stations.back();
+  EXPECT_EQ(json["stations"].back()["x_m"], last.position_m.x());
+  EXPECT_EQ(json["stations"].back()["z_m"], last.position_m.z());
+  EXPECT_EQ(json["surroundings"].size(), 8U);
+  EXPECT_EQ(json["surroundings"][0]["distances_m"].size(), 180U);
+  EXPECT_GT(json["surroundings"][0]["distances_m"][90], 0.5);
+  EXPECT_EQ(json["connection"]["k_deg"], 60.0);
+  EXPECT_EQ(json["connection"]["model_curve"].size(), 46U);
+  ASSERT_EQ(json["connection"]["measured_curves"].size(), 2U);
+  EXPECT_EQ(json["connection"]["measured_curves"][1]["e_connect"], 3.0);
 }
 
 TEST_F(RequireRoomTest, UsesTheMeasuredConnection) {
@@ -242,7 +274,7 @@ TEST_F(RequireRoomTest, SingleLineHasNoConnection) {
   room_of(line_spec());
   require_room({.room = path_, .report = report_});
   EXPECT_FALSE(kept().connection.model_k_deg);
-  EXPECT_THAT(read_file(report_ / "index.html"), HasSubstr("no lines connect"));
+  EXPECT_FALSE(document()["connection"].contains("k_deg"));
 }
 
 TEST_F(RequireRoomTest, OpenSkyRequiresNothing) {
@@ -341,34 +373,6 @@ TEST_F(RequireRoomTest, DamagedMeasurementIsAnError) {
   room_of(spec());
   write_file_atomically(connection_errors_path(path_), "damaged");
   EXPECT_THAT(error_of({.room = path_}), HasSubstr("connect-error"));
-}
-
-TEST_F(RequireRoomTest, BlocksMeasureWhatOneRunDoes) {
-  const Room room = room_of(line_spec());
-  replace_distances([](float metres) { return 1.01f * metres; }, 200);
-  const RequireOptions options{.room = path_, .report = directory_ / "report"};
-  require_room(options);
-  const std::string plain = read_file(requirements_path(path_));
-  const std::string page = read_file(directory_ / "report/index.html");
-  fs::remove(requirements_path(path_));
-
-  require_block(options, {3, 3});
-  EXPECT_THAT(require_block(options, {3, 3}), HasSubstr("done before"));
-  require_block(options, {1, 3});
-  EXPECT_THAT(raywalk::error_of([&] { merge_requirements(options); }),
-              HasSubstr("require: 1 of 3 blocks is missing: 2"));
-  EXPECT_THAT(raywalk::error_of([&] { merge_requirements({.room = path_, .tolerance_px = 0.25}); }),
-              HasSubstr("no block has been made from these inputs"));
-  require_block(options, {2, 3});
-  merge_requirements(options);
-  EXPECT_EQ(read_file(requirements_path(path_)), plain);
-  EXPECT_EQ(read_file(directory_ / "report/index.html"), page);
-  EXPECT_FALSE(fs::exists(path_ / "require.partial"));
-
-  require_block(options, {2, 3});  // a run of its own goes on with what blocks did
-  require_room(options);
-  EXPECT_EQ(read_file(requirements_path(path_)), plain);
-  EXPECT_FALSE(fs::exists(path_ / "require.partial"));
 }
 
 }  // namespace

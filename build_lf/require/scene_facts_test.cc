@@ -11,10 +11,6 @@
 namespace raywalk::build_lf {
 namespace {
 
-DistanceFacts facts_of(const Room& room) {
-  return distance_facts(room, {sampled_distances(room, {0, map_count(room)})});
-}
-
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
@@ -35,7 +31,7 @@ class SceneFactsTest : public RequireTest {
 TEST_F(SceneFactsTest, RangesAreThoseOfTheRoom) {
   SyntheticRoomSpec spec{.side_m = 0.2, .spacing_m = 0.1, .width = 128};
   spec.scene.walls = {{-4.0, -1.0, -2.0}, {3.0, 1.5, 5.0}};
-  const DistanceFacts facts = facts_of(room_of(spec));
+  const DistanceFacts facts = distance_facts(room_of(spec));
   EXPECT_EQ(facts.directions.size(), 288U);
   // Stations are within 0.1 m of the middle; a field reaches 7.5 degrees to either side.
   EXPECT_NEAR(field(facts, 91.0, 1.0).median_m, 3.0, 0.15);
@@ -53,7 +49,7 @@ TEST_F(SceneFactsTest, RangesAreThoseOfTheRoom) {
 TEST_F(SceneFactsTest, SkyIsInfinitelyFar) {
   SyntheticRoomSpec spec{.width = 64};
   spec.scene.infinitely_far = true;
-  const DistanceFacts facts = facts_of(room_of(spec));
+  const DistanceFacts facts = distance_facts(room_of(spec));
   EXPECT_TRUE(std::isinf(facts.near_m));
   EXPECT_EQ(facts.sky_share, 1.0);
   const LayerFacts layers = layer_facts(facts, 0.5, 1e-3);
@@ -64,13 +60,13 @@ TEST_F(SceneFactsTest, SkyIsInfinitelyFar) {
 TEST_F(SceneFactsTest, PixelsAreWeightedByConfidence) {
   room_of({.width = 64});
   replace_distances([](float metres) { return metres; }, 51);
-  EXPECT_NEAR(facts_of(Room::open(path_)).known_share, 0.2, 1e-3);
+  EXPECT_NEAR(distance_facts(Room::open(path_)).known_share, 0.2, 1e-3);
 }
 
 TEST_F(SceneFactsTest, RoomWithoutKnownDistancesIsAnError) {
   const auto message_of = [](const Room& room) -> std::string {
     try {
-      facts_of(room);
+      distance_facts(room);
     } catch (const Error& error) {
       return error.what();
     }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "build_lf/room_maps.h"
 #include "core/base/parallel.h"
 #include "core/geometry/spacing.h"
 #include "core/room/omega_map.h"
@@ -21,22 +22,6 @@ constexpr std::uint64_t kFloatBytes = 4;
 constexpr std::uint64_t kSpecialCodes = 2;  // "unknown" and "no surface"
 
 std::uint64_t pixels_of(double width) { return static_cast<std::uint64_t>(width * width / 2.0); }
-
-struct LineMap {
-  int line = 0;
-  int map = 0;
-};
-
-std::vector<LineMap> some_maps(const Room& room) {
-  std::vector<LineMap> all;
-  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
-    for (int map = 0; map < room.distances(line).maps(); ++map) all.push_back({line, map});
-  }
-  const size_t count = std::min<size_t>(kMaxResampledMaps, all.size());
-  std::vector<LineMap> some;
-  for (size_t i = 0; i < count; ++i) some.push_back(all[i * all.size() / count]);
-  return some;
-}
 
 // Solid angle of a map's known pixels, and of those that a coarser map keeps within the tolerance.
 struct KeptShare {
@@ -65,15 +50,14 @@ KeptShare kept_share(const OmegaMap& map, int width, double most_omega_error) {
 // kept_share over a sample of maps, for each of `widths`.
 std::vector<KeptShare> kept_shares(const Room& room, const std::vector<int>& widths,
                                    double most_omega_error) {
-  const std::vector<LineMap> maps = some_maps(room);
-  std::vector<std::vector<KeptShare>> of_map(maps.size());
-  parallel_for(0, static_cast<int>(maps.size()), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      const LineMap& index = maps[static_cast<size_t>(i)];
+  const std::vector<MapStation> maps = all_maps(room);
+  const size_t count = std::min<size_t>(kMaxResampledMaps, maps.size());
+  std::vector<std::vector<KeptShare>> of_map(count);
+  parallel_for(0, static_cast<int>(count), 1, [&](int begin, int end) {
+    for (size_t i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+      const MapStation& index = maps[i * maps.size() / count];
       const OmegaMap map = omega_map_of(room.distances(index.line), index.map);
-      for (const int width : widths) {
-        of_map[static_cast<size_t>(i)].push_back(kept_share(map, width, most_omega_error));
-      }
+      for (const int width : widths) of_map[i].push_back(kept_share(map, width, most_omega_error));
     }
   });
   std::vector<KeptShare> sum(widths.size());

@@ -23,7 +23,7 @@ struct StorageNeed {
 // more than the tolerance.
 double useful_width(const StorageNeed& need);
 
-// Higher than kTrustedShare (distance_error.h), because coarse maps lose silhouettes, where views
+// Higher than kTrustedShare (scene_facts.h), because coarse maps lose silhouettes, where views
 // tear. In white-room, maps that kept 97.6 % and 99.1 % cost hlf-vd views 3.2 dB and 1.4 dB,
 // two-sided views 1.2 dB and 0.4 dB. The loss is proportional to the wrong share, so 0.2 % cost
 // about 0.3 dB.

@@ -74,7 +74,7 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   EXPECT_EQ(files_in(directory / "distances-given"), given);
   EXPECT_FALSE(fs::exists(directory / "distances.partial"));
   EXPECT_FALSE(fs::exists(directory / "connect-error.json"));
-  EXPECT_TRUE(fs::exists(directory / "depth.html"));
+  EXPECT_THAT(read_file(directory / "depth.html"), HasSubstr("\"kind\":\"depth\""));
   const auto report = report_of(room.room());
   EXPECT_EQ(report["method"], "sweep");
   EXPECT_GT(report["truth"]["within_2px_share"], 0.9);
