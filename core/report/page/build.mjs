@@ -36,7 +36,7 @@ const page = `<!doctype html>
 <style>${text(".css")}</style>
 </head>
 <body>
-<noscript>This report draws itself with JavaScript; its values are in the JSON file beside it.</noscript>
+<noscript>This report draws itself with JavaScript from the JSON inside.</noscript>
 <script type="application/json" id="report">RAYWALK_REPORT</script>
 <script>${text(".js").replaceAll("</script", "<\\/script")}</script>
 </body>

@@ -59,7 +59,7 @@ function makeReports() {
   const truth = ["--truth", at("capture/gt.csv")];
   raywalk("render", "trade", room, ...truth, "--repetitions", "1", ...report("trade"));
   raywalk("render", "error-model", "--viewpoints", "9", ...report("error-model"));
-  raywalk("capture", "plan", "capture.yaml", ...report("plan.html"));
+  raywalk("capture", "plan", "capture-osc", ...report("plan.html"));
 }
 
 function htmlBelow(root) {
