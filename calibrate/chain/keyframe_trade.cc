@@ -8,7 +8,6 @@
 #include "core/base/median.h"
 #include "core/base/timing.h"
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
 #include "core/files/json_text.h"
 #include "core/files/sha256.h"
 
@@ -20,6 +19,19 @@ using nlohmann::ordered_json;
 
 constexpr const char* kStep = "trade";
 constexpr const char* kFile = "trade.json";
+
+// One spacing. Differences are to the densest spacing, over all stations, after removing the mean
+// displacement, which is unobservable.
+struct KeyframeTrial {
+  double keyframes_mm = 0.0;  // 0: every station
+  int keyframes = 0;
+  double seconds = 0.0;  // of the steps poses and grid
+  double median_mm = 0.0;
+  double largest_mm = 0.0;
+  double median_deg = 0.0;
+  double largest_deg = 0.0;
+  bool trustworthy = false;
+};
 
 struct SolvedTrial {
   KeyframeTrial trial{};
@@ -70,50 +82,7 @@ void compare(const FramePoses& densest, SolvedTrial* solved) {
   solved->trial.median_deg = median(std::move(apart_deg));
 }
 
-std::vector<KeyframeTrial> read_trials(const fs::path& file) {
-  std::vector<KeyframeTrial> trials;
-  for (const CheckedJson& trial :
-       CheckedJson::read(file, "remove it and run the trade again").items()) {
-    trials.push_back({.keyframes_mm = trial.at("keyframes_mm").number(),
-                      .keyframes = trial.at("keyframes").integer(),
-                      .seconds = trial.at("seconds").number(),
-                      .median_mm = trial.at("median_mm").number(),
-                      .largest_mm = trial.at("largest_mm").number(),
-                      .median_deg = trial.at("median_deg").number(),
-                      .largest_deg = trial.at("largest_deg").number(),
-                      .trustworthy = trial.at("trustworthy").boolean()});
-  }
-  return trials;
-}
-
-}  // namespace
-
-std::vector<KeyframeTrial> compare_keyframes(Calibration* calibration,
-                                             std::vector<double> spacings_mm) {
-  std::sort(spacings_mm.begin(), spacings_mm.end());
-  spacings_mm.erase(std::unique(spacings_mm.begin(), spacings_mm.end()), spacings_mm.end());
-  std::string inputs = calibration->fingerprint_without_keyframes();
-  for (const double spacing_mm : spacings_mm) inputs += fmt::format(" {}", spacing_mm);
-  const std::string fingerprint = sha256_hex(inputs);
-  if (calibration->records().done(kStep, fingerprint)) {
-    return read_trials(calibration->out() / kFile);
-  }
-  std::vector<KeyframeTrial> trials;
-  FramePoses densest;
-  double seconds = 0.0;
-  for (const double spacing_mm : spacings_mm) {
-    SolvedTrial solved = solve(*calibration, spacing_mm);
-    if (trials.empty()) densest = solved.poses;
-    compare(densest, &solved);
-    seconds += solved.trial.seconds;
-    trials.push_back(solved.trial);
-  }
-  write_file_atomically(calibration->out() / kFile, json_text(keyframe_json(trials)));
-  calibration->records().note(kStep, fingerprint, seconds, {kFile});
-  return trials;
-}
-
-ordered_json keyframe_json(const std::vector<KeyframeTrial>& trials) {
+ordered_json json_of(const std::vector<KeyframeTrial>& trials) {
   ordered_json list = ordered_json::array();
   for (const KeyframeTrial& trial : trials) {
     list.push_back({{"keyframes_mm", trial.keyframes_mm},
@@ -126,6 +95,33 @@ ordered_json keyframe_json(const std::vector<KeyframeTrial>& trials) {
                     {"trustworthy", trial.trustworthy}});
   }
   return list;
+}
+
+}  // namespace
+
+ordered_json compare_keyframes(Calibration* calibration, std::vector<double> spacings_mm) {
+  std::sort(spacings_mm.begin(), spacings_mm.end());
+  spacings_mm.erase(std::unique(spacings_mm.begin(), spacings_mm.end()), spacings_mm.end());
+  std::string inputs = calibration->fingerprint_without_keyframes();
+  for (const double spacing_mm : spacings_mm) inputs += fmt::format(" {}", spacing_mm);
+  const std::string fingerprint = sha256_hex(inputs);
+  if (calibration->records().done(kStep, fingerprint)) {
+    return ordered_json::parse(read_file(calibration->out() / kFile));
+  }
+  std::vector<KeyframeTrial> trials;
+  FramePoses densest;
+  double seconds = 0.0;
+  for (const double spacing_mm : spacings_mm) {
+    SolvedTrial solved = solve(*calibration, spacing_mm);
+    if (trials.empty()) densest = solved.poses;
+    compare(densest, &solved);
+    seconds += solved.trial.seconds;
+    trials.push_back(solved.trial);
+  }
+  ordered_json document = json_of(trials);
+  write_file_atomically(calibration->out() / kFile, json_text(document));
+  calibration->records().note(kStep, fingerprint, seconds, {kFile});
+  return document;
 }
 
 }  // namespace raywalk::calibrate

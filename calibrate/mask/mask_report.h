@@ -1,4 +1,4 @@
-// mask.json and mask.html.
+// mask.json and its figure.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -15,7 +15,7 @@ namespace raywalk::calibrate {
 struct MaskReport {
   MaskOptions options{};
   double masked_share = 0.0;  // of the sphere, in all frames
-  std::string station{};      // shown on the page
+  std::string station{};      // that the figure shows
   std::optional<DollyDetection> dolly{};
   int frames = 0;           // of the capture
   MaskFigures of_frames{};  // masks of single frames
@@ -24,12 +24,10 @@ struct MaskReport {
 // Of mask.json. Keys: format_version, width_px, height_px, masked_share, cone_deg, picture (null:
 // none), automatic (null: disabled, or nothing found) {reach_deg, lines, stations}, frame_masks
 // (null: no frame has a mask of its own) {frames, of_frames, masked_share (with the common mask,
-// mean)}, station.
+// mean)}, station; write_mask adds figures.
 nlohmann::ordered_json mask_document(const MaskReport& report, PanoramaSize size);
 
-// `document`: of mask.json; `panorama`: of its station, CV_8UC3; `mask`: what is masked in it, of
-// the same size.
-std::string mask_page(const nlohmann::ordered_json& document, const cv::Mat& mask,
-                      const cv::Mat& panorama);
+// The panorama of a station (CV_8UC3), red where `mask`, of the same size, is 0.
+cv::Mat tinted(const cv::Mat& mask, const cv::Mat& panorama);
 
 }  // namespace raywalk::calibrate

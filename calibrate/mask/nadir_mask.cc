@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "calibrate/base/figures.h"
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/mask/dolly_detection.h"
 #include "calibrate/mask/mask_report.h"
@@ -61,11 +62,12 @@ void write_report(const CaptureSet& panoramas, const cv::Mat& mask,
                           .dolly = dolly,
                           .frames = static_cast<int>(panoramas.frames.size()),
                           .of_frames = mask_figures(panoramas, mask)};
-  const nlohmann::ordered_json document = mask_document(report, panoramas.frame);
+  nlohmann::ordered_json document = mask_document(report, panoramas.frame);
+  const cv::Mat joint = joint_mask(panoramas, static_cast<int>(shown), mask);
+  document["figures"] = nlohmann::ordered_json::array(
+      {write_figure(options.out, "mask", "Station " + sample.name, "red: masked",
+                    tinted(joint, read_panorama(sample.file)))});
   write_file_atomically(options.out / "mask.json", json_text(document));
-  write_file_atomically(options.out / "mask.html",
-                        mask_page(document, joint_mask(panoramas, static_cast<int>(shown), mask),
-                                  read_panorama(sample.file)));
 }
 
 }  // namespace
@@ -97,7 +99,7 @@ std::optional<cv::Mat> write_mask(const CaptureSet& panoramas, const MaskOptions
   }
   const bool masks_nothing = cv::countNonZero(mask) == mask.rows * mask.cols;
   if (masks_nothing) {
-    for (const char* name : {"mask.png", "mask.json", "mask.html"}) {
+    for (const char* name : {"mask.png", "mask.json", "figures/mask.png"}) {
       std::filesystem::remove(options.out / name);
     }
     if (!any_masks(panoramas)) return std::nullopt;
