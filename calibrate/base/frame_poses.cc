@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "calibrate/base/frame_poses_json.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/checked_json.h"
@@ -72,6 +71,19 @@ FramePose pose_of(const CheckedJson& frame) {
           .residual_px = frame.at("residual_px").number()};
 }
 
+FramePoses frame_poses_in(const CheckedJson& frames, const CaptureSet& set) {
+  FramePoses poses(set.frames.size());
+  for (const CheckedJson& frame : frames.items()) {
+    const CheckedJson name = frame.at("name");
+    const std::optional<int> index = set.find(name.text());
+    if (!index) name.fail("frame " + excerpt(name.text()) + " is not in the capture");
+    auto& pose = poses[static_cast<std::size_t>(*index)];
+    if (pose) name.fail("lists a frame twice");
+    pose = pose_of(frame);
+  }
+  return poses;
+}
+
 std::vector<std::string> column_of(const CsvTable& table, const std::string& column) {
   std::vector<std::string> values;
   for (std::size_t row = 0; row < table.rows(); ++row) values.push_back(table.text(row, column));
@@ -115,19 +127,6 @@ ordered_json frame_poses_json(const CaptureSet& set, const FramePoses& poses) {
     if (poses[i]) frames.push_back(json_of(set.frames[i], *poses[i]));
   }
   return frames;
-}
-
-FramePoses frame_poses_in(const CheckedJson& frames, const CaptureSet& set) {
-  FramePoses poses(set.frames.size());
-  for (const CheckedJson& frame : frames.items()) {
-    const CheckedJson name = frame.at("name");
-    const std::optional<int> index = set.find(name.text());
-    if (!index) name.fail("frame " + excerpt(name.text()) + " is not in the capture");
-    auto& pose = poses[static_cast<std::size_t>(*index)];
-    if (pose) name.fail("lists a frame twice");
-    pose = pose_of(frame);
-  }
-  return poses;
 }
 
 void write_frame_poses(const fs::path& file, const CaptureSet& set, const FramePoses& poses) {

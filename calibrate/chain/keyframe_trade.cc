@@ -20,21 +20,10 @@ using nlohmann::ordered_json;
 constexpr const char* kStep = "trade";
 constexpr const char* kFile = "trade.json";
 
-// One spacing. Differences are to the densest spacing, over all stations, after removing the mean
-// displacement, which is unobservable.
-struct KeyframeTrial {
-  double keyframes_mm = 0.0;  // 0: every station
+struct SolvedTrial {
   int keyframes = 0;
   double seconds = 0.0;  // of the steps poses and grid
-  double median_mm = 0.0;
-  double largest_mm = 0.0;
-  double median_deg = 0.0;
-  double largest_deg = 0.0;
   bool trustworthy = false;
-};
-
-struct SolvedTrial {
-  KeyframeTrial trial{};
   FramePoses poses{};
 };
 
@@ -54,47 +43,38 @@ SolvedTrial solve(const Calibration& calibration, double spacing_mm) {
     solved = solve_poses(set, poses);
     estimated = estimate_grid(set, solved.poses, grid);
   });
-  return {{.keyframes_mm = spacing_mm,
-           .keyframes = static_cast<int>(solved.keyframes.size()),
-           .seconds = times.wall_s,
-           .trustworthy = estimated.trustworthy},
-          std::move(estimated.poses)};
+  return {.keyframes = static_cast<int>(solved.keyframes.size()),
+          .seconds = times.wall_s,
+          .trustworthy = estimated.trustworthy,
+          .poses = std::move(estimated.poses)};
 }
 
-void compare(const FramePoses& densest, SolvedTrial* solved) {
+// Differences are to the densest spacing, over all stations, after removing the mean displacement,
+// which is unobservable.
+ordered_json trial_json(double spacing_mm, const SolvedTrial& solved, const FramePoses& densest) {
   std::vector<Eigen::Vector3d> moved_m;
   std::vector<double> apart_mm, apart_deg;
   Eigen::Vector3d mean_m(0, 0, 0);
   for (std::size_t i = 0; i < densest.size(); ++i) {
-    const auto& pose = solved->poses[i];
+    const auto& pose = solved.poses[i];
     if (!densest[i] || !pose) continue;
     moved_m.emplace_back(pose->position_m - densest[i]->position_m);
     mean_m += moved_m.back();
     apart_deg.push_back(degrees_from_radians(
         angle_between(pose->world_from_camera, densest[i]->world_from_camera)));
   }
-  if (moved_m.empty()) return;
+  ordered_json trial{{"keyframes_mm", spacing_mm},
+                     {"keyframes", solved.keyframes},
+                     {"seconds", solved.seconds},
+                     {"trustworthy", solved.trustworthy}};
+  if (moved_m.empty()) return trial;
   mean_m /= static_cast<double>(moved_m.size());
   for (const Eigen::Vector3d& moved : moved_m) apart_mm.push_back(1000.0 * (moved - mean_m).norm());
-  solved->trial.largest_mm = *std::max_element(apart_mm.begin(), apart_mm.end());
-  solved->trial.largest_deg = *std::max_element(apart_deg.begin(), apart_deg.end());
-  solved->trial.median_mm = median(std::move(apart_mm));
-  solved->trial.median_deg = median(std::move(apart_deg));
-}
-
-ordered_json json_of(const std::vector<KeyframeTrial>& trials) {
-  ordered_json list = ordered_json::array();
-  for (const KeyframeTrial& trial : trials) {
-    list.push_back({{"keyframes_mm", trial.keyframes_mm},
-                    {"keyframes", trial.keyframes},
-                    {"seconds", trial.seconds},
-                    {"median_mm", trial.median_mm},
-                    {"largest_mm", trial.largest_mm},
-                    {"median_deg", trial.median_deg},
-                    {"largest_deg", trial.largest_deg},
-                    {"trustworthy", trial.trustworthy}});
-  }
-  return list;
+  trial["largest_mm"] = *std::max_element(apart_mm.begin(), apart_mm.end());
+  trial["largest_deg"] = *std::max_element(apart_deg.begin(), apart_deg.end());
+  trial["median_mm"] = median(std::move(apart_mm));
+  trial["median_deg"] = median(std::move(apart_deg));
+  return trial;
 }
 
 }  // namespace
@@ -108,20 +88,18 @@ ordered_json compare_keyframes(Calibration* calibration, std::vector<double> spa
   if (calibration->records().done(kStep, fingerprint)) {
     return ordered_json::parse(read_file(calibration->out() / kFile));
   }
-  std::vector<KeyframeTrial> trials;
+  ordered_json trials = ordered_json::array();
   FramePoses densest;
   double seconds = 0.0;
   for (const double spacing_mm : spacings_mm) {
-    SolvedTrial solved = solve(*calibration, spacing_mm);
+    const SolvedTrial solved = solve(*calibration, spacing_mm);
     if (trials.empty()) densest = solved.poses;
-    compare(densest, &solved);
-    seconds += solved.trial.seconds;
-    trials.push_back(solved.trial);
+    trials.push_back(trial_json(spacing_mm, solved, densest));
+    seconds += solved.seconds;
   }
-  ordered_json document = json_of(trials);
-  write_file_atomically(calibration->out() / kFile, json_text(document));
+  write_file_atomically(calibration->out() / kFile, json_text(trials));
   calibration->records().note(kStep, fingerprint, seconds, {kFile});
-  return document;
+  return trials;
 }
 
 }  // namespace raywalk::calibrate

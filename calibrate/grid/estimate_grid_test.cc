@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <nlohmann/json.hpp>
+
 #include "calibrate/grid/test_grid.h"
 #include "calibrate/grid/test_room.h"
 #include "core/base/error.h"

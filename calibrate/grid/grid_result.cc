@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "calibrate/base/frame_poses_json.h"
 #include "calibrate/grid/line_summary.h"
 
 namespace raywalk::calibrate {

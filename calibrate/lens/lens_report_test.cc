@@ -7,7 +7,6 @@
 #include <opencv2/core.hpp>
 
 #include "calibrate/lens/lens_test_camera.h"
-#include "calibrate/lens/lens_values.h"
 #include "calibrate/lens/residual_figures.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
@@ -36,12 +35,12 @@ LensFit fit_with_residuals() {
 }
 
 TEST(LensReportTest, RingsShowErrorsOfTheRadialModel) {
-  const std::vector<ResidualRing> rings = residual_rings(fit_with_residuals());
+  const auto rings = lens_document(fit_with_residuals())["residuals_over_angle"];
   ASSERT_EQ(rings.size(), 1U);
-  EXPECT_NEAR(degrees_from_radians(rings[0].off_axis_rad), 62.5, 1e-9);
-  EXPECT_EQ(rings[0].count, 12);
-  EXPECT_NEAR(rings[0].rms_px, 0.5, 1e-9);
-  EXPECT_NEAR(rings[0].radial_px, 0.5, 1e-9);
+  EXPECT_NEAR(rings[0]["off_axis_deg"], 62.5, 1e-9);
+  EXPECT_EQ(rings[0]["count"], 12);
+  EXPECT_NEAR(rings[0]["rms_px"], 0.5, 1e-9);
+  EXPECT_NEAR(rings[0]["radial_px"], 0.5, 1e-9);
 }
 
 TEST(LensReportTest, JsonHoldsStartAndFittedValues) {

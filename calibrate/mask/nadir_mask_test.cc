@@ -8,7 +8,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calibrate/base/frame_masks.h"
-#include "calibrate/mask/mask_report.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
@@ -103,6 +102,7 @@ TEST_F(NadirMaskTest, WritesMaskAndFigure) {
   EXPECT_EQ(json.at("cone_deg"), 30.0);
   EXPECT_NEAR(json.at("masked_share").get<double>(), 0.067, 0.001);
   EXPECT_TRUE(json.at("frame_masks").is_null());
+  EXPECT_TRUE(json.at("picture").is_null() && json.at("automatic").is_null());
   EXPECT_EQ(json.at("station"), "a");
   // Red where it is masked: straight down.
   EXPECT_EQ(json.at("figures")[0].at("row"), "Station a");
@@ -130,24 +130,6 @@ TEST_F(NadirMaskTest, ReportTellsOfMasksOfSingleFrames) {
   EXPECT_FALSE(std::filesystem::exists(options.out / "mask.png"));
   const auto alone = nlohmann::json::parse(read_file(options.out / "mask.json"));
   EXPECT_NEAR(alone.at("frame_masks").at("masked_share").get<double>(), 0.5, 5e-5);
-}
-
-TEST(MaskReportTest, DocumentHasWhatThereIs) {
-  MaskReport report{.options = {.cone_deg = 12.5, .picture = "pole.png"},
-                    .masked_share = 0.0123,
-                    .station = "a",
-                    .dolly = DollyDetection{.reach_deg = 31.4, .lines = 1, .stations = 9},
-                    .frames = 20,
-                    .of_frames = {.frames = 7, .share = 0.25}};
-  const auto full = mask_document(report, kMaskSize);
-  EXPECT_EQ(full["picture"], "pole.png");
-  EXPECT_EQ(full["automatic"]["reach_deg"], 31.4);
-  EXPECT_EQ(full["automatic"]["stations"], 9);
-  EXPECT_EQ(full["frame_masks"]["of_frames"], 20);
-  report = {.masked_share = 0.5, .station = "a", .frames = 20};
-  const auto plain = mask_document(report, kMaskSize);
-  EXPECT_TRUE(plain["picture"].is_null() && plain["automatic"].is_null());
-  EXPECT_TRUE(plain["frame_masks"].is_null());
 }
 
 TEST_F(NadirMaskTest, MaskIsRemovedWhenDisabled) {

@@ -4,7 +4,6 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "calibrate/base/frame_poses_json.h"
 #include "core/files/atomic_output.h"
 #include "core/files/json_text.h"
 

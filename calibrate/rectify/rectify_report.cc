@@ -72,8 +72,7 @@ ordered_json json_of(const std::optional<double>& value) {
   return value ? ordered_json(*value) : ordered_json(nullptr);
 }
 
-}  // namespace
-
+// The next step.
 std::string pack_command(const RectifyResult& result, const fs::path& out) {
   std::string command =
       fmt::format("raywalk-build-lf pack --frames {} --out ROOM.lf", (out / "poses.csv").string());
@@ -85,6 +84,8 @@ std::string pack_command(const RectifyResult& result, const fs::path& out) {
   }
   return command;
 }
+
+}  // namespace
 
 ordered_json rectify_document(const CaptureSet& set, const FramePoses& poses,
                               const RectifyResult& result, const fs::path& out) {

@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
-#include <string>
 
 #include "calibrate/rectify/rectify_set.h"
 
@@ -17,8 +16,5 @@ void write_rectify_report(const CaptureSet& set, const FramePoses& poses,
 nlohmann::ordered_json rectify_document(const CaptureSet& set, const FramePoses& poses,
                                         const RectifyResult& result,
                                         const std::filesystem::path& out);
-
-// "raywalk-build-lf pack --frames OUT/poses.csv ...", the next step.
-std::string pack_command(const RectifyResult& result, const std::filesystem::path& out);
 
 }  // namespace raywalk::calibrate

@@ -33,25 +33,25 @@ export const calibration: Describe = (d, images) => {
     warnings: d.warnings,
     sections: [
       section("Notes", d.notes),
-      rectify && section("The next step", h("p", {}, h("code", {}, rectify.pack_command))),
-      lens && lensSection(lens, images),
-      stitch && stitchSection(stitch, images),
-      mask && maskSection(mask, images),
-      poses && posesSection(poses),
-      grid && gridSection(grid),
-      rectify && rectifySection(rectify, images),
-      section("Fewer keyframes", keyframes(d.keyframe_trade)),
+      rectify ? section("The next step", h("p", {}, h("code", {}, rectify.pack_command))) : null,
+      lens ? lensSection(lens, images) : null,
+      stitch ? stitchSection(stitch, images) : null,
+      mask ? maskSection(mask, images) : null,
+      poses ? posesSection(poses) : null,
+      grid ? gridSection(grid) : null,
+      rectify ? rectifySection(rectify, images) : null,
       section(
-        "Steps",
-        table(d.steps, {
-          columns: ["step", { key: "seconds", name: "time", unit: "s" }, DONE_EARLIER],
+        "Fewer keyframes",
+        table(d.keyframe_trade, {
+          caption:
+            "Differences from the densest spacing, over all stations; those without a solved pose " +
+            "are predicted from their rail. 0 mm: every station is a keyframe.",
         }),
       ),
+      section("Steps", table(d.steps, { caption: "Reused: done by an earlier run." })),
     ],
   };
 };
-
-const DONE_EARLIER: Column = { key: "reused", name: "done earlier" };
 
 const plusMinus = (value: Json, sigma: Json, decimals: number) =>
   `${text(value, 1, decimals)} ± ${text(sigma, 1, decimals)}`;
@@ -62,25 +62,6 @@ const change = ({ before, after }: Json, key: string, decimals: number) =>
 const figures = (...shown: (HTMLElement | null)[]) => h("div", { class: "figures" }, ...shown);
 
 const percent = (key: string, name: string): Column => ({ key, name, unit: "%", factor: 100 });
-
-function keyframes(trade: Json[]) {
-  const caption =
-    "Differences from the densest spacing, over all stations; those without a solved pose are " +
-    "predicted from their rail. 0 mm: every station is a keyframe.";
-  return table(trade, {
-    caption,
-    columns: [
-      { key: "keyframes_mm", name: "keyframes every" },
-      "keyframes",
-      { key: "seconds", name: "time", unit: "s" },
-      "median_mm",
-      "largest_mm",
-      "median_deg",
-      "largest_deg",
-      { key: "trustworthy", bad: (trial) => !trial.trustworthy },
-    ],
-  });
-}
 
 function lensSection(lens: Json, images: Images) {
   const board = lens.method === "charuco";
@@ -229,16 +210,6 @@ function posesSection(poses: Json) {
       "others.",
     table(poses.lines, {
       caption: "Lines; moved and turned: largest over the stations, relative to the plan",
-      columns: [
-        { key: "id", name: "line" },
-        "stations",
-        "keyframes",
-        { key: "posed", bad: (line) => line.posed < line.keyframes },
-        "observations",
-        "residual_px",
-        "moved_mm",
-        "turned_deg",
-      ],
     }),
     table(poses.crossings, {
       caption: "Scene points seen from both lines near where they cross",
@@ -251,10 +222,7 @@ function posesSection(poses: Json) {
       `${alignment.rank} (${alignment.rotation_from}); their spread is ` +
       `${text(alignment.spread_m)} m.`,
     movedPlan("Stations as planned and as solved", poses.frames),
-    table(poses.seconds, {
-      caption: "Time",
-      columns: ["step", { key: "seconds", name: "time", unit: "s" }, DONE_EARLIER],
-    }),
+    table(poses.seconds, { caption: "Time; reused: done by an earlier run" }),
     `${poses.faces} faces of ${poses.face_px} px of each panorama; ${poses.matched_pairs} pairs of ` +
       `faces matched; ${poses.points} scene points, ${poses.observations} observations.`,
   );
