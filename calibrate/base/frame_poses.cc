@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "calibrate/base/frame_poses_json.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/checked_json.h"
@@ -38,10 +37,12 @@ PoseOrigin origin_of(const CheckedJson& name) {
   name.fail("unknown origin " + excerpt(name.text()));
 }
 
-ordered_json json_of(const std::string& name, const FramePose& pose) {
+ordered_json json_of(const CaptureFrame& frame, const FramePose& pose) {
   const Attitude attitude = attitude_from_world_from_camera(pose.world_from_camera);
-  return {{"name", name},
+  const Eigen::Vector3d& planned_m = frame.nominal_m;
+  return {{"name", frame.name},
           {"position_m", {pose.position_m.x(), pose.position_m.y(), pose.position_m.z()}},
+          {"planned_m", {planned_m.x(), planned_m.y(), planned_m.z()}},
           {"yaw_deg", degrees_from_radians(attitude.yaw_rad)},
           {"pitch_deg", degrees_from_radians(attitude.pitch_rad)},
           {"roll_deg", degrees_from_radians(attitude.roll_rad)},
@@ -68,6 +69,19 @@ FramePose pose_of(const CheckedJson& frame) {
           .rotation_sigma_deg = frame.at("rotation_sigma_deg").number(),
           .observations = frame.at("observations").integer(),
           .residual_px = frame.at("residual_px").number()};
+}
+
+FramePoses frame_poses_in(const CheckedJson& frames, const CaptureSet& set) {
+  FramePoses poses(set.frames.size());
+  for (const CheckedJson& frame : frames.items()) {
+    const CheckedJson name = frame.at("name");
+    const std::optional<int> index = set.find(name.text());
+    if (!index) name.fail("frame " + excerpt(name.text()) + " is not in the capture");
+    auto& pose = poses[static_cast<std::size_t>(*index)];
+    if (pose) name.fail("lists a frame twice");
+    pose = pose_of(frame);
+  }
+  return poses;
 }
 
 std::vector<std::string> column_of(const CsvTable& table, const std::string& column) {
@@ -110,22 +124,9 @@ double angle_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
 ordered_json frame_poses_json(const CaptureSet& set, const FramePoses& poses) {
   ordered_json frames = ordered_json::array();
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    if (poses[i]) frames.push_back(json_of(set.frames[i].name, *poses[i]));
+    if (poses[i]) frames.push_back(json_of(set.frames[i], *poses[i]));
   }
   return frames;
-}
-
-FramePoses frame_poses_in(const CheckedJson& frames, const CaptureSet& set) {
-  FramePoses poses(set.frames.size());
-  for (const CheckedJson& frame : frames.items()) {
-    const CheckedJson name = frame.at("name");
-    const std::optional<int> index = set.find(name.text());
-    if (!index) name.fail("frame " + excerpt(name.text()) + " is not in the capture");
-    auto& pose = poses[static_cast<std::size_t>(*index)];
-    if (pose) name.fail("lists a frame twice");
-    pose = pose_of(frame);
-  }
-  return poses;
 }
 
 void write_frame_poses(const fs::path& file, const CaptureSet& set, const FramePoses& poses) {
@@ -135,8 +136,9 @@ void write_frame_poses(const fs::path& file, const CaptureSet& set, const FrameP
       file, document.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
-FramePoses read_frame_poses(const fs::path& file, const CaptureSet& set) {
-  const auto root = CheckedJson::read(file, "solve the poses again");
+FramePoses read_frame_poses(const fs::path& file, const CaptureSet& set,
+                            const std::string& advice) {
+  const auto root = CheckedJson::read(file, advice);
   root.require_version(kFormatVersion);
   return frame_poses_in(root.at("frames"), set);
 }

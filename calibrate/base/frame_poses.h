@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,14 +44,17 @@ FramePoses nominal_poses(const CaptureSet& set);
 // The angle between two rotations, radians in [0, pi].
 double angle_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b);
 
-// JSON: {"format_version": 1, "frames": [{"name", "position_m": [x, y, z], "yaw_deg", "pitch_deg",
-// "roll_deg", "origin", "position_sigma_mm", "rotation_sigma_deg", "observations",
-// "residual_px"}]}, only frames with a pose. Written atomically. Reading throws Error naming the
-// file if it is missing, not JSON or of a newer format version, has a frame that is not in the set,
-// or a value that is not a finite number.
+// JSON: {"format_version": 1, "frames": [{"name", "position_m": [x, y, z], "planned_m", "yaw_deg",
+// "pitch_deg", "roll_deg", "origin", "position_sigma_mm", "rotation_sigma_deg", "observations",
+// "residual_px"}]}, only frames with a pose; frame_poses_json is the list. Written atomically.
+// Reading throws Error naming the file if it is missing, not JSON or of a newer format version, has
+// a frame that is not in the set, or a value that is not a finite number. `advice`: how the file is
+// made again.
+nlohmann::ordered_json frame_poses_json(const CaptureSet& set, const FramePoses& poses);
 void write_frame_poses(const std::filesystem::path& file, const CaptureSet& set,
                        const FramePoses& poses);
-FramePoses read_frame_poses(const std::filesystem::path& file, const CaptureSet& set);
+FramePoses read_frame_poses(const std::filesystem::path& file, const CaptureSet& set,
+                            const std::string& advice = "solve the poses again");
 
 // Reads poses from a table file,x,y,z,yaw,pitch,roll (metres, degrees), such as ground truth. Rows
 // are matched with the frames' names (read_capture_set) by the stem of `file`; other rows are

@@ -148,8 +148,8 @@ void Calibration::run_lens() {
   }
   write_lens_file(in_out("lens.yaml"),
                   scaled_to(read_lens_file(*options_.lens_file), captured_.frame));
-  // Reports of an earlier fit would describe other lenses.
-  for (const char* file : {"lens.json", "lens.html"}) fs::remove(in_out(file));
+  // The report of an earlier fit would describe other lenses.
+  fs::remove(in_out("lens.json"));
 }
 
 void Calibration::run_mask() { write_mask(panoramas(), options_.mask); }
@@ -157,6 +157,7 @@ void Calibration::run_mask() { write_mask(panoramas(), options_.mask); }
 void Calibration::run_poses() {
   const CaptureSet set = panoramas();
   const PosesOptions poses = poses_options();
+  fs::remove(in_out("poses-report.json"));  // it tells of this run, also of one that fails
   try {
     solve_poses(set, poses);
   } catch (const UsageError&) {
@@ -183,14 +184,7 @@ RectifyOptions Calibration::rectify_options() const {
   return rectify;
 }
 
-std::optional<GridResult> Calibration::grid_of_poses() const {
-  return options_.pose_table ? std::nullopt : std::optional(grid());
-}
-
-void Calibration::run_rectify() {
-  const std::optional<GridResult> estimated = grid_of_poses();
-  rectify_set(panoramas(), final_poses(), estimated ? &*estimated : nullptr, rectify_options());
-}
+void Calibration::run_rectify() { rectify_set(panoramas(), final_poses(), rectify_options()); }
 
 void Calibration::require_file(const std::string& file, CalibrationStep made_by) const {
   if (fs::is_regular_file(in_out(file))) return;
@@ -236,18 +230,17 @@ FramePoses Calibration::solved_poses() const {
   return read_frame_poses(in_out("poses.json"), captured_);
 }
 
-GridResult Calibration::grid() const {
-  require_file("grid.json", CalibrationStep::kGrid);
-  return read_grid_result(in_out("grid.json"), captured_);
-}
-
 FramePoses Calibration::final_poses() const {
-  return options_.pose_table ? read_pose_table(*options_.pose_table, captured_) : grid().poses;
-}
-
-RectifyResult Calibration::rectified() const {
-  require_file("rectify.json", CalibrationStep::kRectify);
-  return read_rectify_result(in_out("rectify.json"), captured_);
+  if (options_.pose_table) return read_pose_table(*options_.pose_table, captured_);
+  require_file("grid.json", CalibrationStep::kGrid);
+  constexpr const char* kAgain = "run raywalk-calibrate grid again";
+  FramePoses poses = read_frame_poses(in_out("grid.json"), captured_, kAgain);
+  for (std::size_t i = 0; i < captured_.stations(); ++i) {
+    if (poses[i]) continue;
+    throw Error(fmt::format("{}: frame {} has no pose; {}", in_out("grid.json").string(),
+                            excerpt(captured_.frames[i].name), kAgain));
+  }
+  return poses;
 }
 
 PosesOptions Calibration::poses_options() const {
@@ -270,6 +263,14 @@ std::vector<fs::path> Calibration::outputs_of(CalibrationStep step) const {
   std::vector<fs::path> outputs;
   const auto add_if_there = [&](const fs::path& file) {
     if (fs::exists(options_.out / file)) outputs.push_back(file);
+  };
+  const auto add_folder = [&](const fs::path& folder, const std::string& prefix = "") {
+    if (!fs::exists(options_.out / folder)) return;
+    for (const auto& entry : fs::recursive_directory_iterator(options_.out / folder)) {
+      if (!entry.is_regular_file()) continue;
+      if (!entry.path().filename().string().starts_with(prefix)) continue;
+      outputs.push_back(fs::relative(entry.path(), options_.out));
+    }
   };
   const std::string name = step_name(step);
   switch (step) {
@@ -295,15 +296,12 @@ std::vector<fs::path> Calibration::outputs_of(CalibrationStep step) const {
       outputs = {"poses.csv"};
       add_if_there("gt.csv");
       add_if_there("before.csv");
-      for (const auto& entry : fs::recursive_directory_iterator(options_.out / "rectified")) {
-        if (entry.is_regular_file()) {
-          outputs.push_back(fs::relative(entry.path(), options_.out));
-        }
-      }
+      add_folder("rectified");
+      add_folder("crossings");
       break;
   }
   add_if_there(name + ".json");
-  add_if_there(name + ".html");
+  add_folder("figures", name);
   return outputs;
 }
 

@@ -28,7 +28,7 @@ enum class CalibrationStep { kLens, kStitch, kMask, kPoses, kGrid, kRectify };
 inline constexpr std::array kCalibrationSteps{CalibrationStep::kLens, CalibrationStep::kStitch,
                                               CalibrationStep::kMask, CalibrationStep::kPoses,
                                               CalibrationStep::kGrid, CalibrationStep::kRectify};
-// "lens", "stitch", ...; also the name of the step's page, NAME.html.
+// "lens", "stitch", ...; also the name of its part of calibration.json.
 std::string step_name(CalibrationStep step);
 
 // The user's options. The inputs that a step takes from another (masks, lenses, poses, OUT) are
@@ -90,9 +90,7 @@ class Calibration {
   CaptureSet panoramas() const;
   std::optional<cv::Mat> mask() const;  // nullopt without a mask
   FramePoses solved_poses() const;
-  GridResult grid() const;
   FramePoses final_poses() const;  // the grid's, or the table's
-  RectifyResult rectified() const;
 
   PosesOptions poses_options() const;
   GridOptions grid_options() const;
@@ -112,8 +110,6 @@ class Calibration {
   std::vector<std::filesystem::path> outputs_of(CalibrationStep step) const;
 
   RectifyOptions rectify_options() const;
-  // Nullopt where the poses are those of a table.
-  std::optional<GridResult> grid_of_poses() const;
 
   void run_lens();
   void run_mask();

@@ -44,8 +44,7 @@ void Calibration::merge_step(CalibrationStep step) {
   }
   const CaptureSet set = panoramas();
   if (step == CalibrationStep::kRectify) {
-    const std::optional<GridResult> estimated = grid_of_poses();
-    merge_rectified(set, final_poses(), estimated ? &*estimated : nullptr, rectify_options());
+    merge_rectified(set, final_poses(), rectify_options());
     return;
   }
   merge_poses(set, poses_options());

@@ -11,7 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Part of every fingerprint; incremented when a step gives other outputs for the same inputs.
-constexpr int kStepsVersion = 1;
+constexpr int kStepsVersion = 2;
 
 std::string file_line(const fs::path& file) {
   return fs::absolute(file).string() + " " + stamp_of(file).text() + "\n";

@@ -102,6 +102,9 @@ TEST_F(CalibrationTest, StepWithoutOutputsOrRecordIsNotDone) {
   std::filesystem::remove(folder_ / "calibration/mask.png");
   EXPECT_FALSE(mask_is_done());
   Calibration(options_).run(CalibrationStep::kMask);
+  std::filesystem::remove(folder_ / "calibration/figures/mask.png");
+  EXPECT_FALSE(mask_is_done());
+  Calibration(options_).run(CalibrationStep::kMask);
   Calibration(options_).forget(CalibrationStep::kMask);
   EXPECT_FALSE(mask_is_done());
 }
@@ -111,7 +114,8 @@ TEST_F(CalibrationTest, MaskOfAnEarlierRunIsRemoved) {
   options_.mask.cone_deg = 0.0;
   Calibration(options_).run(CalibrationStep::kMask);
   EXPECT_FALSE(Calibration(options_).mask());
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "calibration/mask.html"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "calibration/mask.json"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "calibration/figures/mask.png"));
 }
 
 TEST_F(CalibrationTest, MissingStepsAreNamed) {
@@ -125,6 +129,20 @@ TEST_F(CalibrationTest, MissingStepsAreNamed) {
   EXPECT_THAT(error_of([](Calibration* c) { c->run(CalibrationStep::kStitch); }),
               AllOf(HasSubstr("lens.yaml"), HasSubstr("raywalk-calibrate lens")));
   EXPECT_THROW(Calibration(options_).run(CalibrationStep::kLens), UsageError);
+}
+
+TEST_F(CalibrationTest, EveryStationNeedsAPoseOfTheGrid) {
+  const CaptureSet set = folder_.read();
+  FramePoses poses = nominal_poses(set);
+  poses.front().reset();
+  const auto final_poses = [](Calibration* c) { c->final_poses(); };
+  std::filesystem::create_directories(folder_ / "calibration");
+  write_frame_poses(folder_ / "calibration/grid.json", set, poses);
+  EXPECT_THAT(error_of(final_poses),
+              AllOf(HasSubstr("grid.json: frame '" + set.frames[0].name + "' has no pose"),
+                    HasSubstr("run raywalk-calibrate grid again")));
+  write_file_atomically(folder_ / "calibration/grid.json", std::string("{"));
+  EXPECT_THAT(error_of(final_poses), AllOf(HasSubstr("grid.json"), HasSubstr("grid again")));
 }
 
 TEST_F(CalibrationTest, GivenLensesReplaceTheFit) {

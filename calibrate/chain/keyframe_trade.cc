@@ -8,7 +8,6 @@
 #include "core/base/median.h"
 #include "core/base/timing.h"
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
 #include "core/files/json_text.h"
 #include "core/files/sha256.h"
 
@@ -22,7 +21,9 @@ constexpr const char* kStep = "trade";
 constexpr const char* kFile = "trade.json";
 
 struct SolvedTrial {
-  KeyframeTrial trial{};
+  int keyframes = 0;
+  double seconds = 0.0;  // of the steps poses and grid
+  bool trustworthy = false;
   FramePoses poses{};
 };
 
@@ -42,90 +43,63 @@ SolvedTrial solve(const Calibration& calibration, double spacing_mm) {
     solved = solve_poses(set, poses);
     estimated = estimate_grid(set, solved.poses, grid);
   });
-  return {{.keyframes_mm = spacing_mm,
-           .keyframes = static_cast<int>(solved.keyframes.size()),
-           .seconds = times.wall_s,
-           .trustworthy = estimated.trustworthy},
-          std::move(estimated.poses)};
+  return {.keyframes = static_cast<int>(solved.keyframes.size()),
+          .seconds = times.wall_s,
+          .trustworthy = estimated.trustworthy,
+          .poses = std::move(estimated.poses)};
 }
 
-void compare(const FramePoses& densest, SolvedTrial* solved) {
+// Differences are to the densest spacing, over all stations, after removing the mean displacement,
+// which is unobservable.
+ordered_json trial_json(double spacing_mm, const SolvedTrial& solved, const FramePoses& densest) {
   std::vector<Eigen::Vector3d> moved_m;
   std::vector<double> apart_mm, apart_deg;
   Eigen::Vector3d mean_m(0, 0, 0);
   for (std::size_t i = 0; i < densest.size(); ++i) {
-    const auto& pose = solved->poses[i];
+    const auto& pose = solved.poses[i];
     if (!densest[i] || !pose) continue;
     moved_m.emplace_back(pose->position_m - densest[i]->position_m);
     mean_m += moved_m.back();
     apart_deg.push_back(degrees_from_radians(
         angle_between(pose->world_from_camera, densest[i]->world_from_camera)));
   }
-  if (moved_m.empty()) return;
+  ordered_json trial{{"keyframes_mm", spacing_mm},
+                     {"keyframes", solved.keyframes},
+                     {"seconds", solved.seconds},
+                     {"trustworthy", solved.trustworthy}};
+  if (moved_m.empty()) return trial;
   mean_m /= static_cast<double>(moved_m.size());
   for (const Eigen::Vector3d& moved : moved_m) apart_mm.push_back(1000.0 * (moved - mean_m).norm());
-  solved->trial.largest_mm = *std::max_element(apart_mm.begin(), apart_mm.end());
-  solved->trial.largest_deg = *std::max_element(apart_deg.begin(), apart_deg.end());
-  solved->trial.median_mm = median(std::move(apart_mm));
-  solved->trial.median_deg = median(std::move(apart_deg));
-}
-
-std::vector<KeyframeTrial> read_trials(const fs::path& file) {
-  std::vector<KeyframeTrial> trials;
-  for (const CheckedJson& trial :
-       CheckedJson::read(file, "remove it and run the trade again").items()) {
-    trials.push_back({.keyframes_mm = trial.at("keyframes_mm").number(),
-                      .keyframes = trial.at("keyframes").integer(),
-                      .seconds = trial.at("seconds").number(),
-                      .median_mm = trial.at("median_mm").number(),
-                      .largest_mm = trial.at("largest_mm").number(),
-                      .median_deg = trial.at("median_deg").number(),
-                      .largest_deg = trial.at("largest_deg").number(),
-                      .trustworthy = trial.at("trustworthy").boolean()});
-  }
-  return trials;
+  trial["largest_mm"] = *std::max_element(apart_mm.begin(), apart_mm.end());
+  trial["largest_deg"] = *std::max_element(apart_deg.begin(), apart_deg.end());
+  trial["median_mm"] = median(std::move(apart_mm));
+  trial["median_deg"] = median(std::move(apart_deg));
+  return trial;
 }
 
 }  // namespace
 
-std::vector<KeyframeTrial> compare_keyframes(Calibration* calibration,
-                                             std::vector<double> spacings_mm) {
+ordered_json compare_keyframes(Calibration* calibration, std::vector<double> spacings_mm) {
   std::sort(spacings_mm.begin(), spacings_mm.end());
   spacings_mm.erase(std::unique(spacings_mm.begin(), spacings_mm.end()), spacings_mm.end());
   std::string inputs = calibration->fingerprint_without_keyframes();
   for (const double spacing_mm : spacings_mm) inputs += fmt::format(" {}", spacing_mm);
   const std::string fingerprint = sha256_hex(inputs);
   if (calibration->records().done(kStep, fingerprint)) {
-    return read_trials(calibration->out() / kFile);
+    return ordered_json::parse(read_file(calibration->out() / kFile));
   }
-  std::vector<KeyframeTrial> trials;
+  ordered_json trials = ordered_json::array();
   FramePoses densest;
   double seconds = 0.0;
   for (const double spacing_mm : spacings_mm) {
-    SolvedTrial solved = solve(*calibration, spacing_mm);
+    const SolvedTrial solved = solve(*calibration, spacing_mm);
     if (trials.empty()) densest = solved.poses;
-    compare(densest, &solved);
-    seconds += solved.trial.seconds;
-    trials.push_back(solved.trial);
+    trials.push_back(trial_json(spacing_mm, solved, densest));
+    seconds += solved.seconds;
   }
-  write_file_atomically(calibration->out() / kFile, json_text(keyframe_json(trials)));
+  write_file_atomically(calibration->out() / kFile, json_text(trials));
   calibration->records().note(kStep, fingerprint, seconds, {kFile});
   return trials;
-}
-
-ordered_json keyframe_json(const std::vector<KeyframeTrial>& trials) {
-  ordered_json list = ordered_json::array();
-  for (const KeyframeTrial& trial : trials) {
-    list.push_back({{"keyframes_mm", trial.keyframes_mm},
-                    {"keyframes", trial.keyframes},
-                    {"seconds", trial.seconds},
-                    {"median_mm", trial.median_mm},
-                    {"largest_mm", trial.largest_mm},
-                    {"median_deg", trial.median_deg},
-                    {"largest_deg", trial.largest_deg},
-                    {"trustworthy", trial.trustworthy}});
-  }
-  return list;
 }
 
 }  // namespace raywalk::calibrate

@@ -2,9 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "calibrate/chain/calibration_numbers.h"
-#include "calibrate/chain/calibration_summary.h"
-#include "calibrate/rectify/rectify_report.h"
+#include <nlohmann/json.hpp>
+
+#include "calibrate/chain/calibration_report.h"
+#include "calibrate/chain/keyframe_trade.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/interrupt.h"
@@ -12,10 +13,12 @@
 namespace raywalk::calibrate {
 namespace {
 
+using nlohmann::ordered_json;
+
 StepRun run_if_needed(Calibration* calibration, CalibrationStep step, std::ostream& out) {
   throw_if_interrupted();
   const bool reused = calibration->is_done(step);
-  if (!reused) calibration->run(step);
+  if (!reused) run_reported(calibration, step);
   const double seconds = calibration->seconds(step);
   out << fmt::format("{:<8}{:>7.1f} s{}", step_name(step), seconds,
                      reused ? "  (done earlier)" : "")
@@ -23,14 +26,15 @@ StepRun run_if_needed(Calibration* calibration, CalibrationStep step, std::ostre
   return {.step = step, .seconds = seconds, .reused = reused};
 }
 
-void require_trustworthy(const Calibration& calibration, const CalibrationSummary& summary) {
-  if (summary.trustworthy) return;
+void require_trustworthy(const Calibration& calibration, const ordered_json& document) {
+  if (document.at("trustworthy").get<bool>()) return;
+  const ordered_json& warnings = document.at("warnings");
   const std::string first =
-      summary.warnings.empty() ? "its own checks contradict it" : summary.warnings.front();
+      warnings.empty() ? "its own checks contradict it" : warnings.front().get<std::string>();
   throw Error(fmt::format(
       "the result is not trustworthy ({} warnings, the first: {}); outputs are kept in {}, see "
       "index.html and calibration.json there",
-      summary.warnings.size(), first, calibration.out().string()));
+      warnings.size(), first, calibration.out().string()));
 }
 
 }  // namespace
@@ -41,19 +45,21 @@ void run_all(Calibration* calibration, const ChainOptions& options, std::ostream
   for (const CalibrationStep step : kCalibrationSteps) {
     if (calibration->has(step)) steps.push_back(run_if_needed(calibration, step, out));
   }
-  CalibrationSummary summary = summary_of(*calibration);
-  summary.steps = std::move(steps);
+  ordered_json trade = ordered_json::array();
   if (!options.compare_keyframes_mm.empty()) {
-    summary.trade = compare_keyframes(calibration, options.compare_keyframes_mm);
+    trade = compare_keyframes(calibration, options.compare_keyframes_mm);
   }
-  write_calibration(*calibration, summary);
-  for (const StepRun& run : summary.steps) {
-    out << fmt::format("{}: {}\n", step_name(run.step), step_numbers(*calibration, run.step));
+  const ordered_json document = write_calibration(*calibration, steps, trade);
+  for (const StepRun& run : steps) {
+    const std::string name = step_name(run.step);
+    const ordered_json of_step = document.value(name, ordered_json());
+    out << fmt::format("{}: {}\n", name, step_numbers(run.step, of_step));
   }
-  out << fmt::format("{}; see {}\n{}\n", summary.trustworthy ? "trustworthy" : "not trustworthy",
-                     escaped((calibration->out() / "index.html").string()),
-                     escaped(pack_command(calibration->rectified(), calibration->out())));
-  require_trustworthy(*calibration, summary);
+  const bool trustworthy = document.at("trustworthy").get<bool>();
+  const auto next = document.at("rectify").at("pack_command").get<std::string>();
+  out << fmt::format("{}; see {}\n{}\n", trustworthy ? "trustworthy" : "not trustworthy",
+                     escaped((calibration->out() / "index.html").string()), escaped(next));
+  require_trustworthy(*calibration, document);
 }
 
 }  // namespace raywalk::calibrate

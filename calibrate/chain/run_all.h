@@ -18,7 +18,7 @@ struct ChainOptions {
 
 // Runs the steps in order, skips those that are done with the same inputs and options, writes
 // calibration.json and index.html and prints progress, and at the end the figures of every step
-// (calibration_numbers.h) and the verdict, to `out`. Throws Error as the steps do
+// (calibration_report.h) and the verdict, to `out`. Throws Error as the steps do
 // (finished steps are kept, and the next call resumes after them), and at the end if the result is
 // not trustworthy.
 void run_all(Calibration* calibration, const ChainOptions& options, std::ostream& out);

@@ -4,14 +4,13 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "calibrate/base/frame_masks.h"
-#include "calibrate/chain/calibration_numbers.h"
-#include "calibrate/chain/calibration_summary.h"
+#include "calibrate/chain/calibration_report.h"
 #include "calibrate/commands/commands.h"
 #include "calibrate/commands/step_options.h"
-#include "calibrate/rectify/rectify_report.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/parallel.h"
@@ -21,8 +20,6 @@
 namespace raywalk::calibrate {
 namespace {
 
-namespace fs = std::filesystem;
-
 using Arguments = std::shared_ptr<StepArguments>;
 
 Arguments add_step(CLI::App* command) {
@@ -31,13 +28,17 @@ Arguments add_step(CLI::App* command) {
   return arguments;
 }
 
+std::vector<std::string> warnings_of(const nlohmann::ordered_json& document) {
+  if (document.is_null()) return {};
+  return document.value("warnings", std::vector<std::string>{});
+}
+
 void print_result(const Calibration& calibration, CalibrationStep step) {
-  for (const std::string& warning : step_warnings(calibration, step)) spdlog::warn("{}", warning);
-  const fs::path page = calibration.out() / (step_name(step) + ".html");
-  const fs::path shown = fs::exists(page) ? page : calibration.out();
+  const nlohmann::ordered_json document = step_document(calibration, step);
+  for (const std::string& warning : warnings_of(document)) spdlog::warn("{}", warning);
   fmt::print("{}: {}\n{}: done in {:.1f} s; see {}\n", step_name(step),
-             step_numbers(calibration, step), step_name(step), calibration.seconds(step),
-             escaped(shown.string()));
+             step_numbers(step, document), step_name(step), calibration.seconds(step),
+             escaped((calibration.out() / "index.html").string()));
 }
 
 void run_block(const StepArguments& arguments, CalibrationStep step) {
@@ -51,11 +52,8 @@ void run_block(const StepArguments& arguments, CalibrationStep step) {
 }
 
 void run_or_merge(Calibration* calibration, const StepArguments& arguments, CalibrationStep step) {
-  if (arguments.blocks.merge) {
-    calibration->merge(step);
-  } else {
-    calibration->run(step);
-  }
+  run_reported(calibration, step, arguments.blocks.merge);
+  write_calibration_until(*calibration, step);
   print_result(*calibration, step);
 }
 
@@ -104,11 +102,12 @@ void run_mask(const StepArguments& arguments) {
 
 void run_grid(const StepArguments& arguments) {
   const Calibration calibration = run_step(arguments, CalibrationStep::kGrid);
-  const GridResult grid = calibration.grid();
-  if (grid.trustworthy) return;
+  const nlohmann::ordered_json grid = step_document(calibration, CalibrationStep::kGrid);
+  if (grid.at("trustworthy").get<bool>()) return;
+  const std::vector<std::string> warnings = warnings_of(grid);
   throw Error(
-      fmt::format("the grid is not trustworthy: {}; grid.html and grid.json are kept in {}",
-                  grid.warnings.empty() ? "its own checks contradict it" : grid.warnings.front(),
+      fmt::format("the grid is not trustworthy: {}; index.html and grid.json are kept in {}",
+                  warnings.empty() ? "its own checks contradict it" : warnings.front(),
                   calibration.out().string()));
 }
 
@@ -132,7 +131,8 @@ void run_rectify(const StepArguments& arguments) {
   if (arguments.light) return compare_light(arguments);
   if (arguments.blocks.block) return run_block(arguments, CalibrationStep::kRectify);
   const Calibration calibration = run_step(arguments, CalibrationStep::kRectify);
-  fmt::print("{}\n", escaped(pack_command(calibration.rectified(), calibration.out())));
+  const nlohmann::ordered_json rectified = step_document(calibration, CalibrationStep::kRectify);
+  fmt::print("{}\n", escaped(rectified.at("pack_command").get<std::string>()));
 }
 
 }  // namespace

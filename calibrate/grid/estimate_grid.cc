@@ -6,9 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calibrate/grid/crossing_matches.h"
-#include "calibrate/grid/grid_drawing.h"
 #include "calibrate/grid/grid_estimation.h"
-#include "calibrate/grid/grid_page.h"
 #include "calibrate/grid/held_out_poses.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -54,10 +52,7 @@ GridResult estimate_grid(const CaptureSet& panoramas, const FramePoses& solved,
   add_note(panoramas, held_out, options.method, &result);
   result.poses.insert(result.poses.end(), held_out.begin(), held_out.end());
   make_directories(options.out);
-  const nlohmann::ordered_json document = grid_document(panoramas, result);
-  write_file_atomically(options.out / "grid.json", json_text(document));
-  write_file_atomically(options.out / "grid.html",
-                        grid_page(document, grid_drawing(stations, result)));
+  write_file_atomically(options.out / "grid.json", json_text(grid_document(panoramas, result)));
   return result;
 }
 

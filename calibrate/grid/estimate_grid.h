@@ -34,7 +34,7 @@ struct GridOptions {
   std::optional<cv::Mat> mask{};
   // The lenses the panoramas were stitched from; nullopt: one centre of projection for all rays.
   std::optional<DualFisheyeLayout> lenses{};
-  // The calibration directory; grid.json and grid.html are written there.
+  // The calibration directory; grid.json is written there.
   std::filesystem::path out{};
 };
 

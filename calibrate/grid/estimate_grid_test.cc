@@ -2,12 +2,13 @@
 
 #include <gmock/gmock.h>
 
+#include <nlohmann/json.hpp>
+
 #include "calibrate/grid/test_grid.h"
 #include "calibrate/grid/test_room.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
-#include "core/report/markup_check.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -71,17 +72,14 @@ TEST(EstimateGridTest, SolvedPosesOfAnotherPlaceAreReported) {
   EXPECT_TRUE(estimate_grid(capture.set, capture.truth, options).trustworthy);
 }
 
-TEST(EstimateGridTest, WritesItsReports) {
+TEST(EstimateGridTest, WritesItsReport) {
   const TestDirectory directory;
   const RoomCapture capture = capture_room(directory.path(), {});
   const GridResult result = estimate_grid(capture.set, {}, options_in(directory / "out/deep"));
-  const std::string page = read_file(directory / "out/deep/grid.html");
-  EXPECT_EQ(markup_fault(page), "");
-  EXPECT_THAT(page, HasSubstr("x0 × z0"));
-  const GridResult read = read_grid_result(directory / "out/deep/grid.json", capture.set);
-  EXPECT_EQ(read.method, GridMethod::kRotation);
-  EXPECT_EQ(read.trustworthy, result.trustworthy);
-  EXPECT_EQ(read.crossings[0].held_out_matches, result.crossings[0].held_out_matches);
+  const auto written = nlohmann::json::parse(read_file(directory / "out/deep/grid.json"));
+  EXPECT_EQ(written["method"], "rotation");
+  EXPECT_EQ(written["trustworthy"], result.trustworthy);
+  EXPECT_EQ(written["crossings"][0]["held_out_matches"], result.crossings[0].held_out_matches);
 }
 
 TEST(EstimateGridTest, AMissingPictureIsNamedAndNothingWritten) {

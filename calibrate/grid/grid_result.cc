@@ -3,10 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "calibrate/base/frame_poses_json.h"
 #include "calibrate/grid/line_summary.h"
-#include "core/base/error.h"
-#include "core/files/checked_json.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -116,11 +113,16 @@ ordered_json json_of(const CaptureSet& set, const CrossingFigures& crossing) {
           {"warnings", crossing.warnings}};
 }
 
+// Of two lines at a crossing; null without crossings.
 ordered_json largest_json(const std::vector<CrossingFigures>& crossings) {
   if (crossings.empty()) return nullptr;
   const auto json_when = [&](Disagreement CrossingFigures::*when) -> ordered_json {
-    const LargestDisagreement largest = largest_disagreement(crossings, when);
-    return {{"position_mm", largest.position_mm}, {"rotation_px", largest.rotation_px}};
+    double position_mm = 0.0, rotation_px = 0.0;
+    for (const CrossingFigures& crossing : crossings) {
+      position_mm = std::max(position_mm, (crossing.*when).position_mm);
+      rotation_px = std::max(rotation_px, (crossing.*when).rotation_px);
+    }
+    return {{"position_mm", position_mm}, {"rotation_px", rotation_px}};
   };
   return {{"before", json_when(&CrossingFigures::before)},
           {"after", json_when(&CrossingFigures::after)}};
@@ -141,160 +143,17 @@ ordered_json deviations_json(const CaptureSet& set, const LineFit& line, const F
   return {{"line", line.id}, {"stations", stations}};
 }
 
-template <typename Vector>
-void read(const CheckedJson& array, Vector* vector) {
-  const std::vector<CheckedJson> items = array.items(static_cast<size_t>(vector->size()));
-  for (size_t i = 0; i < items.size(); ++i) {
-    (*vector)[static_cast<Eigen::Index>(i)] = items[i].number();
-  }
-}
-
-void read(const CheckedJson& object, Estimate* estimate) {
-  estimate->value = object.at("value").number();
-  estimate->sigma = object.at("sigma").number();
-}
-
-std::vector<RailModelScore> models_of(const CheckedJson& array) {
-  std::vector<RailModelScore> models;
-  for (const CheckedJson& model : array.items()) {
-    models.push_back({.name = model.at("name").text(),
-                      .parameters = model.at("parameters").integer(),
-                      .residual = model.at("residual").number(),
-                      .left_out = model.at("left_out").number(),
-                      .bic = model.at("bic").number(),
-                      .kept = model.at("kept").boolean()});
-  }
-  return models;
-}
-
-Disagreement disagreement_of(const CheckedJson& object) {
-  return {.median_px = object.at("median_px").number(),
-          .position_mm = object.at("position_mm").number(),
-          .position_sigma_mm = object.at("position_sigma_mm").number(),
-          .rotation_deg = object.at("rotation_deg").number(),
-          .rotation_sigma_deg = object.at("rotation_sigma_deg").number(),
-          .rotation_px = object.at("rotation_px").number()};
-}
-
-int line_of(const CaptureSet& set, const CheckedJson& id) {
-  const std::optional<int> line = set.find_line(id.text());
-  if (!line) id.fail("line " + excerpt(id.text()) + " is not in the capture");
-  return *line;
-}
-
-LineFit line_fit_of(const CaptureSet& set, const CheckedJson& object) {
-  LineFit line{.line = line_of(set, object.at("id")),
-               .id = object.at("id").text(),
-               .stations = object.at("stations").integer(),
-               .solved_stations = object.at("solved_stations").integer(),
-               .connected = object.at("connected").boolean(),
-               .middle_m = object.at("middle_m").number(),
-               .half_length_m = object.at("half_length_m").number()};
-  for (const CheckedJson& name : object.at("rejected").items()) {
-    const std::optional<int> frame = set.find(name.text());
-    if (!frame) name.fail("frame " + excerpt(name.text()) + " is not in the capture");
-    line.rejected_frames.push_back(*frame);
-  }
-  read(object.at("origin_m"), &line.origin_m);
-  read(object.at("direction"), &line.direction);
-  read(object.at("rotation_deg"), &line.rotation_deg);
-  for (size_t i = 0; i < 2; ++i) {
-    read(object.at("bow_mm").items(2)[i], &line.bow_mm[i]);
-    read(object.at("twist_deg").items(2)[i], &line.twist_deg[i]);
-  }
-  read(object.at("along_mm"), &line.along_mm);
-  read(object.at("across_mm"), &line.across_mm);
-  read(object.at("height_mm"), &line.height_mm);
-  read(object.at("heading_deg"), &line.heading_deg);
-  read(object.at("tilt_deg"), &line.tilt_deg);
-  read(object.at("yaw_deg"), &line.yaw_deg);
-  read(object.at("pitch_deg"), &line.pitch_deg);
-  read(object.at("roll_deg"), &line.roll_deg);
-  const std::vector<CheckedJson> covariance =
-      object.at("covariance").items(static_cast<size_t>(line.covariance.rows()));
-  for (Eigen::Index row = 0; row < line.covariance.rows(); ++row) {
-    Eigen::Matrix<double, 8, 1> values;
-    read(covariance[static_cast<size_t>(row)], &values);
-    line.covariance.row(row) = values.transpose();
-  }
-  line.jitter_along_mm = object.at("jitter_along_mm").number();
-  line.jitter_mm = object.at("jitter_mm").number();
-  line.jitter_deg = object.at("jitter_deg").number();
-  line.position_models = models_of(object.at("position_models"));
-  line.rotation_models = models_of(object.at("rotation_models"));
-  return line;
-}
-
-CrossingFigures crossing_of(const CaptureSet& set, const CheckedJson& object) {
-  return {.along_x = line_of(set, object.at("along_x")),
-          .along_z = line_of(set, object.at("along_z")),
-          .at = {object.at("x_m").number(), object.at("z_m").number()},
-          .matches = object.at("matches").integer(),
-          .held_out_matches = object.at("held_out_matches").integer(),
-          .noise_px = object.at("noise_px").number(),
-          .before = disagreement_of(object.at("before")),
-          .after = disagreement_of(object.at("after")),
-          .correction_mm = object.at("correction_mm").number(),
-          .correction_deg = object.at("correction_deg").number(),
-          .correction_px = object.at("correction_px").number(),
-          .sigma_mm = object.at("sigma_mm").number(),
-          .sigma_deg = object.at("sigma_deg").number(),
-          .sigma_px = object.at("sigma_px").number(),
-          .split_half_mm = object.at("split_half_mm").number(),
-          .split_half_expected_mm = object.at("split_half_expected_mm").number(),
-          .split_half_deg = object.at("split_half_deg").number(),
-          .split_half_expected_deg = object.at("split_half_expected_deg").number(),
-          .trustworthy = object.at("trustworthy").boolean(),
-          .warnings = object.at("warnings").texts()};
-}
-
-GridMethod method_of(const CheckedJson& name) {
-  if (name.text() == "poses") return GridMethod::kPoses;
-  if (name.text() == "rotation") return GridMethod::kRotation;
-  name.fail("unknown method " + excerpt(name.text()));
-}
-
-GridResult result_of(const CaptureSet& set, const CheckedJson& root) {
-  GridResult result{.method = method_of(root.at("method")),
-                    .scale = root.at("scale").number(),
-                    .solved_line_error_mm = root.at("solved_line_error_mm").number(),
-                    .solved_line_error_deg = root.at("solved_line_error_deg").number(),
-                    .warnings = root.at("warnings").texts(),
-                    .notes = root.at("notes").texts(),
-                    .trustworthy = root.at("trustworthy").boolean()};
-  for (const CheckedJson& line : root.at("lines").items()) {
-    result.lines.push_back(line_fit_of(set, line));
-  }
-  for (const CheckedJson& crossing : root.at("crossings").items()) {
-    result.crossings.push_back(crossing_of(set, crossing));
-  }
-  return result;
-}
-
 }  // namespace
-
-LargestDisagreement largest_disagreement(const std::vector<CrossingFigures>& crossings,
-                                         Disagreement CrossingFigures::*when) {
-  LargestDisagreement largest;
-  for (const CrossingFigures& crossing : crossings) {
-    const Disagreement& figures = crossing.*when;
-    largest.position_mm = std::max(largest.position_mm, figures.position_mm);
-    largest.rotation_px = std::max(largest.rotation_px, figures.rotation_px);
-  }
-  return largest;
-}
-
-ordered_json crossings_json(const CaptureSet& set, const std::vector<CrossingFigures>& crossings) {
-  ordered_json list = ordered_json::array();
-  for (const CrossingFigures& crossing : crossings) list.push_back(json_of(set, crossing));
-  return list;
-}
 
 ordered_json grid_document(const CaptureSet& set, const GridResult& result) {
   ordered_json lines = ordered_json::array(), deviations = ordered_json::array();
+  ordered_json crossings = ordered_json::array();
   for (const LineFit& line : result.lines) {
     lines.push_back(json_of(set, line));
     deviations.push_back(deviations_json(set, line, result.poses));
+  }
+  for (const CrossingFigures& crossing : result.crossings) {
+    crossings.push_back(json_of(set, crossing));
   }
   return {{"format_version", kFormatVersion},
           {"source", set.source.string()},
@@ -308,21 +167,9 @@ ordered_json grid_document(const CaptureSet& set, const GridResult& result) {
           {"solved_line_error_deg", result.solved_line_error_deg},
           {"largest_disagreement", largest_json(result.crossings)},
           {"lines", lines},
-          {"crossings", crossings_json(set, result.crossings)},
+          {"crossings", crossings},
           {"deviations", deviations},
           {"frames", frame_poses_json(set, result.poses)}};
-}
-
-GridResult read_grid_result(const std::filesystem::path& file, const CaptureSet& set) {
-  const auto root = CheckedJson::read(file, "run raywalk-calibrate grid again");
-  root.require_version(kFormatVersion);
-  GridResult result = result_of(set, root);
-  result.poses = frame_poses_in(root.at("frames"), set);
-  for (size_t i = 0; i < result.poses.size(); ++i) {
-    if (!result.poses[i] && !set.frames[i].held_out())
-      root.fail("frame " + excerpt(set.frames[i].name) + " has no pose");
-  }
-  return result;
 }
 
 }  // namespace raywalk::calibrate

@@ -1,9 +1,8 @@
-// The result of raywalk-calibrate grid, and its file grid.json.
+// The result of raywalk-calibrate grid, and the document of grid.json.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
-#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -123,22 +122,7 @@ struct GridResult {
   bool trustworthy = false;
 };
 
-// The largest disagreement of two lines at a crossing.
-struct LargestDisagreement {
-  double position_mm = 0.0;
-  double rotation_px = 0.0;
-};
-// `when`: &CrossingFigures::before or after. 0 without crossings.
-LargestDisagreement largest_disagreement(const std::vector<CrossingFigures>& crossings,
-                                         Disagreement CrossingFigures::*when);
-
 // The document of grid.json, keys as in docs/file-formats.md.
 nlohmann::ordered_json grid_document(const CaptureSet& set, const GridResult& result);
-// Its crossings.
-nlohmann::ordered_json crossings_json(const CaptureSet& set,
-                                      const std::vector<CrossingFigures>& crossings);
-// Throws Error naming the file if it is missing, damaged, of a newer format version, or of other
-// frames or lines.
-GridResult read_grid_result(const std::filesystem::path& file, const CaptureSet& set);
 
 }  // namespace raywalk::calibrate

@@ -1,93 +1,78 @@
 #include "calibrate/grid/grid_result.h"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
 #include "calibrate/grid/grid_estimation.h"
 #include "calibrate/grid/line_summary.h"
 #include "calibrate/grid/test_grid.h"
-#include "core/base/error.h"
-#include "core/files/atomic_output.h"
-#include "core/files/json_text.h"
-#include "core/files/test_directory.h"
 
 namespace raywalk::calibrate {
 namespace {
 
-using nlohmann::json;
-using testing::AllOf;
-using testing::Contains;
-using testing::HasSubstr;
+using nlohmann::ordered_json;
 
-struct Written {
-  TestDirectory directory;
-  TestGrid grid = TestGridMaker({.stations = 11, .bow_mm = 5.0, .matches = 20}, 3).make();
+struct Estimated {
+  TestGrid grid;
   GridResult result;
-  std::filesystem::path file = directory / "grid.json";
 
-  Written() {
-    grid.solved[4]->position_m.y() += 0.1;
+  explicit Estimated(const TestGridSettings& settings) : grid(TestGridMaker(settings, 3).make()) {
     result = estimate_from_matches(grid.set, GridMethod::kPoses, grid.solved,
                                    nominal_poses(grid.set), grid.crossings);
-    result.notes.push_back("a note");
-    write_file_atomically(file, json_text(grid_document(grid.set, result)));
   }
-
-  std::string error_of(const std::string& text) const {
-    write_file_atomically(file, text);
-    try {
-      read_grid_result(file, grid.set);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "none";
-  }
+  ordered_json document() const { return grid_document(grid.set, result); }
 };
 
-TEST(GridResultTest, ReadsWhatItWrote) {
-  const Written written;
-  const GridResult read = read_grid_result(written.file, written.grid.set);
-  // Writing what was read gives the same values, so nothing was lost.
-  const json one = json::parse(read_file(written.file));
-  const json two = json::parse(json_text(grid_document(written.grid.set, read)));
-  // Attitudes are converted between angles and matrices, which rounds the last digits.
-  EXPECT_EQ(one.at("lines"), two.at("lines"));
-  EXPECT_EQ(one.at("crossings"), two.at("crossings"));
-  EXPECT_EQ(one.at("notes"), two.at("notes"));
-  ASSERT_EQ(read.poses.size(), written.result.poses.size());
-  for (size_t i = 0; i < read.poses.size(); ++i) {
-    ASSERT_TRUE(read.poses[i]);
-    EXPECT_EQ(read.poses[i]->position_m, written.result.poses[i]->position_m);
-    EXPECT_LT(
-        angle_between(read.poses[i]->world_from_camera, written.result.poses[i]->world_from_camera),
-        1e-9);
-  }
-  EXPECT_EQ(read.lines[0].rejected_frames, written.result.lines[0].rejected_frames);
-  EXPECT_THAT(read.lines[0].rejected_frames, Contains(4));
+TEST(GridResultTest, DocumentHasLinesCrossingsAndPoses) {
+  Estimated estimated({.stations = 11, .matches = 20});
+  GridResult& result = estimated.result;
+  result.crossings[1].before.rotation_px = 123.456;
+  result.crossings[2].after.position_mm = 7.891;
+  result.lines[1].height_mm = {3.21, 0.05};
+  result.lines[1].position_models = {{.name = "straight"}, {.name = "bowed", .kept = true}};
+  result.lines[0].rejected_frames = {4};
+  result.notes = {"a note"};
+  const ordered_json document = estimated.document();
+  EXPECT_EQ(document["method"], "poses");
+  EXPECT_EQ(document["stations"], 44);
+  EXPECT_EQ(document["notes"][0], "a note");
+  EXPECT_EQ(document["largest_disagreement"]["before"]["rotation_px"], 123.456);
+  EXPECT_EQ(document["largest_disagreement"]["after"]["position_mm"], 7.891);
+  EXPECT_EQ(document["lines"][0]["rejected"], ordered_json{estimated.grid.set.frames[4].name});
+  EXPECT_EQ(document["lines"][1]["height_mm"]["sigma"], 0.05);
+  EXPECT_EQ(document["lines"][1]["position_model"], "bowed");
+  EXPECT_EQ(document["crossings"].size(), 4U);
+  const ordered_json& frame = document["frames"][3];
+  EXPECT_EQ(frame["planned_m"][0], estimated.grid.set.frames[3].nominal_m.x());
+  EXPECT_EQ(frame["position_m"][0], result.poses[3]->position_m.x());
 }
 
-TEST(GridResultTest, DamagedFilesAreNamed) {
-  const Written written;
-  const json root = json::parse(read_file(written.file));
-  EXPECT_THAT(written.error_of("{"), AllOf(HasSubstr("grid.json"), HasSubstr("again")));
-  json newer = root;
-  newer["format_version"] = 99;
-  EXPECT_THAT(written.error_of(newer.dump()), HasSubstr("grid.json"));
-  json foreign = root;
-  foreign["lines"][0]["id"] = "q7";
-  EXPECT_THAT(written.error_of(foreign.dump()), HasSubstr("'q7'"));
-  json short_list = root;
-  short_list["lines"][0]["direction"] = {1.0, 0.0};
-  EXPECT_THAT(written.error_of(short_list.dump()), HasSubstr("grid.json"));
-  json missing = root;
-  missing["crossings"][0].erase("after");
-  EXPECT_THAT(written.error_of(missing.dump()), HasSubstr("after"));
-  json unposed = root;
-  unposed["frames"].erase(0);
-  EXPECT_THAT(written.error_of(unposed.dump()), HasSubstr("'x0_000' has no pose"));
-  std::filesystem::remove(written.file);
-  EXPECT_THROW(read_grid_result(written.file, written.grid.set), Error);
+TEST(GridResultTest, WithoutCrossingsNothingDisagrees) {
+  const Estimated estimated({.lines_x = 1, .lines_z = 0, .stations = 11});
+  EXPECT_TRUE(estimated.document()["largest_disagreement"].is_null());
+  EXPECT_TRUE(estimated.document()["crossings"].empty());
+}
+
+// What is small against the rest of a line is nothing that its rail has.
+TEST(GridResultTest, DeviationsAreThoseOfTheStations) {
+  Estimated estimated({.stations = 11, .jitter_mm = 0.01, .jitter_deg = 0.001, .matches = 20});
+  FramePose& moved = *estimated.result.poses[4];
+  moved.position_m.y() += 0.02;
+  moved.world_from_camera =
+      matrix_of({0.0, radians_from_degrees(1.0), 0.0}) * moved.world_from_camera;
+  const auto document = grid_document(estimated.grid.set, estimated.result);
+  const auto& line = document["deviations"][0];
+  EXPECT_EQ(line["line"], "x0");
+  ASSERT_EQ(line["stations"].size(), 11U);
+  for (int i = 0; i < 11; ++i) {
+    const auto& station = line["stations"][static_cast<size_t>(i)];
+    EXPECT_EQ(station["name"], estimated.grid.set.frames[static_cast<size_t>(i)].name);
+    EXPECT_NEAR(station["up_mm"], i == 4 ? 20.0 : 0.0, 0.5) << i;
+    EXPECT_NEAR(station["along_mm"], 0.0, 0.5) << i;
+    EXPECT_NEAR(station["about_y_deg"], i == 4 ? 1.0 : 0.0, 0.05) << i;
+    EXPECT_NEAR(station["about_x_deg"], 0.0, 0.05) << i;
+  }
 }
 
 TEST(LineSummaryTest, ParametersRoundTrip) {

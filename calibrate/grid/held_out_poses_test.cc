@@ -68,13 +68,13 @@ TEST(HeldOutPosesTest, LinesAreAsWithoutThem) {
   const GridResult result = estimate_grid(set, solved, with);
   ASSERT_FALSE(result.notes.empty());
   EXPECT_THAT(result.notes.back(), HasSubstr("left out of gt.csv: unsolved"));
-  const GridResult read = read_grid_result(directory / "with/grid.json", set);
-  ASSERT_EQ(read.poses.size(), set.frames.size());
-  EXPECT_TRUE(read.poses[set.frames.size() - 2]);
-  EXPECT_FALSE(read.poses.back());
-  const GridResult stations = read_grid_result(directory / "alone/grid.json", capture.set);
-  for (size_t i = 0; i < stations.poses.size(); ++i) {
-    EXPECT_EQ(read.poses[i]->position_m, stations.poses[i]->position_m);
+  const FramePoses read = read_frame_poses(directory / "with/grid.json", set);
+  ASSERT_EQ(read.size(), set.frames.size());
+  EXPECT_TRUE(read[set.frames.size() - 2]);
+  EXPECT_FALSE(read.back());
+  const FramePoses stations = read_frame_poses(directory / "alone/grid.json", capture.set);
+  for (size_t i = 0; i < stations.size(); ++i) {
+    EXPECT_EQ(read[i]->position_m, stations[i]->position_m);
   }
 }
 

@@ -7,6 +7,7 @@
 #include "calibrate/lens/board_fit.h"
 #include "calibrate/lens/capture_fit.h"
 #include "calibrate/lens/lens_report.h"
+#include "calibrate/lens/residual_figures.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/json_text.h"
@@ -83,9 +84,9 @@ LensFit calibrate_lens(const CaptureSet& set, const LensOptions& options) {
   require_monotonic_radius(fit.camera.layout.front);
   require_monotonic_radius(fit.camera.layout.back);
   make_directories(options.out);
-  const nlohmann::ordered_json document = lens_document(fit);
+  nlohmann::ordered_json document = lens_document(fit);
+  document["figures"] = residual_figures(fit, options.out);
   write_file_atomically(options.out / "lens.json", json_text(document));
-  write_file_atomically(options.out / "lens.html", lens_page(document, residual_figures(fit)));
   // Last, as the next steps check for this file.
   write_lens_file(options.out / "lens.yaml", fit.camera);
   return fit;

@@ -66,7 +66,7 @@ struct LensFit {
   bool trustworthy() const { return warnings.empty(); }
 };
 
-// Fits, and writes OUT/lens.yaml, OUT/lens.json, OUT/lens.html. `set` is ignored if a board is
+// Fits, and writes OUT/lens.yaml, OUT/lens.json and its figures. `set` is ignored if a board is
 // given. Throws UsageError for an invalid start file or options; Error for frames that are already
 // panoramas, pictures of another aspect ratio than the start's, pictures whose motion contradicts
 // the plan (mirrored, lenses swapped), and too few features; Interrupted.

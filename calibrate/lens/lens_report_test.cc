@@ -1,21 +1,18 @@
 #include "calibrate/lens/lens_report.h"
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
 
 #include "calibrate/lens/lens_test_camera.h"
-#include "calibrate/lens/lens_values.h"
-#include "core/report/markup_check.h"
+#include "calibrate/lens/residual_figures.h"
+#include "core/files/image_file.h"
+#include "core/files/test_directory.h"
 
 namespace raywalk::calibrate {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::Not;
 
 // Residuals that point outwards by 0.5 px in a ring of the front lens.
 LensFit fit_with_residuals() {
@@ -38,12 +35,12 @@ LensFit fit_with_residuals() {
 }
 
 TEST(LensReportTest, RingsShowErrorsOfTheRadialModel) {
-  const std::vector<ResidualRing> rings = residual_rings(fit_with_residuals());
+  const auto rings = lens_document(fit_with_residuals())["residuals_over_angle"];
   ASSERT_EQ(rings.size(), 1U);
-  EXPECT_NEAR(degrees_from_radians(rings[0].off_axis_rad), 62.5, 1e-9);
-  EXPECT_EQ(rings[0].count, 12);
-  EXPECT_NEAR(rings[0].rms_px, 0.5, 1e-9);
-  EXPECT_NEAR(rings[0].radial_px, 0.5, 1e-9);
+  EXPECT_NEAR(rings[0]["off_axis_deg"], 62.5, 1e-9);
+  EXPECT_EQ(rings[0]["count"], 12);
+  EXPECT_NEAR(rings[0]["rms_px"], 0.5, 1e-9);
+  EXPECT_NEAR(rings[0]["radial_px"], 0.5, 1e-9);
 }
 
 TEST(LensReportTest, JsonHoldsStartAndFittedValues) {
@@ -60,38 +57,17 @@ TEST(LensReportTest, JsonHoldsStartAndFittedValues) {
   EXPECT_TRUE(json["trustworthy"]);
 }
 
-std::string page_of(const LensFit& fit) {
-  return lens_page(lens_document(fit), residual_figures(fit));
-}
-
-TEST(LensReportTest, PageIsWellFormedAndShowsWarnings) {
-  LensFit fit = fit_with_residuals();
-  EXPECT_THAT(page_of(fit), HasSubstr("No warnings"));
-  fit.warnings = {"too <few> points"};
-  const std::string page = page_of(fit);
-  EXPECT_EQ(markup_fault(page), "");
-  EXPECT_THAT(page, AllOf(HasSubstr("too &lt;few&gt; points"), Not(HasSubstr("No warnings"))));
-  EXPECT_THAT(page_of(LensFit{}), HasSubstr("</html>"));
-}
-
-TEST(LensReportTest, PageShowsTheFit) {
-  LensFit fit = fit_with_residuals();
-  fit.sigma.back.rim_px = 0.1234;
-  const std::string row =
-      fmt::format("focal length / px</th><td>{:.2f}</td><td>{:.2f}</td><td>0.020</td>",
-                  fit.start.layout.front.focal_px, fit.camera.layout.front.focal_px);
-  EXPECT_THAT(page_of(fit),
-              AllOf(HasSubstr("from features tracked along the rail"), HasSubstr(row),
-                    HasSubstr("0.123 px</dd>"), HasSubstr("0.123 px for the back lens"),
-                    HasSubstr("yaw / deg</th><td>180.000</td><td>180.400</td>"
-                              "<td>not fitted</td>"),
-                    HasSubstr("forwards / mm</th><td>0.00</td><td>-10.00</td>"),
-                    HasSubstr("they move with the camera</dt>\n<dd>17</dd>"),
-                    HasSubstr("front: mean outwards"), HasSubstr("Back lens</figcaption>")));
-  fit.method = "charuco";
-  EXPECT_THAT(page_of(fit),
-              AllOf(HasSubstr("from pictures of a ChArUco board"),
-                    HasSubstr("board corners, once per picture"), Not(HasSubstr("move with the"))));
+TEST(LensReportTest, FiguresShowTheResidualsOfEachLens) {
+  const TestDirectory out;
+  const nlohmann::ordered_json figures = residual_figures(fit_with_residuals(), out.path());
+  ASSERT_EQ(figures.size(), 2U);
+  EXPECT_THAT(figures[0]["caption"], testing::StartsWith("front lens: 12 image points"));
+  const auto ink = [&](int lens) {
+    const cv::Mat image = read_picture(out / figures[lens]["file"].get<std::string>());
+    return cv::norm(image, cv::Mat(image.size(), CV_8UC3, cv::Scalar(255, 255, 255)), cv::NORM_L1);
+  };
+  EXPECT_GT(ink(0), 1.05 * ink(1));  // both have a rim
+  EXPECT_EQ(residual_figures(LensFit{}, out.path()).size(), 2U);
 }
 
 }  // namespace

@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "calibrate/base/figures.h"
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/mask/dolly_detection.h"
-#include "calibrate/mask/mask_report.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
@@ -18,6 +18,7 @@
 namespace raywalk::calibrate {
 namespace {
 
+constexpr int kFormatVersion = 1;
 constexpr double kWidestCone_deg = 89.0;
 constexpr double kLeastValidShare = 0.01;
 constexpr double kDark = 127.0;  // levels up to this are masked, as JPEG changes black a little
@@ -50,22 +51,46 @@ void require_unmasked_area(const cv::Mat& mask) {
   throw Error("the mask hides everything; draw the masked area black and all else white");
 }
 
-// On the middle station's panorama, with its own mask.
+// The panorama, red where `mask` is 0.
+cv::Mat tinted(const cv::Mat& mask, const cv::Mat& panorama) {
+  const cv::Scalar kTint(40, 40, 255);  // BGR
+  cv::Mat tint(panorama.size(), panorama.type(), kTint), mixed;
+  cv::addWeighted(panorama, 0.5, tint, 0.5, 0.0, mixed);
+  cv::Mat shown = panorama.clone();
+  mixed.copyTo(shown, mask == 0);
+  return shown;
+}
+
+// Shows it on the middle station's panorama, with its own mask.
 void write_report(const CaptureSet& panoramas, const cv::Mat& mask,
                   const std::optional<DollyDetection>& dolly, const MaskOptions& options) {
   const std::size_t shown = panoramas.stations() / 2;
   const CaptureFrame& sample = panoramas.frames[shown];
-  const MaskReport report{.options = options,
-                          .masked_share = masked_share(mask),
-                          .station = sample.name,
-                          .dolly = dolly,
-                          .frames = static_cast<int>(panoramas.frames.size()),
-                          .of_frames = mask_figures(panoramas, mask)};
-  const nlohmann::ordered_json document = mask_document(report, panoramas.frame);
+  nlohmann::ordered_json document{{"format_version", kFormatVersion},
+                                  {"width_px", panoramas.frame.width},
+                                  {"height_px", panoramas.frame.height},
+                                  {"masked_share", masked_share(mask)},
+                                  {"cone_deg", options.cone_deg},
+                                  {"picture", nullptr},
+                                  {"automatic", nullptr},
+                                  {"frame_masks", nullptr},
+                                  {"station", sample.name}};
+  if (options.picture) document["picture"] = options.picture->string();
+  if (dolly) {
+    document["automatic"] = {
+        {"reach_deg", dolly->reach_deg}, {"lines", dolly->lines}, {"stations", dolly->stations}};
+  }
+  const MaskFigures of_frames = mask_figures(panoramas, mask);
+  if (of_frames.frames > 0) {
+    document["frame_masks"] = {{"frames", of_frames.frames},
+                               {"of_frames", panoramas.frames.size()},
+                               {"masked_share", of_frames.share}};
+  }
+  const cv::Mat joint = joint_mask(panoramas, static_cast<int>(shown), mask);
+  document["figures"] = nlohmann::ordered_json::array(
+      {write_figure(options.out, "mask", "Station " + sample.name, "red: masked",
+                    tinted(joint, read_panorama(sample.file)))});
   write_file_atomically(options.out / "mask.json", json_text(document));
-  write_file_atomically(options.out / "mask.html",
-                        mask_page(document, joint_mask(panoramas, static_cast<int>(shown), mask),
-                                  read_panorama(sample.file)));
 }
 
 }  // namespace
@@ -97,7 +122,7 @@ std::optional<cv::Mat> write_mask(const CaptureSet& panoramas, const MaskOptions
   }
   const bool masks_nothing = cv::countNonZero(mask) == mask.rows * mask.cols;
   if (masks_nothing) {
-    for (const char* name : {"mask.png", "mask.json", "mask.html"}) {
+    for (const char* name : {"mask.png", "mask.json", "figures/mask.png"}) {
       std::filesystem::remove(options.out / name);
     }
     if (!any_masks(panoramas)) return std::nullopt;

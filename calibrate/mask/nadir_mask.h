@@ -26,8 +26,8 @@ cv::Mat make_mask(PanoramaSize size, const MaskOptions& options);
 
 // The mask common to all frames: the union of make_mask and, if enabled, detect_dolly. Masks of
 // single frames (frame_masks.h) stay what they are; every step joins the two. Writes
-// options.out/mask.png, mask.json and mask.html. If the options define no mask or nothing is
-// detected, returns nullopt, writes no mask.png, and mask.json and mask.html only if frames have
+// options.out/mask.png, mask.json and its figure. If the options define no mask or nothing is
+// detected, returns nullopt, writes no mask.png, and mask.json and the figure only if frames have
 // masks of their own; files of an earlier run are removed. Throws Error as make_mask, detect_dolly
 // and joint_mask do, and for frames that are not panoramas.
 std::optional<cv::Mat> write_mask(const CaptureSet& panoramas, const MaskOptions& options);

@@ -3,11 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "calibrate/poses/poses_report.h"
 #include "calibrate/poses/test_rail_scene.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
-#include "core/report/markup_check.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -130,34 +131,13 @@ TEST(CrossingFigures, CountPointsSeenFromBothLinesNearby) {
   EXPECT_EQ(figures[1].points, 0);
 }
 
-// Written of a grid's poses.
-std::string page_of(const SolvedGrid& grid) {
+nlohmann::json document_of(const SolvedGrid& grid) {
   const TestDirectory directory;
-  write_poses_report(directory.path(), grid.set, grid.start, grid.result);
-  std::string page = read_file(directory / "poses.html");
-  EXPECT_EQ(markup_fault(page), "");
-  return page;
+  write_poses_report(directory.path(), grid.set, grid.result);
+  return nlohmann::json::parse(read_file(directory / "poses-report.json"));
 }
 
-TEST(PosesReport, IsWellFormedWhateverTheNames) {
-  SolvedGrid grid;
-  grid.set.source = "a <b> & \"c\" {d}";
-  grid.set.lines[0].id = "<x0>";
-  grid.set.frames[1].name = "x&1";
-  grid.result.poses[1].reset();
-  grid.result.unposed = {{1, "too <plain>"}};
-  grid.result.poses[2]->position_m.x() += 0.01;
-  grid.result.warnings = grid.warnings();
-  grid.result.times = {{"faces", 1.5, true}};
-  EXPECT_THAT(
-      page_of(grid),
-      AllOf(HasSubstr("&lt;b&gt; &amp; &quot;c&quot; {d}</h1>"),
-            HasSubstr("<h2>Stations without a pose</h2>"),
-            HasSubstr("x&amp;1</th><td>too &lt;plain&gt;</td>"), HasSubstr("<h2>Warnings</h2>"),
-            HasSubstr("&lt;x0&gt; × z0</th><td>500</td>"), HasSubstr("exaggerated")));
-}
-
-TEST(PosesReport, ShowsTheSolution) {
+TEST(PosesReport, HasTheSolution) {
   SolvedGrid grid;
   grid.result.position_sigma_mm = 0.0123;
   grid.result.alignment.spread_m = {1.5, 0.75, 0.0};
@@ -166,34 +146,41 @@ TEST(PosesReport, ShowsTheSolution) {
   grid.result.poses[4].reset();
   grid.result.lines = line_figures(grid.set, grid.result, grid.start);
   grid.result.times = {{"faces", 1.5, true}, {"features", 41.0, false}};
-  EXPECT_THAT(
-      page_of(grid),
-      AllOf(HasSubstr("4 lines, 124 stations"), HasSubstr("<dd>123 of 124</dd>"),
-            HasSubstr("0.012 mm"), HasSubstr("<dd>42 s</dd>"),
-            HasSubstr("<td>31</td><td>31</td><td class=\"best\">30</td><td>3000</td><td>0.50</td>"
-                      "<td>10.0</td><td>0.00</td>"),
-            HasSubstr("2 (stations in a plane: the rotation is from positions); their spread is "
-                      "1.500, 0.750 and 0.000 m."),
-            HasSubstr("faces</th><td>1.5</td><td>done before</td>"),
-            HasSubstr("features</th><td>41.0</td><td></td>"), Not(HasSubstr("held-out")),
-            Not(HasSubstr("without a pose")), Not(HasSubstr("Warnings"))));
-  grid.set.frames.push_back({.name = "truth", .line = kHeldOut});
-  grid.start.emplace_back();
-  grid.result.poses.emplace_back();
-  grid.result.keyframes.push_back(124);
-  grid.result.unposed = {{124, "too dark"}};
-  EXPECT_THAT(page_of(grid), AllOf(HasSubstr("held-out frames with a pose</dt>\n<dd>0 of 1</dd>"),
-                                   HasSubstr("<h2>Frames without a pose</h2>")));
+  grid.result.unposed = {{4, "too plain"}};
+  const nlohmann::json document = document_of(grid);
+  EXPECT_EQ(document["stations"], 124);
+  EXPECT_EQ(document["posed"], 123);
+  EXPECT_EQ(document["position_sigma_mm"], 0.0123);
+  EXPECT_EQ(document["total_seconds"], 42.5);
+  EXPECT_EQ(document["seconds"][0]["reused"], true);
+  EXPECT_EQ(document["alignment"]["spread_m"], (std::vector<double>{1.5, 0.75, 0.0}));
+  EXPECT_EQ(document["alignment"]["rotation_from"],
+            "stations in a plane: the rotation is from positions");
+  EXPECT_EQ(document["lines"][0]["posed"], 30);
+  EXPECT_EQ(document["lines"][0]["observations"], 3000);
+  EXPECT_NEAR(document["lines"][0]["moved_mm"].get<double>(), 10.0, 1e-9);
+  EXPECT_EQ(document["unposed"][0]["reason"], "too plain");
+  EXPECT_TRUE(document["held_out"].is_null());
+  ASSERT_EQ(document["frames"].size(), 123U);
+  const nlohmann::json& moved = document["frames"][2];
+  EXPECT_NEAR(moved["position_m"][0].get<double>() - moved["planned_m"][0].get<double>(), 0.01,
+              1e-9);
 }
 
-// The page is written even for a grid without extent or a solution without poses.
+// Also for a grid without extent or a solution without poses.
 TEST(PosesReport, IsWrittenWithNothingSolved) {
   SolvedGrid grid;
   for (CaptureFrame& frame : grid.set.frames) frame.nominal_m.setZero();
-  grid.start = nominal_poses(grid.set);
   for (int line = 0; line < 4; ++line) grid.forget(line);
+  grid.set.frames.push_back({.name = "truth", .line = kHeldOut});
+  grid.result.poses.emplace_back();
+  grid.result.keyframes.push_back(124);
   grid.result.crossings.clear();
-  EXPECT_THAT(page_of(grid), AllOf(HasSubstr("No two lines cross."), Not(HasSubstr("Plan"))));
+  const nlohmann::json document = document_of(grid);
+  EXPECT_EQ(document["posed"], 0);
+  EXPECT_EQ(document["held_out"]["frames"], 1);
+  EXPECT_EQ(document["held_out"]["posed"], 0);
+  EXPECT_TRUE(document["frames"].empty());
 }
 
 }  // namespace

@@ -148,7 +148,7 @@ class PoseMerger {
                                      : std::vector<std::string>{fault};
     for (const std::string& warning : result_.warnings) spdlog::warn("{}", warning);
     if (solved_) write_frame_poses(out_ / "poses.json", set_, result_.poses);
-    write_poses_report(out_, set_, problem_.start, result_);
+    write_poses_report(out_, set_, result_);
   }
 
   const PoseProblem& problem_;

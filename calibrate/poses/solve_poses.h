@@ -92,11 +92,11 @@ struct PosesResult {
   std::vector<std::string> warnings{};
 };
 
-// Writes poses.json, poses-report.json and poses.html. Works in the directory colmap/, from which
+// Writes poses.json and poses-report.json. Works in the directory colmap/, from which
 // an interrupted run is resumed and which may be deleted afterwards; parts that are done are kept
 // in blocks/ until all are. Throws Error if there is no
 // supported COLMAP, COLMAP fails (quoting its log), nothing can be solved (naming the reason: too
-// few matches, a mirrored camera, …; poses-report.json and poses.html are still written), or the
+// few matches, a mirrored camera, …; poses-report.json is still written), or the
 // mask has another size; UsageError for options out of range; Interrupted.
 PosesResult solve_poses(const CaptureSet& panoramas, const PosesOptions& options);
 

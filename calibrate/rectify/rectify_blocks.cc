@@ -145,14 +145,14 @@ std::size_t rectify_block(const CaptureSet& panoramas, const FramePoses& poses,
 }
 
 RectifyResult merge_rectified(const CaptureSet& panoramas, const FramePoses& poses,
-                              const GridResult* grid, const RectifyOptions& options) {
+                              const RectifyOptions& options) {
   const RectifyBlocks blocks(panoramas, poses, options);
   const std::string fingerprint = blocks.frames_fingerprint(blocks.merged_gains());
   const BlockResults frames = blocks.frames(fingerprint);
   frames.merged();  // names what is missing
   std::optional<ExposureResult> exposure = blocks.exposure();
   blocks.install(blocks.frames_folder(fingerprint));
-  RectifyResult result = finish_rectified(panoramas, poses, grid, options, std::move(exposure));
+  RectifyResult result = finish_rectified(panoramas, poses, options, std::move(exposure));
   frames.remove();
   blocks.gains().remove();
   blocks.light().remove();

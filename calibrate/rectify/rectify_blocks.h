@@ -28,6 +28,6 @@ std::size_t rectify_block(const CaptureSet& panoramas, const FramePoses& poses,
 // Writes what rectify_set writes and removes what the blocks kept. Throws Error naming the blocks
 // that are missing, and as rectify_set.
 RectifyResult merge_rectified(const CaptureSet& panoramas, const FramePoses& poses,
-                              const GridResult* grid, const RectifyOptions& options);
+                              const RectifyOptions& options);
 
 }  // namespace raywalk::calibrate

@@ -2,15 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <limits>
 #include <nlohmann/json.hpp>
 
+#include "calibrate/base/figures.h"
 #include "calibrate/rectify/exposure_report.h"
 #include "calibrate/rectify/rectified_frames.h"
-#include "calibrate/rectify/rectify_page.h"
-#include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
 #include "core/files/json_text.h"
 
 namespace raywalk::calibrate {
@@ -20,8 +18,6 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 constexpr int kFormatVersion = 1;
-constexpr const char* kReport = "rectify.json";
-constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
 ordered_json frame_json(const CaptureSet& set, int index, const FramePose& pose,
                         const RectifyResult& result) {
@@ -47,10 +43,23 @@ ordered_json comparison_json(const CaptureSet& set, const CrossingComparison& co
           {"along_z", set.lines[static_cast<std::size_t>(comparison.along_z)].id},
           {"frame_x", comparison.frame_x},
           {"frame_z", comparison.frame_z},
-          {"before", comparison.before.generic_string()},
-          {"after", comparison.after.generic_string()},
           {"difference_before", comparison.difference_before},
           {"difference_after", comparison.difference_after}};
+}
+
+// The overlays.
+void add_figures(const CaptureSet& set, const CrossingComparison& comparison,
+                 ordered_json* figures) {
+  const std::string row =
+      fmt::format("{} × {}, frames {} and {}", set.line_id(comparison.along_x),
+                  set.line_id(comparison.along_z), comparison.frame_x, comparison.frame_z);
+  const auto differ = [](const char* when, double levels) {
+    return fmt::format("{}: differ by {} levels RMS", when, number_or_dash(levels, 2));
+  };
+  figures->push_back(
+      figure_json(row, differ("before", comparison.difference_before), comparison.before));
+  figures->push_back(
+      figure_json(row, differ("after", comparison.difference_after), comparison.after));
 }
 
 ordered_json masks_json(const CaptureSet& set, const MaskFigures& masks) {
@@ -63,54 +72,7 @@ ordered_json json_of(const std::optional<double>& value) {
   return value ? ordered_json(*value) : ordered_json(nullptr);
 }
 
-int line_named(const CaptureSet& set, const CheckedJson& id) {
-  const std::optional<int> line = set.find_line(id.text());
-  if (!line) id.fail("line " + excerpt(id.text()) + " is not in the capture");
-  return *line;
-}
-
-CrossingComparison comparison_of(const CheckedJson& document, const CaptureSet& set) {
-  return {.along_x = line_named(set, document.at("along_x")),
-          .along_z = line_named(set, document.at("along_z")),
-          .frame_x = document.at("frame_x").text(),
-          .frame_z = document.at("frame_z").text(),
-          .before = document.at("before").text(),
-          .after = document.at("after").text(),
-          .difference_before = document.at("difference_before").number_or(kNotMeasured),
-          .difference_after = document.at("difference_after").number_or(kNotMeasured)};
-}
-
-RectifyResult result_of(const CheckedJson& document, const CaptureSet& set) {
-  document.require_version(kFormatVersion);
-  RectifyResult result{.frames = document.at("grid_frames").integer(),
-                       .validation_frames = document.at("validation_frames").integer(),
-                       .left_out = document.at("left_out").texts()};
-  result.gains.assign(set.frames.size(), LightGain{1.0, 1.0, 1.0});
-  for (const CheckedJson& frame : document.at("frames").items()) {
-    const auto index = set.find(frame.at("name").text());
-    if (!index) frame.at("name").fail("is not in the capture");
-    const CheckedJson gain = frame.at("gain");
-    result.gains[static_cast<std::size_t>(*index)] = {
-        gain.at("red").number(), gain.at("green").number(), gain.at("blue").number()};
-  }
-  for (const CheckedJson& crossing : document.at("crossings").items()) {
-    result.crossings.push_back(comparison_of(crossing, set));
-  }
-  const CheckedJson tolerance = document.at("line_tolerance_mm");
-  if (!tolerance.is_null()) result.line_tolerance_mm = tolerance.number();
-  const CheckedJson same_station = document.at("same_station_mm");
-  if (!same_station.is_null()) result.same_station_mm = same_station.number();
-  // Earlier versions wrote it only with masks.
-  if (document.has("frame_masks") && !document.at("frame_masks").is_null()) {
-    const CheckedJson masks = document.at("frame_masks");
-    result.masks = {.frames = masks.at("frames").integer(),
-                    .share = masks.at("masked_share").number()};
-  }
-  return result;
-}
-
-}  // namespace
-
+// The next step.
 std::string pack_command(const RectifyResult& result, const fs::path& out) {
   std::string command =
       fmt::format("raywalk-build-lf pack --frames {} --out ROOM.lf", (out / "poses.csv").string());
@@ -123,15 +85,18 @@ std::string pack_command(const RectifyResult& result, const fs::path& out) {
   return command;
 }
 
+}  // namespace
+
 ordered_json rectify_document(const CaptureSet& set, const FramePoses& poses,
-                              const GridResult* grid, const RectifyResult& result,
-                              const fs::path& out) {
+                              const RectifyResult& result, const fs::path& out) {
   ordered_json frames = ordered_json::array(), crossings = ordered_json::array();
+  ordered_json figures = ordered_json::array();
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (poses[i]) frames.push_back(frame_json(set, static_cast<int>(i), *poses[i], result));
   }
   for (const CrossingComparison& comparison : result.crossings) {
     crossings.push_back(comparison_json(set, comparison));
+    add_figures(set, comparison, &figures);
   }
   ordered_json exposure;
   if (result.exposure) exposure = exposure_json(set, *result.exposure);
@@ -145,21 +110,15 @@ ordered_json rectify_document(const CaptureSet& set, const FramePoses& poses,
           {"same_station_mm", json_of(result.same_station_mm)},
           {"pack_command", pack_command(result, out)},
           {"before_list", (out / "before.csv").string()},
-          {"grid_crossings", grid ? crossings_json(set, grid->crossings) : ordered_json::array()},
           {"crossings", crossings},
           {"exposure", exposure},
-          {"frames", frames}};
+          {"frames", frames},
+          {"figures", figures}};
 }
 
-void write_rectify_report(const CaptureSet& set, const FramePoses& poses, const GridResult* grid,
+void write_rectify_report(const CaptureSet& set, const FramePoses& poses,
                           const RectifyResult& result, const fs::path& out) {
-  const ordered_json document = rectify_document(set, poses, grid, result, out);
-  write_file_atomically(out / kReport, json_text(document));
-  write_file_atomically(out / "rectify.html", rectify_page(document, out));
-}
-
-RectifyResult read_rectify_result(const fs::path& file, const CaptureSet& set) {
-  return result_of(CheckedJson::read(file, "rectify again"), set);
+  write_file_atomically(out / "rectify.json", json_text(rectify_document(set, poses, result, out)));
 }
 
 }  // namespace raywalk::calibrate

@@ -140,7 +140,7 @@ void write_tables(const RectifyResult& result, const std::vector<ListedFrame>& r
 }  // namespace
 
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
-                          const GridResult* grid, const RectifyOptions& options) {
+                          const RectifyOptions& options) {
   require_pose(panoramas, poses);
   make_directories(options.out);
   const cv::Mat mask = options.mask.value_or(cv::Mat());
@@ -151,7 +151,7 @@ RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
   }
   write_rectified_frames(panoramas, poses, gains_of(exposure, panoramas.frames.size()), mask,
                          options.out, options.fisheye);
-  return finish_rectified(panoramas, poses, grid, options, std::move(exposure));
+  return finish_rectified(panoramas, poses, options, std::move(exposure));
 }
 
 std::vector<LightGain> gains_of(const std::optional<ExposureResult>& exposure, std::size_t frames) {
@@ -159,7 +159,7 @@ std::vector<LightGain> gains_of(const std::optional<ExposureResult>& exposure, s
 }
 
 RectifyResult finish_rectified(const CaptureSet& panoramas, const FramePoses& poses,
-                               const GridResult* grid, const RectifyOptions& options,
+                               const RectifyOptions& options,
                                std::optional<ExposureResult> exposure) {
   const cv::Mat mask = options.mask.value_or(cv::Mat());
   const FramePoses start = options.start.empty() ? nominal_poses(panoramas) : options.start;
@@ -184,7 +184,7 @@ RectifyResult finish_rectified(const CaptureSet& panoramas, const FramePoses& po
   write_tables(result, rows, truth, options.out);
   result.crossings = compare_crossings(panoramas, poses, start, mask, options.out);
   write_before_list(panoramas, start, poses, mask, options.out);
-  write_rectify_report(panoramas, poses, grid, result, options.out);
+  write_rectify_report(panoramas, poses, result, options.out);
   return result;
 }
 

@@ -11,7 +11,6 @@
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/base/frame_poses.h"
-#include "calibrate/grid/grid_result.h"
 #include "calibrate/rectify/exposure_gains.h"
 #include "calibrate/stitch/fisheye_source.h"
 
@@ -47,7 +46,7 @@ struct RectifyResult {
   int validation_frames = 0;                 // in gt.csv: of validation lines, or held out
   std::vector<std::string> left_out{};       // frames without a pose
   std::vector<LightGain> gains{};            // by frame; exactly 1 where nothing is corrected
-  std::optional<ExposureResult> exposure{};  // nullopt: not measured, or read from a file
+  std::optional<ExposureResult> exposure{};  // nullopt: not measured
   std::vector<CrossingComparison> crossings{};
   // The --line-tolerance-mm for raywalk-build-lf pack; 0: not needed. nullopt: no lines found.
   std::optional<double> line_tolerance_mm{};
@@ -58,22 +57,17 @@ struct RectifyResult {
 
 // Writes OUT/rectified/ (rectified_frames.h), OUT/crossings/ with the overlays, OUT/poses.csv
 // (file,x,y,z[,mask]), OUT/gt.csv if there are validation lines or held-out frames, OUT/before.csv
-// (before_list.h), rectify.json and rectify.html. Positions are those of `poses`. `grid` adds its
-// figures to the page; may be null. Throws Error if no frame has a pose, or a file cannot be read
-// or written; Interrupted.
+// (before_list.h), and rectify.json. Positions are those of `poses`. Throws Error if no frame has a
+// pose, or a file cannot be read or written; Interrupted.
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
-                          const GridResult* grid, const RectifyOptions& options);
+                          const RectifyOptions& options);
 
 // What rectify_set does after the frames are written. `exposure`: nullopt if it was not measured.
 RectifyResult finish_rectified(const CaptureSet& panoramas, const FramePoses& poses,
-                               const GridResult* grid, const RectifyOptions& options,
+                               const RectifyOptions& options,
                                std::optional<ExposureResult> exposure);
 
 // By frame; 1 if the exposures were not measured.
 std::vector<LightGain> gains_of(const std::optional<ExposureResult>& exposure, std::size_t frames);
-
-// Reads rectify.json. Throws Error naming the file if it is missing, damaged or of a newer format
-// version.
-RectifyResult read_rectify_result(const std::filesystem::path& file, const CaptureSet& set);
 
 }  // namespace raywalk::calibrate

@@ -26,7 +26,7 @@ struct StitchRecord {
 // "feather"), blend_deg, seam_distance_m (null: infinity), balance {back_gain [red, green, blue],
 // falloff_2, falloff_4, gain_sigma, share_45, share_45_sigma, share_90, share_90_sigma, scatter,
 // frames, overlap_ratios, motion_ratios, light [{angle_deg, share of the light on the axis}]}, seam
-// {step_before_levels, step_after_levels, correlation}, warnings [text].
+// {step_before_levels, step_after_levels, correlation}, warnings [text]; when complete, figures.
 nlohmann::ordered_json stitch_document(const StitchRecord& record);
 
 // nullopt if there is no such file, or it is damaged or of another version.

@@ -10,7 +10,7 @@
 #include "calibrate/stitch/frame_pictures.h"
 #include "calibrate/stitch/frames_at_once.h"
 #include "calibrate/stitch/measure_balance.h"
-#include "calibrate/stitch/stitch_page.h"
+#include "calibrate/stitch/stitch_figures.h"
 #include "calibrate/stitch/stitch_record.h"
 #include "calibrate/stitch/stitcher.h"
 #include "core/base/error.h"
@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Blend width of the unblended sample on the page.
+// Blend width of the unblended sample.
 constexpr double kHardSeam_deg = 1e-3;
 
 void append(std::string* text, const fs::path& file) {
@@ -74,7 +74,7 @@ class SetStitcher {
       begin(fingerprint);
     }
     const std::vector<int> missing = missing_frames();
-    if (record_.complete && missing.empty() && fs::exists(options_.out / "stitch.html")) return;
+    if (record_.complete && missing.empty() && has_stitch_figures(options_.out)) return;
     const Stitcher stitcher(camera_, width_, stitcher_options(), record_.balance.fit.balance);
     stitch(stitcher, missing);
     finish(stitcher);
@@ -149,12 +149,9 @@ class SetStitcher {
 
   void make_folder() const { make_directories(any_masks(set_) ? folder_ / "masks" : folder_); }
 
-  // Panoramas and the page of other inputs are removed before a new record is written, which would
-  // make them valid.
-  void remove_panoramas() const {
-    fs::remove_all(folder_);
-    fs::remove(options_.out / "stitch.html");
-  }
+  // Panoramas of other inputs are removed before a new record is written, which would make them
+  // valid.
+  void remove_panoramas() const { fs::remove_all(folder_); }
 
   void begin(const std::string& fingerprint) {
     measure(fingerprint);
@@ -201,9 +198,9 @@ class SetStitcher {
         frame.name, stitcher.stitch(pictures.front, pictures.back, pictures.mask).panorama,
         unbalanced.stitch(pictures.front, pictures.back)};
     record_.complete = true;
-    const nlohmann::ordered_json document = stitch_document(record_);
+    nlohmann::ordered_json document = stitch_document(record_);
+    document["figures"] = write_stitch_figures(sample, options_.out);
     write_file_atomically(record_file(), json_text(document));
-    write_file_atomically(options_.out / "stitch.html", stitch_page(document, sample));
     for (const std::string& warning : record_.balance.warnings) spdlog::warn("{}", warning);
   }
 

@@ -25,7 +25,7 @@ struct StitchOptions {
 
 // Writes options.out/panoramas/NAME.png for every frame, panoramas/masks/NAME.png for those with a
 // mask (a lens's masked pixels are taken from the other one where the two are blended), stitch.json
-// and stitch.html, and returns the set with these files and layout kPanorama; a set of panoramas is
+// and its figures, and returns the set with these files and layout kPanorama; a set of panoramas is
 // returned unchanged and nothing is written. Existing panoramas are kept if they have the same
 // frames, camera and options by stitch.json.
 //
