@@ -130,6 +130,15 @@ class WholeChainTest : public ::testing::Test {
   json calibration() const {
     return json::parse(read_file(directory_ / "calibration/calibration.json"));
   }
+  // For report_browser_test, which opens them.
+  void keep_reports() const {
+    for (const std::string name : {"calibration", "report"}) {
+      const fs::path kept = fs::path(RAYWALK_KEPT_REPORTS) / name;
+      fs::create_directories(kept);
+      fs::copy_file(directory_ / name / "index.html", kept / "index.html",
+                    fs::copy_options::overwrite_existing);
+    }
+  }
 
  private:
   std::map<std::string, std::string> stations_of_pictures() const {
@@ -166,6 +175,7 @@ TEST_F(WholeChainTest, FromTheFirstMoveToValidatedViews) {
       "--keyframes-mm 200",
       RAYWALK_CALIBRATE, path("session"), path("calibration"), RAYWALK_CONFIGS)));
   EXPECT_EQ(calibration()["trustworthy"], true);
+  EXPECT_TRUE(calibration()["mask"]["automatic"]["reach_deg"].is_number());
 
   // The two stations nearest to each crossing of the grid.
   const auto estimated = estimated_poses(), truth = true_poses();
@@ -190,6 +200,7 @@ TEST_F(WholeChainTest, FromTheFirstMoveToValidatedViews) {
   ASSERT_NO_FATAL_FAILURE(run(fmt::format(
       "{} validate {} --truth {} --generation hlf-vd,two-sided --viewpoints 1 --report {}",
       RAYWALK_RENDER, path("room.lf"), path("calibration/gt.csv"), path("report"))));
+  keep_reports();
   const json modes = json::parse(read_file(directory_ / "report/metrics.json"))["modes"];
   // Measured: 28.5 and 29.8 dB.
   EXPECT_GT(modes[0]["psnr_db"], 27.5);
