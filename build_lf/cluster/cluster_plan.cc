@@ -175,9 +175,9 @@ class Planner {
   }
 
   void add_connect_error() {
-    add_divided("connect-error", render("connect-error", room_ + " --generation initial,hlf-vd"),
-                scale_.cells * kViewpointsPerCell * scale_.panorama_mpx(),
-                static_cast<int>(std::min(1e6, scale_.cells * kViewpointsPerCell)), ends_);
+    add_step(
+        "connect-error", {render("connect-error", room_ + " --generation initial,hlf-vd")}, ends_,
+        minutes_of("connect-error", scale_.cells * kViewpointsPerCell * scale_.panorama_mpx()));
   }
 
   // After connect-error, whose result its report shows.
@@ -187,10 +187,10 @@ class Planner {
   }
 
   void add_validate(const std::vector<std::string>& after) {
-    add_divided("validate",
-                render("validate", fmt::format("{} --truth {} --report {}", room_,
-                                               path_word(*options_.truth), report("validate"))),
-                scale_.truth_views * scale_.panorama_mpx(), scale_.truth_views, after);
+    add_step("validate",
+             {render("validate", fmt::format("{} --truth {} --report {}", room_,
+                                             path_word(*options_.truth), report("validate")))},
+             after, minutes_of("validate", scale_.truth_views * scale_.panorama_mpx()));
   }
 
   void add_path(const std::vector<std::string>& after) {

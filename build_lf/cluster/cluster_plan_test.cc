@@ -75,7 +75,7 @@ TEST(ClusterPlan, EveryStepComesAfterThoseItNeeds) {
   EXPECT_THAT(step_of(plan, "depth-merge").after, ElementsAre("depth-gains"));
   EXPECT_THAT(step_of(plan, "refine").after, ElementsAre("depth-merge"));
   EXPECT_THAT(step_of(plan, "connect-error").after, ElementsAre("refine-merge"));
-  EXPECT_THAT(step_of(plan, "require").after, ElementsAre("connect-error-merge"));
+  EXPECT_THAT(step_of(plan, "require").after, ElementsAre("connect-error"));
   EXPECT_THAT(step_of(plan, "validate").after, step_of(plan, "path").after);
   EXPECT_TRUE(step_of(plan, "trade").alone);
 }

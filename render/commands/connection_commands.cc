@@ -20,7 +20,6 @@ struct ConnectErrorArguments {
   std::string room{};
   std::vector<std::string> generations{};
   ConnectErrorOptions options{};
-  BlockArguments blocks{};
   int threads = 0;
 };
 
@@ -31,8 +30,7 @@ void run(const ConnectErrorArguments& arguments) {
     generations.push_back(generation_from_name(name));
   }
   if (generations.empty()) generations.push_back(Generation::kInitial);
-  write_connect_error(Room::open(arguments.room), generations, arguments.options, arguments.blocks,
-                      std::cout);
+  write_connect_error(Room::open(arguments.room), generations, arguments.options, std::cout);
 }
 
 }  // namespace
@@ -58,11 +56,8 @@ void add_connect_error(CLI::App* app) {
       ->delimiter(',')
       ->capture_default_str();
   add_threads_option(command, &arguments->threads);
-  add_block_options(command, &arguments->blocks, "viewpoints");
   command->footer(
       "Examples:\n  raywalk-render connect-error room.lf --generation initial,hlf-vd\n"
-      "  raywalk-render connect-error room.lf --block 3/16\n"
-      "  raywalk-render connect-error room.lf --merge\n"
       "view, path, validate and trade with --k auto then use the k of the least error over the "
       "corners that are readable at every k.");
   command->callback([arguments] { run(*arguments); });

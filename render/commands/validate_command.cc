@@ -70,11 +70,8 @@ void add_validate(CLI::App* app) {
       ->capture_default_str();
   add_threads_option(command, &arguments->threads);
   add_connection_flags(command, &arguments->flags);
-  add_block_options(command, &arguments->options.blocks, "views and viewpoints");
   command->footer(
       "Examples:\n  raywalk-render validate room.lf --truth gt.csv --report report\n"
-      "  raywalk-render validate room.lf --truth gt.csv --report report --block 3/16\n"
-      "  raywalk-render validate room.lf --truth gt.csv --report report --merge\n"
       "  raywalk-render validate room.lf --before uncalibrated.lf --truth gt.csv\n"
       "An interrupted run is resumed by the same command.");
   command->callback([arguments] { run(*arguments); });

@@ -12,6 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "core/geometry/position_tolerance.h"
+#include "core/judge/validation/connect_error_sums.h"
 #include "core/view/column_sources.h"
 #include "core/view/connection.h"
 #include "core/view/prepared_view.h"
@@ -191,8 +192,8 @@ void require_connect_error_options(const ConnectErrorOptions& options) {
   }
 }
 
-ConnectErrorSums measure_connect_error_sums(const Room& room, Generation generation,
-                                            const ConnectErrorOptions& options, Block block) {
+ConnectError measure_connect_error(const Room& room, Generation generation,
+                                   const ConnectErrorOptions& options) {
   require_connect_error_options(options);
   if (room.grid().cells.empty()) {
     throw Error(room.directory().string() +
@@ -200,33 +201,28 @@ ConnectErrorSums measure_connect_error_sums(const Room& room, Generation generat
   }
   const ViewOptions view{.generation = generation, .overlap_deg = options.overlap_deg};
   Renderer renderer(room, view);
-  const size_t k_count = options.k_list_deg.size();
-  const size_t per_cell =
-      static_cast<size_t>(options.viewpoints) * static_cast<size_t>(options.viewpoints);
-  const IndexRange share = block.share_of(room.grid().cells.size() * per_cell);
+  const int per_cell = options.viewpoints * options.viewpoints;
   Progress progress("connect-error " + generation_name(generation),
-                    static_cast<std::int64_t>(share.size()), "viewpoints");
+                    std::ssize(room.grid().cells) * per_cell, "viewpoints");
+  const size_t k_count = options.k_list_deg.size();
   ConnectErrorSums sums(k_count);
-  for (size_t index = share.begin; index < share.end; ++index) {
-    const CellMeasurement cell(room, room.grid().cells[index / per_cell], view, options);
-    const std::vector<OverlapSum> of_viewpoint =
-        cell.overlap_sums(&renderer.prepare(cell.viewpoint(static_cast<int>(index % per_cell))));
-    for (size_t corner = 0; corner < kCorners; ++corner) {
-      sums.add_pair(std::span(of_viewpoint).subspan(corner * k_count, k_count));
+  for (const Cell& of_cell : room.grid().cells) {
+    const CellMeasurement cell(room, of_cell, view, options);
+    for (int viewpoint = 0; viewpoint < per_cell; ++viewpoint) {
+      const std::vector<OverlapSum> of_viewpoint =
+          cell.overlap_sums(&renderer.prepare(cell.viewpoint(viewpoint)));
+      for (size_t corner = 0; corner < kCorners; ++corner) {
+        sums.add_pair(std::span(of_viewpoint).subspan(corner * k_count, k_count));
+      }
+      progress.advance();
     }
-    progress.advance();
   }
-  return sums;
-}
-
-ConnectError connect_error_of(const ConnectErrorSums& sums, const Room& room, Generation generation,
-                              const ConnectErrorOptions& options) {
   const int samples = 3 * size_as_captured(room).height;
   const auto pairs = static_cast<double>(sums.pairs);
   ConnectError result{.generation = generation,
                       .options = options,
                       .common_share = static_cast<double>(sums.common_pairs) / pairs};
-  for (size_t k = 0; k < options.k_list_deg.size(); ++k) {
+  for (size_t k = 0; k < k_count; ++k) {
     const ConnectErrorSums::AtK& at_k = sums.at_k[k];
     result.rows.push_back({.connection = connection_name(options.k_list_deg[k]),
                            .k_deg = options.k_list_deg[k],
@@ -236,12 +232,6 @@ ConnectError connect_error_of(const ConnectErrorSums& sums, const Room& room, Ge
                            .coverage = static_cast<double>(at_k.pairs) / pairs});
   }
   return result;
-}
-
-ConnectError measure_connect_error(const Room& room, Generation generation,
-                                   const ConnectErrorOptions& options) {
-  return connect_error_of(measure_connect_error_sums(room, generation, options), room, generation,
-                          options);
 }
 
 std::string connect_error_table(std::span<const ConnectError> measurements) {

@@ -26,8 +26,6 @@
 #include <string>
 #include <vector>
 
-#include "core/base/block.h"
-#include "core/judge/validation/connect_error_sums.h"
 #include "core/room/connection_errors.h"
 #include "core/room/room.h"
 #include "core/view/renderer.h"
@@ -69,18 +67,9 @@ struct ConnectError {
 // Throws UsageError for an option out of range.
 void require_connect_error_options(const ConnectErrorOptions& options);
 
-// Measures a block of the viewpoints of all cells, cell by cell, at the size of the room's
-// panoramas; prints progress. The sums of all blocks, added up, are those of one, and do not depend
-// on the number of threads. Throws UsageError for an option out of range; Error if the room has no
-// cell or lacks the distances that the generation needs; Interrupted.
-ConnectErrorSums measure_connect_error_sums(const Room& room, Generation generation,
-                                            const ConnectErrorOptions& options, Block block = {});
-
-// What the sums over all viewpoints say.
-ConnectError connect_error_of(const ConnectErrorSums& sums, const Room& room, Generation generation,
-                              const ConnectErrorOptions& options);
-
-// Both for all viewpoints. Throws as measure_connect_error_sums() does.
+// Measured at all viewpoints, cell by cell, at the size of the room's panoramas; prints progress.
+// Does not depend on the number of threads. Throws UsageError for an option out of range; Error if
+// the room has no cell or lacks the distances that the generation needs; Interrupted.
 ConnectError measure_connect_error(const Room& room, Generation generation,
                                    const ConnectErrorOptions& options);
 

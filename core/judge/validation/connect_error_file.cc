@@ -2,10 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "core/files/atomic_output.h"
-#include "core/judge/validation/connect_error_blocks.h"
 #include "core/room/choose_k.h"
 
 namespace raywalk {
@@ -41,22 +38,6 @@ ConnectError measured_form(const ConnectionErrorMeasurement& stored) {
   return measurement;
 }
 
-// Stores a new measurement of a room's views.
-void store(const Room& room, ConnectError* measurement) {
-  measurement->distances = room.distances_origin();
-  store_connect_error(room.directory(), *measurement);
-}
-
-std::vector<ConnectError> merged_errors(const BlockResults& results, const Room& room,
-                                        std::span<const Generation> generations,
-                                        const ConnectErrorOptions& options) {
-  std::vector<CheckedJson> shares;
-  for (const std::string& result : results.merged()) {
-    shares.push_back(CheckedJson::parse(result, "a block of connect-error"));
-  }
-  return connect_errors_of(shares, room, generations, options);
-}
-
 }  // namespace
 
 std::vector<ConnectError> read_connect_error(const std::filesystem::path& room) {
@@ -76,30 +57,17 @@ ConnectError measure_and_store_connect_error(const Room& room, Generation genera
   // Opened only to check that the room can be written.
   { const AtomicFile probe(connection_errors_path(room.directory())); }
   ConnectError measurement = measure_connect_error(room, generation, options);
-  store(room, &measurement);
+  measurement.distances = room.distances_origin();
+  store_connect_error(room.directory(), measurement);
   return measurement;
 }
 
 void write_connect_error(const Room& room, std::span<const Generation> generations,
-                         const ConnectErrorOptions& options, const BlockArguments& blocks,
-                         std::ostream& table) {
+                         const ConnectErrorOptions& options, std::ostream& table) {
   require_connect_error_options(options);
-  const BlockResults results = connect_error_blocks(room, generations, options);
-  if (blocks.block) {
-    table << results.make_and_tell(*blocks.block, [&] {
-      return connect_error_share(room, generations, options, *blocks.block).dump();
-    }) << '\n';
-    return;
-  }
   std::vector<ConnectError> measurements;
-  if (blocks.merge) {
-    measurements = merged_errors(results, room, generations, options);
-    for (ConnectError& measurement : measurements) store(room, &measurement);
-    results.remove();
-  } else {
-    for (const Generation generation : generations) {
-      measurements.push_back(measure_and_store_connect_error(room, generation, options));
-    }
+  for (const Generation generation : generations) {
+    measurements.push_back(measure_and_store_connect_error(room, generation, options));
   }
   table << connect_error_table(measurements);
   for (const Generation generation : generations) {

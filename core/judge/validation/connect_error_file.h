@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "core/base/block.h"
 #include "core/judge/validation/connect_error.h"
 
 namespace raywalk {
@@ -25,11 +24,9 @@ ConnectError measure_and_store_connect_error(const Room& room, Generation genera
                                              const ConnectErrorOptions& options);
 
 // The work of `raywalk-render connect-error`: measures each generation, stores it as soon as it is
-// measured, and prints the table and what --k auto now takes. A block is kept beside the room
-// (connect_error_blocks.h) until all are merged. Throws as measure_connect_error does, and Error
-// before any work where the room cannot be written, or where a block is missing at merging.
+// measured, and prints the table and what --k auto now takes. Throws as measure_connect_error does,
+// and Error before any work where the room cannot be written.
 void write_connect_error(const Room& room, std::span<const Generation> generations,
-                         const ConnectErrorOptions& options, const BlockArguments& blocks,
-                         std::ostream& table);
+                         const ConnectErrorOptions& options, std::ostream& table);
 
 }  // namespace raywalk

@@ -11,7 +11,6 @@
 #include "core/base/error.h"
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/block_results.h"
 #include "core/files/test_directory.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
@@ -87,7 +86,7 @@ TEST_F(ConnectErrorFileTest, MeasurementsAreStoredAndPrinted) {
   const Room room = Room::open(path);
   std::ostringstream table;
   write_connect_error(room, std::array{Generation::kInitial, Generation::kHlfVd}, {.viewpoints = 2},
-                      {}, table);
+                      table);
   EXPECT_THAT(table.str(), AllOf(HasSubstr("initial views"), HasSubstr("hlf-vd views"),
                                  HasSubstr("--k auto, initial views: ")));
   EXPECT_EQ(read_connect_error(path).size(), 2U);
@@ -101,38 +100,11 @@ TEST_F(ConnectErrorFileTest, PanoramasOfAnyEvenWidthAreMeasured) {
     const Room room = Room::open(path);
     std::ostringstream table;
     write_connect_error(room, std::array{Generation::kInitial, Generation::kHlfVd},
-                        {.viewpoints = 2}, {}, table);
+                        {.viewpoints = 2}, table);
     return read_connect_error(path)[0].rows.back().e_connect;
   };
   const double exact = initial_error(128);
   EXPECT_NEAR(initial_error(130), exact, 0.2 * exact);
-}
-
-TEST_F(ConnectErrorFileTest, BlocksMakeTheSameFileAsOneRun) {
-  const std::filesystem::path path = directory_ / "room.lf";
-  write_synthetic_room({.cells_x = 2, .overhang_m = 0.25, .width = 64}, path);
-  const Room room = Room::open(path);
-  const auto run = [&](const BlockArguments& blocks, int viewpoints = 3) {
-    std::ostringstream told;
-    write_connect_error(room, std::array{Generation::kInitial, Generation::kTwoSided},
-                        {.viewpoints = viewpoints}, blocks, told);
-    return told.str();
-  };
-  const std::string table = run({});
-  const std::string whole = read_file(connection_errors_path(path));
-  std::filesystem::remove(connection_errors_path(path));
-  EXPECT_THAT(run({.block = Block{3, 4}}), HasSubstr("block 3/4 is done"));
-  EXPECT_THAT(run({.block = Block{1, 4}}), HasSubstr("block 1/4 is done"));
-  EXPECT_THAT(run({.block = Block{3, 4}}), HasSubstr("block 3/4 was already done"));
-  EXPECT_THAT(error_of([&] { run({.merge = true}); }),
-              HasSubstr("2 of 4 blocks are missing: 2 and 4"));
-  EXPECT_FALSE(std::filesystem::exists(connection_errors_path(path)));
-  for (const int index : {4, 2}) run({.block = Block{index, 4}});
-  EXPECT_THAT(error_of([&] { run({.merge = true}, 2); }),
-              HasSubstr("connect-error: no block has been made"));
-  EXPECT_EQ(run({.merge = true}), table);
-  EXPECT_EQ(read_file(connection_errors_path(path)), whole);
-  EXPECT_FALSE(std::filesystem::exists(blocks_beside(path)));
 }
 
 TEST_F(ConnectErrorFileTest, RoomThatCannotBeWrittenIsRefused) {
@@ -141,7 +113,7 @@ TEST_F(ConnectErrorFileTest, RoomThatCannotBeWrittenIsRefused) {
   const Room room = Room::open(path);
   std::filesystem::create_directory(connection_errors_path(path));  // in the way, for root too
   std::ostringstream table;
-  EXPECT_THROW(write_connect_error(room, std::array{Generation::kInitial}, {}, {}, table), Error);
+  EXPECT_THROW(write_connect_error(room, std::array{Generation::kInitial}, {}, table), Error);
   EXPECT_EQ(table.str(), "");
 }
 

@@ -3,11 +3,8 @@
 #pragma once
 
 #include <cstdint>
-#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <vector>
-
-#include "core/files/checked_json.h"
 
 namespace raywalk {
 
@@ -49,13 +46,7 @@ struct ConnectErrorSums {
   explicit ConnectErrorSums(std::size_t k_count) : at_k(k_count) {}
   // The sums of one pair at each k.
   void add_pair(std::span<const OverlapSum> pair);
-  // Sums over other pairs at the same list of k.
-  void add(const ConnectErrorSums& other);
   friend bool operator==(const ConnectErrorSums&, const ConnectErrorSums&) = default;
 };
-
-nlohmann::ordered_json json_of(const ConnectErrorSums& sums);
-// Throws Error as CheckedJson does, also where the number of k is another.
-ConnectErrorSums connect_error_sums_from(const CheckedJson& json, std::size_t k_count);
 
 }  // namespace raywalk

@@ -32,19 +32,15 @@ struct KeptViews {
 };
 
 KeptViews kept_views(std::span<const TruthView> truths, std::span<const ViewMode> modes,
-                     std::span<const std::size_t> shown, IndexRange range,
-                     const ValidationPartial& partial) {
+                     std::span<const std::size_t> shown, const ValidationPartial& partial) {
   KeptViews kept;
-  std::size_t truth = truths.size();
-  std::string truth_key;
-  for (std::size_t i = range.begin; i < range.end; ++i) {
-    if (i / modes.size() != truth) {
-      truth = i / modes.size();
-      truth_key = partial.key_of(truths[truth], contains(shown, truth));
+  for (std::size_t truth = 0; truth < truths.size(); ++truth) {
+    const std::string truth_key = partial.key_of(truths[truth], contains(shown, truth));
+    for (const ViewMode& mode : modes) {
+      kept.keys.push_back(
+          ValidationPartial::key_of(truth_key, options_at(mode, truths[truth].width)));
+      kept.views.push_back(partial.find(kept.keys.back()));
     }
-    kept.keys.push_back(ValidationPartial::key_of(
-        truth_key, options_at(modes[i % modes.size()], truths[truth].width)));
-    kept.views.push_back(partial.find(kept.keys.back()));
   }
   return kept;
 }
@@ -107,10 +103,10 @@ std::vector<std::unique_ptr<Renderer>> renderers_of(const Room& room,
 }
 
 std::vector<MeasuredView> measured_views(const Room& room, std::span<const TruthView> truths,
-                                         std::span<const ViewMode> modes, IndexRange range,
+                                         std::span<const ViewMode> modes,
                                          const ValidationPartial& partial) {
   const std::vector<std::size_t> shown = shown_truths(truths);
-  KeptViews kept = kept_views(truths, modes, shown, range, partial);
+  KeptViews kept = kept_views(truths, modes, shown, partial);
   const auto found =
       std::ranges::count_if(kept.views, [](const auto& view) { return view.has_value(); });
   const auto total = std::ssize(kept.views);
@@ -122,8 +118,8 @@ std::vector<MeasuredView> measured_views(const Room& room, std::span<const Truth
     throw_if_interrupted();
     std::optional<MeasuredView>& view = kept.views[i];
     if (!view) {
-      const std::size_t truth = (range.begin + i) / modes.size();
-      view = run.measured(truths[truth], (range.begin + i) % modes.size(), contains(shown, truth));
+      const std::size_t truth = i / modes.size();
+      view = run.measured(truths[truth], i % modes.size(), contains(shown, truth));
       partial.keep(kept.keys[i], *view);
       progress.advance();
     }

@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "core/base/block.h"
 #include "core/judge/validation/truth_views.h"
 #include "core/judge/validation/validation_partial.h"
 #include "core/room/room.h"
@@ -23,12 +22,12 @@ std::vector<std::size_t> shown_truths(std::span<const TruthView> truths);
 std::vector<std::unique_ptr<Renderer>> renderers_of(const Room& room,
                                                     std::span<const ViewMode> modes, int width);
 
-// The views `range`, counted truth by truth and within it mode by mode, each rendered at its
-// truth's width and compared with it. Those of shown_truths() have pictures. What is kept in
-// `partial` is not rendered again, the others are added to it; prints progress. Throws Error as
-// Renderer and read_panorama do; Interrupted.
+// All views, truth by truth and within it mode by mode, each rendered at its truth's width and
+// compared with it. Those of shown_truths() have pictures. What is kept in `partial` is not
+// rendered again, the others are added to it; prints progress. Throws Error as Renderer and
+// read_panorama do; Interrupted.
 std::vector<MeasuredView> measured_views(const Room& room, std::span<const TruthView> truths,
-                                         std::span<const ViewMode> modes, IndexRange range,
+                                         std::span<const ViewMode> modes,
                                          const ValidationPartial& partial);
 
 }  // namespace raywalk

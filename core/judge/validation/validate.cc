@@ -18,7 +18,6 @@
 #include "core/judge/validation/connect_error_file.h"
 #include "core/judge/validation/measured_views.h"
 #include "core/judge/validation/metrics_json.h"
-#include "core/judge/validation/validation_blocks.h"
 #include "core/judge/validation/validation_partial.h"
 #include "core/report/report.h"
 #include "core/room/connection_errors.h"
@@ -27,6 +26,14 @@ namespace raywalk {
 namespace {
 
 namespace fs = std::filesystem;
+
+// What is to be measured of a room.
+struct RoomTask {
+  const Room& room;
+  std::vector<ViewMode> modes{};
+  std::vector<TruthView> truths{};
+  const ValidationPartial* partial = nullptr;  // none until the report is locked
+};
 
 // Position of a truth among the report's samples; none if it is not shown.
 PictureSample* sample_of(Validation& validation, std::size_t truth) {
@@ -155,7 +162,6 @@ RoomTask checked_task(const Room& room, std::vector<ViewMode> modes,
     throw Error(room.directory().string() +
                 ": has no cell, so that no lines connect; give true views with --truth");
   }
-  task.unconnected = unconnected_generations(room, task.modes, options.connect);
   return task;
 }
 
@@ -219,8 +225,7 @@ Validation validate_views(const Room& room, std::vector<TruthView> truths,
     validation.samples.push_back(
         {.truth = truth, .truth_picture = shrunk_to(picture, kPageWidth_px)});
   }
-  std::vector<MeasuredView> views =
-      measured_views(room, truths, modes, {0, truths.size() * modes.size()}, partial);
+  std::vector<MeasuredView> views = measured_views(room, truths, modes, partial);
   for (std::size_t i = 0; i < views.size(); ++i) {
     MeasuredView& view = views[i];
     const std::size_t truth = i / modes.size();
@@ -250,17 +255,6 @@ std::vector<ConnectError> connection_errors(const Room& room, std::span<const Vi
     errors.push_back(*std::move(found));
   }
   return errors;
-}
-
-std::vector<Generation> unconnected_generations(const Room& room, std::span<const ViewMode> modes,
-                                                const ConnectErrorOptions& options) {
-  std::vector<Generation> generations;
-  if (room.grid().cells.empty()) return generations;
-  for (const ViewMode& mode : modes) {
-    const Generation generation = mode.options.generation;
-    if (!stored_error(room.directory(), generation, options)) generations.push_back(generation);
-  }
-  return generations;
 }
 
 int widest_truth_px(const Validation& validation) {
@@ -305,15 +299,11 @@ std::string validate(const Room& room, const ValidateOptions& options) {
     tasks.push_back(checked_task(*room_before, modes_for(*room_before, options.modes), options));
   }
   prepare_report(options.report);
-  // Blocks share the folder with each other, but not with what completes it.
-  ValidationPartial partial(options.report, room,
-                            options.blocks.block ? FileLock::Use::kShared : FileLock::Use::kAlone);
+  ValidationPartial partial(options.report, room);
   std::optional<ValidationPartial> partial_before;
   tasks.front().partial = &partial;
   if (room_before) tasks[1].partial = &partial_before.emplace(partial, *room_before);
   try {
-    if (options.blocks.block) return validate_block(tasks, options.connect, *options.blocks.block);
-    if (options.blocks.merge) merge_validation_blocks(tasks, options.connect);
     std::string summary = written_report(tasks, options);
     partial.complete();
     return summary;

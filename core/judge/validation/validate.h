@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "core/base/block.h"
 #include "core/judge/metrics/silhouettes.h"
 #include "core/judge/validation/comparison_pictures.h"
 #include "core/judge/validation/connect_error.h"
@@ -63,11 +62,6 @@ std::vector<ConnectError> connection_errors(
     const Room& room, std::span<const ViewMode> modes, const ConnectErrorOptions& options,
     const std::optional<std::filesystem::path>& kept_in = std::nullopt);
 
-// The generations of these modes whose connection error, measured with these options, the room has
-// not yet; none where it has no cell.
-std::vector<Generation> unconnected_generations(const Room& room, std::span<const ViewMode> modes,
-                                                const ConnectErrorOptions& options);
-
 // Of the widest true view; 0 without.
 int widest_truth_px(const Validation& validation);
 
@@ -86,13 +80,11 @@ struct ValidateOptions {
   std::filesystem::path report{};  // directory, created if it is missing
   std::vector<ViewMode> modes{};
   ConnectErrorOptions connect{};
-  BlockArguments blocks{};
 };
 
 // Reads the truth, checks that the report can be written, renders, measures, and writes
 // `report`/metrics.json and `report`/index.html, each atomically. A stopped run leaves what it
-// measured in `report`/validation.partial, and the same call resumes it; so does a block, for the
-// merging run, which fails naming the blocks that are missing. The room before is
+// measured in `report`/validation.partial, and the same call resumes it. The room before is
 // measured in the same modes, initial views only if it has no distances; its measurements are the
 // key "before". Returns a summary for the user. Throws UsageError without a truth and another room;
 // Error before any rendering where the input is wrong or the report cannot be written; Interrupted.

@@ -166,49 +166,5 @@ TEST_F(ResumedValidateTest, TwoRunsDoNotShareAReport) {
   EXPECT_THAT(run_error(), HasSubstr("another raywalk-render validate is writing this report"));
 }
 
-// Seven blocks of six views and of four viewpoints: some have nothing to do.
-TEST_F(ResumedValidateTest, BlocksMakeTheReportOfOneRun) {
-  write_synthetic_room({.overhang_m = 0.25, .width = 64, .distances = false},
-                       directory_ / "before.lf");
-  options_.before = directory_ / "before.lf";
-  validate(room_, options_);
-  const json whole = timeless();
-  const std::vector<std::string> shown = pictures();
-  fs::remove_all(options_.report);
-  const auto run = [&](const BlockArguments& blocks) {
-    ValidateOptions options = options_;
-    options.blocks = blocks;
-    return validate(room_, options);
-  };
-  for (const int index : {7, 2, 5, 1, 3, 6}) run({.block = Block{index, 7}});
-  EXPECT_THAT(run({.block = Block{5, 7}}), HasSubstr("block 5/7 was already done"));
-  const auto merge = [&] { run({.merge = true}); };
-  EXPECT_THAT(error_of(merge), HasSubstr("1 of 7 blocks is missing: 4"));
-  EXPECT_FALSE(fs::exists(options_.report / "metrics.json"));
-  EXPECT_THAT(run({.block = Block{4, 7}}), HasSubstr("block 4/7 is done"));
-  options_.connect.viewpoints = 3;
-  EXPECT_THAT(error_of(merge), HasSubstr("validate: no block has been made"));
-  options_.connect.viewpoints = 2;
-  run({.merge = true});
-  EXPECT_EQ(timeless(), whole);
-  EXPECT_EQ(pictures(), shown);
-  EXPECT_FALSE(fs::exists(partial()));
-}
-
-TEST_F(ResumedValidateTest, BlocksShareAReportButNotWithItsMerging) {
-  fs::create_directories(options_.report);
-  const ValidationPartial block(options_.report, room_, FileLock::Use::kShared);
-  options_.blocks.block = Block{1, 6};
-  EXPECT_THAT(validate(room_, options_), HasSubstr("block 1/6 is done"));
-  options_.blocks = {.merge = true};
-  EXPECT_THAT(run_error(), HasSubstr("another raywalk-render validate is writing this report"));
-}
-
-TEST_F(ResumedValidateTest, NothingIsLeftWhereNothingWasMeasured) {
-  fs::create_directories(options_.report);
-  { const ValidationPartial nothing(options_.report, room_); }
-  EXPECT_FALSE(fs::exists(partial()));
-}
-
 }  // namespace
 }  // namespace raywalk

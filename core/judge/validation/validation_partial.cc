@@ -89,27 +89,23 @@ std::string fingerprint_of(const Room& room) {
 
 }  // namespace
 
-ValidationPartial::ValidationPartial(const fs::path& report, const Room& room, FileLock::Use use)
+ValidationPartial::ValidationPartial(const fs::path& report, const Room& room)
     : directory_(made_directory(report / "validation.partial")),
-      use_(use),
       lock_(std::make_shared<FileLock>(
           directory_ / kLockFile,
-          "another raywalk-render validate is writing this report; wait for it to finish", use)),
+          "another raywalk-render validate is writing this report; wait for it to finish")),
       room_fingerprint_(fingerprint_of(room)),
-      connection_errors_(made_directory(directory_ / ("connections-" + room_fingerprint_))) {
-  if (use == FileLock::Use::kShared) lock_->share();
-}
+      connection_errors_(made_directory(directory_ / ("connections-" + room_fingerprint_))) {}
 
 ValidationPartial::ValidationPartial(const ValidationPartial& partial, const Room& room)
     : directory_(partial.directory_),
-      use_(partial.use_),
       lock_(partial.lock_),
       room_fingerprint_(fingerprint_of(room)),
       connection_errors_(made_directory(directory_ / ("connections-" + room_fingerprint_))) {}
 
 ValidationPartial::~ValidationPartial() {
   std::error_code ignored;
-  if (use_ == FileLock::Use::kAlone && is_empty()) fs::remove_all(directory_, ignored);
+  if (is_empty()) fs::remove_all(directory_, ignored);
 }
 
 std::string ValidationPartial::key_of(const TruthView& truth, bool shown) const {

@@ -30,13 +30,12 @@ struct MeasuredView {
 
 class ValidationPartial {
  public:
-  // Creates or reuses the directory and locks it. Throws Error if another run holds the lock, one
-  // that does not share it as this one does, or the directory cannot be written.
-  ValidationPartial(const std::filesystem::path& report, const Room& room,
-                    FileLock::Use use = FileLock::Use::kAlone);
+  // Creates or reuses the directory and locks it. Throws Error if another run holds the lock or the
+  // directory cannot be written.
+  ValidationPartial(const std::filesystem::path& report, const Room& room);
   // For another room of the same report: shares the directory and its lock.
   ValidationPartial(const ValidationPartial& partial, const Room& room);
-  // Removes the directory if nothing is kept in it and nobody shares it.
+  // Removes the directory if nothing is kept in it.
   ~ValidationPartial();
   ValidationPartial(const ValidationPartial&) = delete;
   ValidationPartial& operator=(const ValidationPartial&) = delete;
@@ -57,8 +56,6 @@ class ValidationPartial {
   // (connect_error_file.h).
   const std::filesystem::path& connection_errors() const { return connection_errors_; }
 
-  const std::filesystem::path& directory() const { return directory_; }
-
   // Removes the directory and everything in it.
   void complete();
 
@@ -67,7 +64,6 @@ class ValidationPartial {
   bool is_empty() const;
 
   std::filesystem::path directory_;
-  FileLock::Use use_;
   std::shared_ptr<FileLock> lock_;
   std::string room_fingerprint_;
   std::filesystem::path connection_errors_;
