@@ -63,7 +63,7 @@ test("a heading sorts its table, and all columns are there on demand", async () 
     [...sorted].sort((a, b) => a - b),
   );
   assert.equal(await heading.getAttribute("aria-sort"), "ascending");
-  await heading.locator("button").press("Enter");
+  await page.keyboard.press("Enter"); // the heading keeps the focus
   assert.deepEqual(await times(), [...sorted].reverse());
   const columns = await table.locator("thead th").count();
   await table.locator(".buttons button", { hasText: "more columns" }).click();

@@ -1,7 +1,6 @@
 // The parts that reports are made of.
 import { append, type Content, h } from "./dom";
-import type { Image } from "./images";
-import { imageRows } from "./images";
+import { type Image, imageRows } from "./images";
 import { type Json, text, textOf } from "./values";
 
 export interface Section {
@@ -32,7 +31,7 @@ export function section(title: string, ...content: Content[]): Section | null {
 
 export type Fact = [name: string, value: Json] | null | false | undefined;
 
-/** Figures at a glance. Values that are no texts are formatted by the unit of the name's key. */
+/** Figures at a glance; numbers have four digits. */
 export function facts(...list: Fact[]): HTMLElement {
   const shown = list.filter((fact): fact is [string, Json] => Boolean(fact));
   return h(
@@ -46,10 +45,10 @@ export function facts(...list: Fact[]): HTMLElement {
 
 const slug = (title: string) => title.toLowerCase().replace(/[^a-z0-9]+/g, "-");
 
-/** Draws the page; `name` is of the report's kind. */
-export function show(report: Report, document_: Json) {
+/** Draws the page; `values` is the document. */
+export function show(report: Report, values: Json) {
   const sections = report.sections.filter((part): part is Section => Boolean(part));
-  const all = { title: "All values", content: allValues(document_) };
+  const all = { title: "All values", content: allValues(values) };
   const warnings = report.warnings ?? [];
   document.title = report.title;
   document.body.append(

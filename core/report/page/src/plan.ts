@@ -20,7 +20,8 @@ export function plan({ title, caption, lines = [], points = [] }: Plan): HTMLEle
   const places = [...lines.flatMap(({ from, to }) => [from, to]), ...points.map(({ at }) => at)];
   const range = (axis: 0 | 1) => {
     const values = places.map((place) => place[axis]);
-    return [Math.min(...values), Math.max(...values)] as const;
+    const least = values.reduce((a, b) => Math.min(a, b), Infinity);
+    return [least, values.reduce((a, b) => Math.max(a, b), -Infinity)] as const;
   };
   if (!places.length) return null;
   const [x, z] = [range(0), range(1)];

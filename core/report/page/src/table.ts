@@ -21,96 +21,66 @@ export interface TableOptions {
 
 const MOST_ROWS = 60;
 
-const isPlain = (value: Json) =>
-  value === null || typeof value !== "object" || value.every((v: Json) => typeof v !== "object");
+interface Row {
+  row: Json; // as in the list
+  flat: Record<string, Json>;
+}
 
 /** Null of a list without entries. */
 export function table(list: Json[] | null | undefined, options: TableOptions = {}) {
   if (!list?.length) return null;
-  const rows = list.map((row) => ({ row, flat: flattened(row) }));
+  const rows: Row[] = list.map((row) => ({ row, flat: flattened(row) }));
   const known = [...new Set(rows.flatMap(({ flat }) => Object.keys(flat)))].filter((key) =>
-    rows.every(({ flat }) => flat[key] === undefined || isPlain(flat[key])),
+    rows.every(({ flat }) => isPlain(flat[key])),
   );
   const chosen: Column[] = (options.columns ?? known).map((column) =>
     typeof column === "string" ? { key: column } : column,
   );
   const others = known.filter((key) => chosen.every((column) => column.key !== key));
-  let all = false;
-  let shown = options.rows ?? MOST_ROWS;
+  const columns = [...chosen, ...others.map((key): Column => ({ key }))].map((column) =>
+    prepared(column, rows),
+  );
+  let shown_columns = chosen.length;
+  let shown_rows = options.rows ?? MOST_ROWS;
   let sorted: { key: string; down: boolean } | null = null;
 
-  const valueOf = (column: Column, { row, flat }: (typeof rows)[number]) =>
-    column.value ? column.value(row) : flat[column.key];
   const holder = h("div", { class: "scroll", tabindex: 0, role: "group" });
   if (options.caption) holder.setAttribute("aria-label", options.caption);
   const buttons = h("p", { class: "buttons" });
 
   function draw() {
-    const columns = all ? [...chosen, ...others.map((key): Column => ({ key }))] : chosen;
-    const ordered = [...rows];
-    const by = sorted && columns.find((column) => column.key === sorted?.key);
-    if (by && sorted) {
-      const sign = sorted.down ? -1 : 1;
-      ordered.sort((a, b) => sign * compare(valueOf(by, a), valueOf(by, b)));
-    }
-    const head = h("tr");
-    const cells = columns.map((column) => {
-      const usual = meaning(column.key);
-      const { name, unit } = { name: column.name ?? usual.name, unit: column.unit ?? usual.unit };
-      const factor = column.factor ?? usual.factor;
-      const numbers = rows
-        .map((row) => valueOf(column, row))
-        .filter((value): value is number => typeof value === "number");
-      const decimals = decimalsOf(numbers.map((value) => factor * value));
-      const best =
-        column.best && rows.length > 1 && numbers.length
-          ? Math[column.best === "most" ? "max" : "min"](...numbers)
-          : null;
-      const direction =
-        sorted?.key === column.key ? (sorted.down ? "descending" : "ascending") : "none";
+    const shown = columns.slice(0, shown_columns);
+    const by = shown.find(({ key }) => key === sorted?.key);
+    const ordered = by ? inOrder(rows, by.value, sorted?.down ?? false) : rows;
+    const heads = shown.map(({ key, label, numeric }) => {
+      const direction = sorted?.key !== key ? "none" : sorted.down ? "descending" : "ascending";
       const sort = () => {
-        sorted = { key: column.key, down: direction === "ascending" };
+        sorted = { key, down: direction === "ascending" };
         draw();
+        holder.querySelector<HTMLElement>('th:not([aria-sort="none"]) button')?.focus();
       };
-      head.append(
-        h(
-          "th",
-          { scope: "col", "aria-sort": direction, class: numbers.length ? "" : "text" },
-          h("button", { onclick: sort }, heading({ name, unit })),
-        ),
-      );
-      return (row: (typeof rows)[number]) => {
-        const value = valueOf(column, row);
-        const number = typeof value === "number";
-        const good = column.good?.(row.row) || (best !== null && value === best);
-        const kind = column.bad?.(row.row) ? "bad" : good ? "best" : "";
-        return h(
-          "td",
-          {
-            class: `${kind} ${numbers.length ? "" : "text"}`.trim(),
-            title: number ? `${value}` : "",
-          },
-          text(value, factor, decimals),
-        );
-      };
+      const attributes = { scope: "col", "aria-sort": direction, class: numeric ? "" : "text" };
+      return h("th", attributes, h("button", { onclick: sort }, label));
     });
     const body = ordered
-      .slice(0, shown)
-      .map((row) => h("tr", {}, ...cells.map((cell) => cell(row))));
-    holder.replaceChildren(h("table", {}, h("thead", {}, head), h("tbody", {}, ...body)));
+      .slice(0, shown_rows)
+      .map((row) => h("tr", {}, ...shown.map(({ cell }) => cell(row))));
+    holder.replaceChildren(
+      h("table", {}, h("thead", {}, h("tr", {}, ...heads)), h("tbody", {}, ...body)),
+    );
     buttons.replaceChildren();
-    if (rows.length > shown) {
-      buttons.append(button(`all ${counted(rows, "row")}`, () => (shown = rows.length)));
+    if (rows.length > shown_rows) {
+      addButton(`all ${counted(rows, "row")}`, () => (shown_rows = rows.length));
     }
-    if (others.length) {
-      buttons.append(
-        button(all ? "fewer columns" : `${counted(others, "more column")}`, () => (all = !all)),
-      );
+    if (others.length && shown_columns === chosen.length) {
+      addButton(counted(others, "more column"), () => (shown_columns = columns.length));
+    } else if (others.length) {
+      addButton("fewer columns", () => (shown_columns = chosen.length));
     }
   }
 
-  function button(name: string, change: () => void) {
-    return h("button", { onclick: () => (change(), draw()) }, name);
+  function addButton(name: string, change: () => void) {
+    buttons.append(h("button", { onclick: () => (change(), draw()) }, name));
   }
 
   draw();
@@ -123,10 +93,44 @@ export function table(list: Json[] | null | undefined, options: TableOptions = {
   );
 }
 
-// Nothing last; texts as people count: x2 before x10.
-function compare(a: Json, b: Json): number {
-  const missing = (value: Json) => value === null || value === undefined;
-  if (missing(a) || missing(b)) return Number(missing(a)) - Number(missing(b));
-  if (typeof a === "number" && typeof b === "number") return a - b;
-  return String(a).localeCompare(String(b), "en", { numeric: true });
+const isPlain = (value: Json) =>
+  !Array.isArray(value) || value.every((entry) => typeof entry !== "object");
+
+// What all cells of a column share.
+function prepared(column: Column, rows: Row[]) {
+  const { key, best, good, bad } = column;
+  const usual = meaning(key);
+  const factor = column.factor ?? usual.factor;
+  const value = ({ row, flat }: Row) => (column.value ? column.value(row) : flat[key]);
+  const numbers = rows.map(value).filter((entry): entry is number => typeof entry === "number");
+  const decimals = decimalsOf(numbers.map((number) => factor * number));
+  const numeric = numbers.length > 0;
+  let extreme: number | null = null;
+  if (best && numeric && rows.length > 1) {
+    extreme = numbers.reduce((a, b) => (best === "most" ? Math.max(a, b) : Math.min(a, b)));
+  }
+  const cell = (row: Row) => {
+    const of_row = value(row);
+    const is_best = good?.(row.row) || (extreme !== null && of_row === extreme);
+    const kind = bad?.(row.row) ? "bad" : is_best ? "best" : "";
+    const title = typeof of_row === "number" ? String(of_row) : "";
+    const attributes = { class: `${kind} ${numeric ? "" : "text"}`.trim(), title };
+    return h("td", attributes, text(of_row, factor, decimals));
+  };
+  const label = heading({ name: column.name ?? usual.name, unit: column.unit ?? usual.unit });
+  return { key, label, numeric, value, cell };
+}
+
+// Texts as people count: x2 before x10. Nothing comes last in both directions.
+function inOrder(rows: Row[], value: (row: Row) => Json, down: boolean): Row[] {
+  const missing = (entry: Json) => entry === null || entry === undefined;
+  const compare = (a: Json, b: Json) =>
+    typeof a === "number" && typeof b === "number"
+      ? a - b
+      : String(a).localeCompare(String(b), "en", { numeric: true });
+  return [...rows].sort((one, other) => {
+    const [a, b] = [value(one), value(other)];
+    if (missing(a) || missing(b)) return Number(missing(a)) - Number(missing(b));
+    return (down ? -1 : 1) * compare(a, b);
+  });
 }

@@ -67,7 +67,7 @@ const MOST_DECIMALS = 6;
 /** Decimals that give the largest of these values four digits. */
 export function decimalsOf(values: number[]): number {
   if (values.every(Number.isInteger)) return 0;
-  const largest = Math.max(...values.map(Math.abs));
+  const largest = values.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
   const before = largest > 0 ? Math.floor(Math.log10(largest)) + 1 : 0; // the point
   return Math.min(Math.max(DIGITS - before, 0), MOST_DECIMALS);
 }
