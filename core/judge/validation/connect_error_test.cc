@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/files/test_directory.h"
+#include "core/judge/validation/connect_error_sums.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {
