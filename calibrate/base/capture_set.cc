@@ -149,13 +149,6 @@ std::optional<int> CaptureSet::find(const std::string& name) const {
   return static_cast<int>(found - frames.begin());
 }
 
-std::optional<int> CaptureSet::find_line(const std::string& id) const {
-  const auto found =
-      std::find_if(lines.begin(), lines.end(), [&](const CaptureLine& of) { return of.id == id; });
-  if (found == lines.end()) return std::nullopt;
-  return static_cast<int>(found - lines.begin());
-}
-
 CaptureSet read_capture_set(const CaptureInput& input) {
   CaptureSet set = read_frames(input);
   number_frames(&set);

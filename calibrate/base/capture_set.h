@@ -67,8 +67,6 @@ struct CaptureSet {
   bool is_validation(const CaptureFrame& frame) const;
   // Index of the frame of that name; nullopt if there is none.
   std::optional<int> find(const std::string& name) const;
-  // Index of the line of that id; nullopt if there is none.
-  std::optional<int> find_line(const std::string& id) const;
 };
 
 // Two lines of different axes that cross.

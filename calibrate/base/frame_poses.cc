@@ -37,6 +37,13 @@ PoseOrigin origin_of(const CheckedJson& name) {
   name.fail("unknown origin " + excerpt(name.text()));
 }
 
+const char* pose_origin_name(PoseOrigin origin) {
+  for (const NamedOrigin& known : kOrigins) {
+    if (known.origin == origin) return known.name;
+  }
+  return "nominal";
+}
+
 ordered_json json_of(const CaptureFrame& frame, const FramePose& pose) {
   const Attitude attitude = attitude_from_world_from_camera(pose.world_from_camera);
   const Eigen::Vector3d& planned_m = frame.nominal_m;
@@ -97,13 +104,6 @@ FramePose pose_of_row(const CsvTable& table, std::size_t row) {
 }
 
 }  // namespace
-
-const char* pose_origin_name(PoseOrigin origin) {
-  for (const NamedOrigin& known : kOrigins) {
-    if (known.origin == origin) return known.name;
-  }
-  return "nominal";
-}
 
 FramePoses nominal_poses(const CaptureSet& set) {
   FramePoses poses;

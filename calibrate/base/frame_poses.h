@@ -12,15 +12,13 @@
 
 namespace raywalk::calibrate {
 
-// The source of a pose.
+// The source of a pose: "nominal", "solved", "rail", "given" in files.
 enum class PoseOrigin {
   kNominal,  // the plan and the slider's feedback
   kSolved,   // from the frame's own picture
   kRail,     // from the neighbours on its rail
   kGiven,    // given by the user
 };
-// "nominal", "solved", "rail", "given".
-const char* pose_origin_name(PoseOrigin origin);
 
 // World frame of core/geometry/sphere.h; the camera's frame is that of its panorama.
 struct FramePose {

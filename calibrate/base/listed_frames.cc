@@ -105,8 +105,6 @@ void add_held_out(const fs::path& list, const std::vector<Frame>& stations,
 
 fs::path frame_list_of(const fs::path& directory) { return directory / "poses.csv"; }
 
-fs::path held_out_list_of(const fs::path& directory) { return directory / "gt.csv"; }
-
 CaptureSet read_listed_frames(const CaptureInput& input) {
   const fs::path list = frame_list_of(input.directory);
   const std::vector<Frame> listed = read_frame_list(list);
@@ -127,7 +125,7 @@ CaptureSet read_listed_frames(const CaptureInput& input) {
       set.frames.push_back(captured(listed[row], names[row], line_index));
     }
   }
-  add_held_out(held_out_list_of(input.directory), listed, names, &set);
+  add_held_out(input.directory / "gt.csv", listed, names, &set);
   return set;
 }
 

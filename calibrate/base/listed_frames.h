@@ -8,9 +8,8 @@
 
 namespace raywalk::calibrate {
 
-// "<directory>/poses.csv", and "<directory>/gt.csv".
+// "<directory>/poses.csv".
 std::filesystem::path frame_list_of(const std::filesystem::path& directory);
-std::filesystem::path held_out_list_of(const std::filesystem::path& directory);
 
 // Lines, stations, held-out frames and files; picture sizes are not checked. Throws as
 // read_capture_set.

@@ -59,21 +59,8 @@ std::unique_ptr<FileLock> locked(const fs::path& directory) {
 }  // namespace
 
 std::string step_name(CalibrationStep step) {
-  switch (step) {
-    case CalibrationStep::kLens:
-      return "lens";
-    case CalibrationStep::kStitch:
-      return "stitch";
-    case CalibrationStep::kMask:
-      return "mask";
-    case CalibrationStep::kPoses:
-      return "poses";
-    case CalibrationStep::kGrid:
-      return "grid";
-    case CalibrationStep::kRectify:
-      return "rectify";
-  }
-  return {};
+  constexpr std::array kNames{"lens", "stitch", "mask", "poses", "grid", "rectify"};
+  return kNames[static_cast<std::size_t>(step)];
 }
 
 Calibration::Calibration(CalibrationOptions options, CalibrationAccess access)

@@ -1,6 +1,7 @@
 #include "calibrate/chain/calibration_report.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -212,6 +213,11 @@ void run_reported(Calibration* calibration, CalibrationStep step, bool merge) {
       write_calibration_until(*calibration, step);
     }
     throw;
+  }
+  const ordered_json document = step_document(*calibration, step);
+  if (document.is_null()) return;
+  for (const auto& warning : document.value("warnings", std::vector<std::string>{})) {
+    spdlog::warn("{}", warning);
   }
 }
 

@@ -12,7 +12,7 @@ namespace raywalk::calibrate {
 struct ChainOptions {
   // A step to run again even if it is done.
   std::optional<CalibrationStep> redo{};
-  // Keyframe spacings to compare (keyframe_trade.h); empty: no comparison.
+  // Keyframe spacings whose accuracy and time to compare; empty: no comparison.
   std::vector<double> compare_keyframes_mm{};
 };
 

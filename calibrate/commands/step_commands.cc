@@ -1,6 +1,5 @@
 // lens, stitch, mask, poses, grid, rectify: one step each.
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <memory>
@@ -28,14 +27,8 @@ Arguments add_step(CLI::App* command) {
   return arguments;
 }
 
-std::vector<std::string> warnings_of(const nlohmann::ordered_json& document) {
-  if (document.is_null()) return {};
-  return document.value("warnings", std::vector<std::string>{});
-}
-
 void print_result(const Calibration& calibration, CalibrationStep step) {
   const nlohmann::ordered_json document = step_document(calibration, step);
-  for (const std::string& warning : warnings_of(document)) spdlog::warn("{}", warning);
   fmt::print("{}: {}\n{}: done in {:.1f} s; see {}\n", step_name(step),
              step_numbers(step, document), step_name(step), calibration.seconds(step),
              escaped((calibration.out() / "index.html").string()));
@@ -104,7 +97,7 @@ void run_grid(const StepArguments& arguments) {
   const Calibration calibration = run_step(arguments, CalibrationStep::kGrid);
   const nlohmann::ordered_json grid = step_document(calibration, CalibrationStep::kGrid);
   if (grid.at("trustworthy").get<bool>()) return;
-  const std::vector<std::string> warnings = warnings_of(grid);
+  const auto warnings = grid.at("warnings").get<std::vector<std::string>>();
   throw Error(
       fmt::format("the grid is not trustworthy: {}; index.html and grid.json are kept in {}",
                   warnings.empty() ? "its own checks contradict it" : warnings.front(),

@@ -12,6 +12,9 @@
 namespace raywalk::calibrate {
 namespace {
 
+// An angle in pixels of a panorama 4096 wide.
+double pixels_at_4096(double angle_rad) { return angle_rad * 4096.0 / kTwoPi; }
+
 // With fewer held-out matches the check is not significant.
 constexpr int kFewestHeldOut = 15;
 // Limits of the remaining disagreement at a crossing, beyond kSigmas of its uncertainty: half a
@@ -203,8 +206,6 @@ void judge(const CaptureSet& set, const Measured& after, const GridScale& scale,
 }
 
 }  // namespace
-
-double pixels_at_4096(double angle_rad) { return angle_rad * 4096.0 / kTwoPi; }
 
 CrossingFigures crossing_figures(const CaptureSet& set, const CrossingEvidence& evidence,
                                  const FramePoses& before, const FramePoses& after,

@@ -7,7 +7,7 @@
 
 #include "calibrate/grid/crossing_fit.h"
 #include "calibrate/grid/grid_result.h"
-#include "calibrate/grid/grid_scale.h"
+#include "calibrate/grid/rail_model.h"
 
 namespace raywalk::calibrate {
 
@@ -33,8 +33,5 @@ struct CrossingEvidence {
 CrossingFigures crossing_figures(const CaptureSet& set, const CrossingEvidence& evidence,
                                  const FramePoses& before, const FramePoses& after,
                                  const GridScale& scale);
-
-// An angle in pixels of a panorama 4096 wide.
-double pixels_at_4096(double angle_rad);
 
 }  // namespace raywalk::calibrate

@@ -1,12 +1,11 @@
 #include "calibrate/grid/crossing_fit.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <random>
 
-#include "calibrate/grid/rail_model.h"
+#include "calibrate/base/rotation.h"
 #include "core/base/robust_sigma.h"
 
 namespace raywalk::calibrate {
@@ -33,15 +32,6 @@ WorldRay moved(const WorldRay& ray, const CrossingFit& fit) {
   const Eigen::Matrix3d rotation = matrix_of(fit.rotation_rad);
   return {fit.pivot_m + rotation * (ray.origin_m - fit.pivot_m) + fit.motion_m,
           rotation * ray.direction};
-}
-
-// The least-squares rotation between two sets of unit vectors (Wahba's problem by the singular
-// value decomposition; Markley 1988).
-Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& sum_to_from) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum_to_from,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double sign = svd.matrixU().determinant() * svd.matrixV().determinant();
-  return svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
 }
 
 // The rotation of the x rays that most matches agree on, with a tolerance for parallax: RANSAC over
@@ -96,12 +86,6 @@ struct NormalEquations {
   }
   NormalMatrix full() const { return matrix.selfadjointView<Eigen::Lower>(); }
 };
-
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d matrix;
-  matrix << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return matrix;
-}
 
 // The weight of the Cauchy loss in iteratively reweighted least squares.
 double cauchy_weight(double square) {
@@ -268,6 +252,12 @@ double epipolar_error_rad(const CrossingMatch& match, const FramePoses& poses,
                           const CrossingFit& fit) {
   const RayPair pair = ray_pairs({&match, 1}, poses).front();
   return std::fabs(split_of(pair, fit).across_rad) / std::sqrt(2.0);
+}
+
+CrossingFitScale fit_scale(const GridScale& scale) {
+  return {.scene_m = scale.length_m,
+          .motion_m = std::max(2.0 * scale.spacing_m, 0.1 * scale.length_m),
+          .pixel_rad = scale.pixel_rad};
 }
 
 CrossingFit fit_crossing(std::span<const CrossingMatch> matches, const FramePoses& poses,

@@ -7,6 +7,7 @@
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/grid/crossing_matches.h"
 #include "calibrate/grid/match_residual.h"
+#include "calibrate/grid/rail_model.h"
 
 namespace raywalk::calibrate {
 
@@ -33,6 +34,7 @@ struct CrossingFitScale {
   double motion_m = 0.1;    // prior standard deviation of the lines' relative displacement
   double pixel_rad = 1e-3;  // of the panoramas
 };
+CrossingFitScale fit_scale(const GridScale& scale);
 
 // `poses` hold the frames of the matches. The fit starts from the rotation of a RANSAC consensus,
 // so the poses may be wrong by as much as matching allows (kMatchGate_deg). Fewer than 8 matches

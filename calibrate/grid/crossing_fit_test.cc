@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "calibrate/grid/grid_scale.h"
+#include "calibrate/grid/rail_model.h"
 #include "calibrate/grid/test_grid.h"
 
 namespace raywalk::calibrate {

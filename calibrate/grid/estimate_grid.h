@@ -20,6 +20,7 @@
 
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
+#include "calibrate/grid/crossing_figures.h"
 #include "calibrate/grid/grid_result.h"
 #include "core/geometry/fisheye_lens.h"
 
@@ -47,5 +48,12 @@ struct GridOptions {
 // picture, an unwritable directory; Interrupted.
 GridResult estimate_grid(const CaptureSet& panoramas, const FramePoses& solved,
                          const GridOptions& options);
+
+// The estimate from given matches, with its checks and warnings. `start` has a pose for every
+// frame; `crossings` are those of the set, and one without matches gets a warning. Throws Error as
+// estimate_grid does.
+GridResult estimate_from_matches(const CaptureSet& set, GridMethod method, const FramePoses& solved,
+                                 const FramePoses& start,
+                                 const std::vector<CrossingMatches>& crossings);
 
 }  // namespace raywalk::calibrate

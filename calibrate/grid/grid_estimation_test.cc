@@ -1,7 +1,6 @@
-#include "calibrate/grid/grid_estimation.h"
-
 #include <gmock/gmock.h>
 
+#include "calibrate/grid/estimate_grid.h"
 #include "calibrate/grid/test_grid.h"
 #include "core/base/error.h"
 

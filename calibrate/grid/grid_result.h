@@ -1,4 +1,5 @@
-// The result of raywalk-calibrate grid, and the document of grid.json.
+// The result of raywalk-calibrate grid, the reported figures of its lines, and the document of
+// grid.json.
 #pragma once
 
 #include <Eigen/Core>
@@ -124,5 +125,14 @@ struct GridResult {
 
 // The document of grid.json, keys as in docs/file-formats.md.
 nlohmann::ordered_json grid_document(const CaptureSet& set, const GridResult& result);
+
+// Fills in the members of LineFit from middle_m to covariance, from the parameters (metres,
+// radians) and their covariance.
+void describe_rail(const RailFrame& frame, const RailParameters& parameters,
+                   const Eigen::Matrix<double, kRigidParameters, kRigidParameters>& covariance,
+                   LineFit* line);
+
+// The inverse of describe_rail: the parameters of a reported line.
+RailParameters rail_parameters(const RailFrame& frame, const LineFit& line);
 
 }  // namespace raywalk::calibrate

@@ -4,8 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "calibrate/grid/grid_estimation.h"
-#include "calibrate/grid/line_summary.h"
+#include "calibrate/grid/estimate_grid.h"
 #include "calibrate/grid/test_grid.h"
 
 namespace raywalk::calibrate {

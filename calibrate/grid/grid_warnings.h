@@ -2,7 +2,7 @@
 #pragma once
 
 #include "calibrate/grid/grid_result.h"
-#include "calibrate/grid/grid_scale.h"
+#include "calibrate/grid/rail_model.h"
 
 namespace raywalk::calibrate {
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <set>
 
-#include "calibrate/grid/grid_scale.h"
 #include "calibrate/grid/rail_model.h"
 #include "calibrate/poses/align_poses.h"
 

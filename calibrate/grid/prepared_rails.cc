@@ -1,9 +1,10 @@
 #include "calibrate/grid/prepared_rails.h"
 
+#include <Eigen/LU>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
-#include "calibrate/grid/rotation_start.h"
 #include "core/base/median.h"
 
 namespace raywalk::calibrate {
@@ -80,7 +81,11 @@ RailJitter pooled_jitter(const PreparedRails& prepared, const GridScale& scale) 
     across.push_back(jitter.across_m);
     rotation.push_back(jitter.rotation_rad);
   }
-  if (along.empty()) return assumed_jitter(scale);
+  // Else 1/25 of the stations' spacing (1 mm of 25 mm) and a tenth of a degree: a rail is built to
+  // run straight.
+  if (along.empty()) {
+    return {scale.spacing_m / 25.0, scale.spacing_m / 25.0, radians_from_degrees(0.1)};
+  }
   return {median(std::move(along)), median(std::move(across)), median(std::move(rotation))};
 }
 
@@ -104,11 +109,72 @@ void fit_line_of(PreparedRails* prepared, size_t line, const GridScale& scale) {
   prepared->fits[line] = std::move(fit);
 }
 
-}  // namespace
+// Collects differences over all crossings, of positions or of rotations.
+class ExcessVariance {
+ public:
+  void add(const Eigen::Vector3d& difference, const Eigen::Matrix3d& covariance) {
+    const Eigen::Matrix3d information = covariance.inverse();
+    square_ += difference.dot(information * difference);
+    information_ += information.trace();
+    components_ += 3.0;
+  }
 
-RailJitter assumed_jitter(const GridScale& scale) {
-  return {scale.spacing_m / 25.0, scale.spacing_m / 25.0, radians_from_degrees(0.1)};
+  // Excess sigma of one line. A difference has the excess of two lines, so the expected sum of
+  // squares is the number of components plus twice the excess variance times the information.
+  double sigma() const {
+    if (!(information_ > 0.0)) return 0.0;
+    return std::sqrt(std::max(0.0, (square_ - components_) / (2.0 * information_)));
+  }
+
+ private:
+  double square_ = 0.0;
+  double information_ = 0.0;
+  double components_ = 0.0;
+};
+
+// Variances of each component of a difference from both lines' own errors.
+struct OwnVariance {
+  double position = 0.0;
+  double rotation = 0.0;
+};
+
+OwnVariance own_variance(const PreparedRails& prepared, const LineCrossing& crossing) {
+  OwnVariance sum;
+  for (const int line : {crossing.along_x, crossing.along_z}) {
+    std::vector<double> position;
+    std::vector<double> rotation;
+    for (const RailSample& sample : prepared.samples[static_cast<size_t>(line)]) {
+      position.push_back(sample.position_sigma_m);
+      rotation.push_back(sample.rotation_sigma_rad);
+    }
+    sum.position += std::pow(median(std::move(position)), 2);
+    sum.rotation += std::pow(median(std::move(rotation)), 2);
+  }
+  return sum;
 }
+
+bool has_samples(const PreparedRails& prepared, int line) {
+  return !prepared.samples[static_cast<size_t>(line)].empty();
+}
+
+std::vector<LineMotion> motions_of_start(const CaptureSet& set, const FramePoses& start) {
+  std::vector<LineMotion> motions(set.lines.size());
+  for (size_t line = 0; line < set.lines.size(); ++line) {
+    for (const int index : set.lines[line].frames) {
+      const CaptureFrame& frame = set.frames[static_cast<size_t>(index)];
+      const FramePose& pose = *start[static_cast<size_t>(index)];
+      motions[line].rotation_rad +=
+          vector_of(pose.world_from_camera * planned_attitude(frame).transpose());
+      motions[line].offset_m += pose.position_m - frame.nominal_m;
+    }
+    const auto count = static_cast<double>(set.lines[line].frames.size());
+    motions[line].rotation_rad /= count;
+    motions[line].offset_m /= count;
+  }
+  return motions;
+}
+
+}  // namespace
 
 PreparedRails prepare_rails(const CaptureSet& set, const FramePoses& solved,
                             const FramePoses& start, const GridScale& scale) {
@@ -157,6 +223,50 @@ FramePoses poses_on_rails(const CaptureSet& set, const std::vector<RailStart>& r
         .origin = PoseOrigin::kRail};
   }
   return poses;
+}
+
+void align_at_crossings(std::span<const FittedCrossing> crossings,
+                        const std::vector<bool>& may_move, std::vector<LineMotion>* lines) {
+  const auto count = static_cast<Eigen::Index>(crossings.size());
+  if (count == 0) return;
+  Eigen::MatrixXd differences =
+      Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(lines->size()));
+  Eigen::MatrixXd offsets(count, 6);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const FittedCrossing& crossing = crossings[static_cast<size_t>(i)];
+    const int x = crossing.crossing.along_x;
+    const int z = crossing.crossing.along_z;
+    // A fixed line has a zero column, so its minimum-norm motion is zero.
+    differences(i, x) = may_move[static_cast<size_t>(x)] ? 1.0 : 0.0;
+    differences(i, z) = may_move[static_cast<size_t>(z)] ? -1.0 : 0.0;
+    offsets.row(i) << crossing.fit.rotation_rad.transpose(), crossing.fit.motion_m.transpose();
+  }
+  const Eigen::MatrixXd motions = differences.completeOrthogonalDecomposition().solve(offsets);
+  for (size_t line = 0; line < lines->size(); ++line) {
+    const Eigen::RowVectorXd motion = motions.row(static_cast<Eigen::Index>(line));
+    (*lines)[line].rotation_rad =
+        vector_of(matrix_of(motion.head<3>()) * matrix_of((*lines)[line].rotation_rad));
+    (*lines)[line].offset_m += motion.tail<3>();
+  }
+}
+
+SolvedLineError common_error(std::span<const FittedCrossing> fitted,
+                             const PreparedRails& prepared) {
+  ExcessVariance position;
+  ExcessVariance rotation;
+  for (const FittedCrossing& one : fitted) {
+    if (!has_samples(prepared, one.crossing.along_x) ||
+        !has_samples(prepared, one.crossing.along_z)) {
+      continue;
+    }
+    const OwnVariance own = own_variance(prepared, one.crossing);
+    const PoseCovariance& covariance = one.fit.covariance;
+    position.add(one.fit.motion_m,
+                 covariance.topLeftCorner<3, 3>() + own.position * Eigen::Matrix3d::Identity());
+    rotation.add(one.fit.rotation_rad,
+                 covariance.bottomRightCorner<3, 3>() + own.rotation * Eigen::Matrix3d::Identity());
+  }
+  return {position.sigma(), rotation.sigma()};
 }
 
 }  // namespace raywalk::calibrate

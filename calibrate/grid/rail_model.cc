@@ -1,6 +1,11 @@
 #include "calibrate/grid/rail_model.h"
 
 #include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "core/base/median.h"
+#include "core/geometry/line_gaps.h"
 
 namespace raywalk::calibrate {
 
@@ -21,6 +26,21 @@ RailFrame rail_frame(const CaptureSet& set, int line) {
   }
   frame.middle_m = sum / static_cast<double>(rail.frames.size());
   return frame;
+}
+
+GridScale grid_scale(const CaptureSet& set) {
+  std::vector<double> spacings, lengths;
+  for (const CaptureLine& line : set.lines) {
+    for (size_t i = 1; i < line.frames.size(); ++i) {
+      spacings.push_back(set.rail_m(line.frames[i]) - set.rail_m(line.frames[i - 1]));
+    }
+    const double length_m = set.rail_m(line.frames.back()) - set.rail_m(line.frames.front());
+    if (length_m > 0.0) lengths.push_back(length_m);
+  }
+  GridScale scale{.pixel_rad = kTwoPi / std::max(1, set.frame.width)};
+  if (!spacings.empty()) scale.spacing_m = covering_spacing(std::move(spacings));
+  if (!lengths.empty()) scale.length_m = median(std::move(lengths));
+  return scale;
 }
 
 }  // namespace raywalk::calibrate

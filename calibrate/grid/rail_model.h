@@ -1,13 +1,13 @@
 // The model of a rail: positions and attitudes of its stations as functions of the slider's
-// position.
+// position; and the reference lengths of a grid of rails.
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <array>
 #include <string>
 
 #include "calibrate/base/capture_set.h"
+#include "calibrate/base/rotation.h"
 
 namespace raywalk::calibrate {
 
@@ -90,17 +90,6 @@ Eigen::Matrix<T, 3, 1> rail_rotation(const RailFrame& frame, const T* parameters
          Vector(parameters + P::kCurvedTwist) * T(legendre2(u));
 }
 
-// Rotation matrix of a rotation vector and back; the angle is in [0, pi].
-inline Eigen::Matrix3d matrix_of(const Eigen::Vector3d& rotation_vector) {
-  const double angle = rotation_vector.norm();
-  if (angle == 0.0) return Eigen::Matrix3d::Identity();
-  return Eigen::AngleAxisd(angle, rotation_vector / angle).toRotationMatrix();
-}
-inline Eigen::Vector3d vector_of(const Eigen::Matrix3d& rotation) {
-  const Eigen::AngleAxisd turn(rotation);
-  return turn.angle() * turn.axis();
-}
-
 // The planned attitude of a frame.
 inline Eigen::Matrix3d planned_attitude(const CaptureFrame& frame) {
   return world_from_camera(frame.nominal_attitude.value_or(Attitude{}));
@@ -117,5 +106,13 @@ struct RailModelScore {
 };
 
 RailFrame rail_frame(const CaptureSet& set, int line);
+
+// Reference lengths of a grid, which make all thresholds independent of its size.
+struct GridScale {
+  double spacing_m = 0.025;  // median distance between neighbouring stations
+  double length_m = 1.0;     // median length of the lines
+  double pixel_rad = 1e-3;   // of the panoramas
+};
+GridScale grid_scale(const CaptureSet& set);
 
 }  // namespace raywalk::calibrate

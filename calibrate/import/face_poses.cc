@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "calibrate/base/frame_poses.h"
+#include "calibrate/base/rotation.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/files/csv.h"
@@ -54,9 +55,7 @@ FaceImage face_image_of(const std::string& name, const std::vector<NamedFace>& f
 Eigen::Matrix3d mean_rotation(const std::vector<CameraPose>& poses) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (const CameraPose& pose : poses) sum += pose.world_from_camera;
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant());
-  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  return nearest_rotation(sum);
 }
 
 CameraPose mean_pose(const std::vector<CameraPose>& poses) {

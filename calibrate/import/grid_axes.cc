@@ -7,7 +7,7 @@
 #include <cmath>
 #include <complex>
 
-#include "calibrate/import/frame_search.h"
+#include "calibrate/import/imported_poses.h"
 #include "core/base/error.h"
 #include "core/geometry/station_spacing.h"
 

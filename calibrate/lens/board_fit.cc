@@ -14,6 +14,7 @@
 
 #include "calibrate/base/cauchy_loss.h"
 #include "calibrate/lens/camera_model.h"
+#include "calibrate/lens/charuco_detection.h"
 #include "calibrate/lens/fit_details.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -24,6 +25,8 @@
 
 namespace raywalk::calibrate {
 namespace {
+
+constexpr int kLeastBoardCorners = 40;  // of a lens, in all pictures
 
 struct CornerResidual {
   CameraFrame frame{};
@@ -205,8 +208,6 @@ PanoramaSize size_of_all(const std::vector<std::filesystem::path>& pictures) {
   return size;
 }
 
-}  // namespace
-
 LensFit fit_to_corners(const std::vector<BoardView>& views, const DualFisheyeCamera& start) {
   require_corners(views);
   CornerFit fit(views, start.layout);
@@ -217,6 +218,8 @@ LensFit fit_to_corners(const std::vector<BoardView>& views, const DualFisheyeCam
   result.camera.two_files = start.two_files;
   return result;
 }
+
+}  // namespace
 
 LensFit fit_to_board(const DualFisheyeCamera& start_as_given, const LensOptions& options) {
   require_valid(*options.board);

@@ -7,7 +7,6 @@
 #include "calibrate/lens/board_fit.h"
 #include "calibrate/lens/capture_fit.h"
 #include "calibrate/lens/lens_report.h"
-#include "calibrate/lens/residual_figures.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/json_text.h"

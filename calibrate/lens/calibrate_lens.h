@@ -7,13 +7,14 @@
 // the picture.
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "calibrate/base/capture_set.h"
-#include "calibrate/lens/lens_uncertainty.h"
 #include "core/files/lens_file.h"
 
 namespace raywalk::calibrate {
@@ -35,6 +36,27 @@ struct LensOptions {
   int pairs = 24;                 // stations to use, at least 6
   double ignore_below_deg = 0.0;  // half angle of an ignored cone about the nadir, [0, 90)
   std::filesystem::path out{};    // directory
+};
+
+// Standard deviations.
+struct LensUncertainty {
+  double centre_u_px = 0.0;
+  double centre_v_px = 0.0;
+  double focal_px = 0.0;
+  std::array<double, 4> k{};
+  // Of the image position of a direction, root mean square over the directions around the axis. The
+  // coefficients are strongly correlated, so only this measures the quality of the lens model.
+  double middle_px = 0.0;  // half way to the rim, in angle
+  double rim_px = 0.0;     // at the largest angle
+};
+
+struct CameraUncertainty {
+  LensUncertainty front{};
+  LensUncertainty back{};
+  Eigen::Vector3d back_rotation_deg{0, 0, 0};  // about the back lens's x, y and z
+  Eigen::Vector3d baseline_mm{0, 0, 0};        // from the front lens to the back lens
+
+  double worst_px() const;  // the largest of the four imaging errors
 };
 
 // An observed image point and its residual.

@@ -34,6 +34,10 @@ struct CameraParameters {
   PoseParameters back_pose{};
 };
 
+// Covariance of front, back and back_pose of CameraParameters, in this order.
+inline constexpr int kCameraParameters = 2 * kLensParameters + kPoseParameters;
+using CameraCovariance = Eigen::Matrix<double, kCameraParameters, kCameraParameters>;
+
 CameraFrame camera_frame_of(const DualFisheyeLayout& start);
 CameraParameters parameters_of(const DualFisheyeLayout& start);
 // The layout with these parameters; what they do not contain, such as the field of view, is taken

@@ -2,28 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <set>
 #include <utility>
 
+#include "calibrate/base/disjoint_sets.h"
+
 namespace raywalk::calibrate {
 namespace {
-
-// Union-find over the features of all stations.
-class Components {
- public:
-  explicit Components(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
-  }
-  std::size_t root(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::size_t a, std::size_t b) { parent_[root(a)] = root(b); }
-
- private:
-  std::vector<std::size_t> parent_;
-};
 
 bool is_consistent(const BundleTrack& track) {
   std::set<std::pair<int, bool>> views;
@@ -68,24 +53,25 @@ bool stands_still(const BundleTrack& track, std::span<const Eigen::Vector3d> nom
 
 std::vector<BundleTrack> join_tracks(std::span<const LensFeatures> stations,
                                      std::span<const ViewMatches> matches) {
-  std::vector<std::size_t> first{0};
-  for (const LensFeatures& station : stations)
-    first.push_back(first.back() + station.features.size());
-  Components components(first.back());
-  const auto node = [&](int station, int feature) {
-    return first[static_cast<std::size_t>(station)] + static_cast<std::size_t>(feature);
+  std::vector<int> first{0};  // the number of each station's first feature
+  for (const LensFeatures& station : stations) {
+    first.push_back(first.back() + static_cast<int>(station.features.size()));
+  }
+  DisjointSets joined(first.back());
+  const auto number_of = [&](int station, int feature) {
+    return first[static_cast<std::size_t>(station)] + feature;
   };
   for (const ViewMatches& view : matches) {
     for (const FeatureMatch& match : view.matches) {
-      components.join(node(view.first, match.first), node(view.second, match.second));
+      joined.join(number_of(view.first, match.first), number_of(view.second, match.second));
     }
   }
-  std::vector<BundleTrack> by_root(first.back());
-  for (std::size_t s = 0; s < stations.size(); ++s) {
-    for (std::size_t i = 0; i < stations[s].features.size(); ++i) {
-      const LensFeature& feature = stations[s].features[i];
-      by_root[components.root(first[s] + i)].push_back(
-          {static_cast<int>(s), feature.back, feature.seen});
+  std::vector<BundleTrack> by_root(static_cast<std::size_t>(first.back()));
+  for (int s = 0; s < static_cast<int>(stations.size()); ++s) {
+    const std::vector<LensFeature>& features = stations[static_cast<std::size_t>(s)].features;
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      const int root = joined.root(number_of(s, static_cast<int>(i)));
+      by_root[static_cast<std::size_t>(root)].push_back({s, features[i].back, features[i].seen});
     }
   }
   std::erase_if(by_root, [](const BundleTrack& track) { return !is_consistent(track); });

@@ -25,6 +25,11 @@ void solve_fit(ceres::Problem* problem, const std::vector<double*>& eliminated_f
 std::optional<CameraCovariance> camera_covariance(ceres::Problem* problem,
                                                   const CameraParameters& camera);
 
+// The standard deviations that follow from it.
+CameraUncertainty uncertainty_of(const CameraParameters& parameters,
+                                 const CameraCovariance& covariance,
+                                 const DualFisheyeLayout& layout);
+
 // Sets residuals, their number and root mean square, and the uncertainties.
 struct FitResidual {
   bool back = false;

@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "calibrate/lens/camera_model.h"
-#include "calibrate/lens/lens_uncertainty.h"
 
 namespace raywalk::calibrate {
 

@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "calibrate/lens/fit_details.h"
 #include "calibrate/lens/lens_test_camera.h"
 #include "core/base/error.h"
 

@@ -1,6 +1,7 @@
-// The fit of the lenses as JSON.
+// The fit of the lenses as JSON, and its residuals as arrows over the image circles.
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 
 #include "calibrate/lens/calibrate_lens.h"
@@ -18,5 +19,9 @@ namespace raywalk::calibrate {
 //  "residuals_over_angle": [{"lens", "off_axis_deg", "count", "rms_px", "radial_px"}]};
 //  calibrate_lens adds "figures".
 nlohmann::ordered_json lens_document(const LensFit& fit);
+
+// Writes an image of each lens into OUT/figures; returns the list for lens.json (figures.h). Arrows
+// are enlarged to be visible. Of very many residuals an evenly spaced subset is drawn.
+nlohmann::ordered_json residual_figures(const LensFit& fit, const std::filesystem::path& out);
 
 }  // namespace raywalk::calibrate

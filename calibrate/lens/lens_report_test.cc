@@ -7,7 +7,6 @@
 #include <opencv2/core.hpp>
 
 #include "calibrate/lens/lens_test_camera.h"
-#include "calibrate/lens/residual_figures.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 

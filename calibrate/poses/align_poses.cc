@@ -1,11 +1,11 @@
 #include "calibrate/poses/align_poses.h"
 
-#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <cmath>
 #include <cstdlib>
 #include <vector>
 
+#include "calibrate/base/rotation.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
 
@@ -54,14 +54,6 @@ std::vector<double> rail_ratios(const CaptureSet& set, const FramePoses& solved)
     }
   }
   return ratios;
-}
-
-// The rotation nearest to a sum of rotations in the Frobenius norm (Markley 1988, Hartley et al.
-// 2013, "Rotation averaging", section 5.3): with the sum = U S V^T it is U diag(1, 1, det) V^T.
-Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& sum) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;
-  return svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <ceres/autodiff_cost_function.h>
 #include <ceres/rotation.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 
 namespace raywalk::calibrate {
@@ -55,12 +54,6 @@ double bearing_error_px(const PointObservation& observation,
       world_from_camera.transpose() * (point_m - position_m) - observation.centre_m;
   return kResidualPx_per_rad *
          std::atan2(seen.cross(observation.bearing).norm(), seen.dot(observation.bearing));
-}
-
-Eigen::Matrix3d rotation_from_vector(const Eigen::Vector3d& w) {
-  const double angle = w.norm();
-  if (angle == 0.0) return Eigen::Matrix3d::Identity();
-  return Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
 }
 
 }  // namespace raywalk::calibrate

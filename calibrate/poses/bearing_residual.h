@@ -35,7 +35,4 @@ double bearing_error_px(const PointObservation& observation,
                         const Eigen::Matrix3d& world_from_camera, const Eigen::Vector3d& position_m,
                         const Eigen::Vector3d& point_m);
 
-// exp(w), a rotation matrix.
-Eigen::Matrix3d rotation_from_vector(const Eigen::Vector3d& w);
-
 }  // namespace raywalk::calibrate

@@ -10,6 +10,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
+#include <optional>
 #include <regex>
 #include <sstream>
 #include <system_error>
@@ -88,6 +89,23 @@ void note_command(const std::vector<std::string>& arguments, const std::filesyst
   for (const std::string& argument : arguments) file << ' ' << argument;
   file << '\n';
   if (!file.flush()) throw Error(fmt::format("{}: cannot be written", log.string()));
+}
+
+// Of Debian 12 and 13. Their files are the same; since 3.9 the geometry of a pair has options of
+// its own.
+constexpr std::array kReleases{ColmapRelease{"3.8", "--SiftMatching.max_error"},
+                               ColmapRelease{"3.10", "--TwoViewGeometry.max_error"}};
+
+// Which of them a version as COLMAP prints it is of: "3.8.1" is of 3.8. None for any other.
+std::optional<ColmapRelease> colmap_release_of(std::string_view version) {
+  const auto found =
+      std::find_if(kReleases.begin(), kReleases.end(), [&](const ColmapRelease& release) {
+        const std::size_t length = release.number.size();
+        return version.starts_with(release.number) &&
+               (version.size() == length || version[length] == '.');
+      });
+  if (found == kReleases.end()) return std::nullopt;
+  return *found;
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Runs COLMAP as a child process: found in PATH, run without a shell, its output kept in a log.
+// Runs COLMAP as a child process: found in PATH, run without a shell, its output kept in a log; and
+// what differs between its releases.
 #pragma once
 
 #include <filesystem>
@@ -7,14 +8,17 @@
 #include <string_view>
 #include <vector>
 
-#include "calibrate/poses/colmap_release.h"
-
 namespace raywalk::calibrate {
+
+struct ColmapRelease {
+  std::string_view number;            // "3.8"
+  std::string_view max_error_option;  // of matches_importer: inliers of a pair, pixels
+};
 
 class ColmapProgram {
  public:
   // Finds `colmap` in the directories of PATH and reads its version. Throws Error if there is none,
-  // or it is a release that colmap_release.h does not list, naming what was found, what is needed
+  // or it is a release whose options are not known, naming what was found, what is needed
   // and the option that needs no COLMAP.
   static ColmapProgram find();
 

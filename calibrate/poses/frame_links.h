@@ -1,4 +1,4 @@
-// Connected groups of frames that share scene points.
+// Connected groups of frames that share scene points, and what of adjusted poses is kept by them.
 #pragma once
 
 #include <span>
@@ -20,5 +20,10 @@ int common_points(const SeenPoints& points, const std::vector<bool>& a, const st
 
 // Observations whose error is within `inlier_px`, and their points.
 SeenPoints inliers_of(const RefinedPoses& refined);
+
+// Keeps the poses of the largest group of frames that scene points connect and that have enough
+// observations, and the inliers among their observations, and sets their sigmas. Leaves no
+// observations where there is no such group.
+void settle(RefinedPoses* refined, const PoseAnchor& anchor);
 
 }  // namespace raywalk::calibrate

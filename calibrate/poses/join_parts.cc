@@ -15,8 +15,9 @@
 #include <tuple>
 
 #include "calibrate/base/cauchy_loss.h"
+#include "calibrate/base/disjoint_sets.h"
+#include "calibrate/base/rotation.h"
 #include "calibrate/base/stop_on_interrupt.h"
-#include "calibrate/poses/disjoint_sets.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/median.h"
@@ -174,7 +175,7 @@ void solve_pass(const std::vector<SharedFrame>& shared, std::size_t fixed, doubl
 PoseAlignment alignment_of(const SimilarityParameters& similarity) {
   PoseAlignment alignment;
   alignment.scale = std::exp(similarity[6]);
-  alignment.rotation = rotation_from_vector({similarity[0], similarity[1], similarity[2]});
+  alignment.rotation = matrix_of({similarity[0], similarity[1], similarity[2]});
   alignment.translation_m = {similarity[3], similarity[4], similarity[5]};
   return alignment;
 }

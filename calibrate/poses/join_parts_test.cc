@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "calibrate/base/rotation.h"
 #include "calibrate/poses/test_rail_scene.h"
 
 namespace raywalk::calibrate {
@@ -13,7 +14,7 @@ namespace {
 PoseAlignment move(double scale, const Eigen::Vector3d& turn_rad, const Eigen::Vector3d& by_m) {
   PoseAlignment alignment;
   alignment.scale = scale;
-  alignment.rotation = rotation_from_vector(turn_rad);
+  alignment.rotation = matrix_of(turn_rad);
   alignment.translation_m = by_m;
   return alignment;
 }
@@ -54,7 +55,7 @@ TEST(JoinParts, SimilaritiesOfKnownMovesAreFoundDespiteWrongPoses) {
 
   // One shared station is wrong in one of them.
   parts[0][4]->position_m.y() += 0.05;
-  parts[0][4]->world_from_camera *= rotation_from_vector({0.0, 0.1, 0.0});
+  parts[0][4]->world_from_camera *= matrix_of({0.0, 0.1, 0.0});
   left = back(similarities(parts, 0));
   EXPECT_LT(left.position_m, 1e-4);
   EXPECT_LT(left.rotation_rad, 1e-4);

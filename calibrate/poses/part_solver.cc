@@ -8,10 +8,10 @@
 
 #include "calibrate/poses/colmap_program.h"
 #include "calibrate/poses/colmap_workspace.h"
+#include "calibrate/poses/frame_links.h"
 #include "calibrate/poses/join_parts.h"
 #include "calibrate/poses/match_pairs.h"
 #include "calibrate/poses/rail_motion.h"
-#include "calibrate/poses/settled_poses.h"
 #include "core/base/parallel.h"
 #include "core/base/timing.h"
 #include "core/files/atomic_output.h"

@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "calibrate/poses/disjoint_sets.h"
+#include "calibrate/base/disjoint_sets.h"
 
 namespace raywalk::calibrate {
 namespace {

@@ -1,6 +1,8 @@
-// Figures of solved poses per line and crossing, reasons for missing poses, and warnings.
+// Figures of solved poses per line and crossing, reasons for missing poses, warnings, and the report
+// of them as JSON.
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <span>
 #include <string>
@@ -42,5 +44,9 @@ std::string unposed_reason(const CaptureSet& set, const MatchSummary& summary, i
 std::vector<std::string> pose_warnings(const CaptureSet& set,
                                        std::span<const LineCrossing> crossings,
                                        const MatchSummary& summary, const PosesResult& result);
+
+// Writes poses-report.json into `out`. Throws Error if it cannot be written.
+void write_poses_report(const std::filesystem::path& out, const CaptureSet& set,
+                        const PosesResult& result);
 
 }  // namespace raywalk::calibrate

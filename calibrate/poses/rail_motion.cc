@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibrate/base/rotation.h"
 #include "core/base/median.h"
 
 namespace raywalk::calibrate {
@@ -30,10 +31,7 @@ FlowRow flow_row(const FramePose& first, const FramePose& second, const Eigen::V
   const Eigen::Vector3d before = first.world_from_camera * match.in_first;
   const Eigen::Vector3d after = second.world_from_camera * match.in_second;
   FlowRow row;
-  // -w x b = b x w, written as a matrix times w.
-  row.design.leftCols<3>() << 0, -before.z(), before.y(),  //
-      before.z(), 0, -before.x(),                          //
-      -before.y(), before.x(), 0;
+  row.design.leftCols<3>() = cross_matrix(before);  // -w x b = b x w
   row.design.col(3) = -(along - along.dot(before) * before);
   row.moved = after - before;
   return row;

@@ -15,6 +15,7 @@
 #include <set>
 
 #include "calibrate/base/cauchy_loss.h"
+#include "calibrate/base/rotation.h"
 #include "calibrate/base/stop_on_interrupt.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -256,7 +257,7 @@ class Adjustment {
       if (!poses_[i]) continue;
       const PoseParameters& values = parameters_[i];
       const Eigen::Matrix3d turned =
-          poses_[i]->world_from_camera * rotation_from_vector({values[0], values[1], values[2]});
+          poses_[i]->world_from_camera * matrix_of({values[0], values[1], values[2]});
       poses_[i]->world_from_camera = Eigen::Quaterniond(turned).normalized().toRotationMatrix();
       poses_[i]->position_m = {values[3], values[4], values[5]};
     }

@@ -12,10 +12,8 @@
 #include "calibrate/poses/part_solution.h"
 #include "calibrate/poses/part_solver.h"
 #include "calibrate/poses/poses_figures.h"
-#include "calibrate/poses/poses_report.h"
 #include "calibrate/poses/rail_motion.h"
 #include "calibrate/poses/refine_poses.h"
-#include "calibrate/poses/settled_poses.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/timing.h"
@@ -146,7 +144,6 @@ class PoseMerger {
     }
     result_.warnings = fault.empty() ? pose_warnings(set_, problem_.crossings, summary_, result_)
                                      : std::vector<std::string>{fault};
-    for (const std::string& warning : result_.warnings) spdlog::warn("{}", warning);
     if (solved_) write_frame_poses(out_ / "poses.json", set_, result_.poses);
     write_poses_report(out_, set_, result_);
   }

@@ -12,7 +12,7 @@
 
 #include "calibrate/poses/colmap_program.h"
 #include "calibrate/poses/colmap_workspace.h"
-#include "calibrate/poses/poses_report.h"
+#include "calibrate/poses/poses_figures.h"
 #include "calibrate/poses/test_rail_scene.h"
 #include "capture/simulated/virtual_room/test_rooms.h"
 #include "capture/simulated/virtual_room/virtual_room.h"

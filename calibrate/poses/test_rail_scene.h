@@ -10,6 +10,7 @@
 
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
+#include "calibrate/base/rotation.h"
 #include "calibrate/poses/refine_poses.h"
 
 namespace raywalk::calibrate {
@@ -68,7 +69,7 @@ inline Eigen::Vector3d random_vector(std::mt19937* random, double size) {
 }
 
 inline Eigen::Matrix3d random_turn(std::mt19937* random, double deg) {
-  return rotation_from_vector(random_vector(random, radians_from_degrees(deg)));
+  return matrix_of(random_vector(random, radians_from_degrees(deg)));
 }
 
 // Every line rotated and moved as a whole, plus jitter of every station.

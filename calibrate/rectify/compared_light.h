@@ -21,13 +21,14 @@ class LightComparison {
   // Of all frames with a pose. `mask` is that of all frames, or empty. All must outlive it.
   LightComparison(const CaptureSet& panoramas, const FramePoses& poses, const cv::Mat& mask);
 
-  // Pairs of frames to compare (frame_links.h, held_out_light.h).
+  // Pairs of frames to compare: neighbours on a line, those nearest to a crossing, and held-out
+  // frames with the stations nearest to them.
   std::size_t pairs() const { return links_.size(); }
   // The patches of a range of the pairs; reads the panoramas of their frames. Throws Error for
   // files that cannot be read; Interrupted.
   std::vector<LinkPatches> compare(IndexRange range) const;
   // From the patches of all pairs, in order: the exposures (exposure_gains.h), those of held-out
-  // frames relative to the stations', which they have no part in (held_out_light.h).
+  // frames relative to the stations', which they have no part in.
   ExposureResult exposures(const std::vector<LinkPatches>& links) const;
 
  private:

@@ -59,4 +59,11 @@ inline constexpr double kSignificance = 0.01;
 // is corrected if its value is significant by itself.
 ExposureDecision decide_exposures(const UncertainLight& light, std::span<const PictureLine> lines);
 
+// The probability that |t| exceeds `size` (at least 0) with `freedom` degrees of freedom, 1 to
+// 1000.
+double two_sided_probability(double size, int freedom);
+
+// The |t| that is exceeded with `probability`, in (0, 1).
+double two_sided_quantile(double probability, int freedom);
+
 }  // namespace raywalk::calibrate

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numeric>
 
+#include "calibrate/base/disjoint_sets.h"
 #include "calibrate/rectify/light_estimate.h"
+#include "core/base/median.h"
 #include "core/geometry/sphere.h"
+#include "core/panorama/srgb.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -187,19 +189,12 @@ std::vector<PictureLine> measured_lines(std::span<const PictureLine> lines,
 
 // The number of independent loops of the links.
 int count_loops(std::span<const LinkPatches> links, int frames) {
-  std::vector<int> group(static_cast<std::size_t>(frames));
-  std::iota(group.begin(), group.end(), 0);
-  const auto group_of = [&group](int frame) {
-    while (group[static_cast<std::size_t>(frame)] != frame) {
-      frame = group[static_cast<std::size_t>(frame)];
-    }
-    return frame;
-  };
+  DisjointSets joined(frames);
   int loops = 0;
   for (const LinkPatches& link : links) {
-    const int from = group_of(link.link.from), to = group_of(link.link.to);
-    loops += from == to ? 1 : 0;
-    group[static_cast<std::size_t>(from)] = to;
+    const int from = link.link.from, to = link.link.to;
+    loops += joined.root(from) == joined.root(to) ? 1 : 0;
+    joined.join(from, to);
   }
   return loops;
 }
@@ -213,9 +208,7 @@ double loop_error(std::span<const LinkPatches> links, int frames, const Eigen::V
       residuals.push_back(sample.log_ratio - sample.lens.dot(estimate.lens) -
                           estimate.log_light[sample.to] + estimate.log_light[sample.from]);
     }
-    const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-    std::nth_element(residuals.begin(), middle, residuals.end());
-    left[static_cast<Eigen::Index>(i)] = *middle;
+    left[static_cast<Eigen::Index>(i)] = median(std::move(residuals));
   }
   return root_mean_square(left);
 }
@@ -257,6 +250,28 @@ ExposureResult measure_exposures(std::span<const LinkPatches> links, int frames,
         gain_of(correction(0), correction(1), correction(2));
   }
   return result;
+}
+
+LevelsUnderGain::LevelsUnderGain(const LightGain& gain) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t i = 0; i < table_[c].size(); ++i) {
+      const double level = static_cast<double>(i) / kStepsPerLevel;
+      table_[c][i] =
+          static_cast<float>(srgb_level_from_linear(gain[c] * linear_from_srgb_level(level)));
+    }
+  }
+}
+
+cv::Vec3f LevelsUnderGain::operator()(const cv::Vec3f& levels) const {
+  cv::Vec3f changed;
+  for (int c = 0; c < 3; ++c) {
+    const auto& table = table_[static_cast<std::size_t>(2 - c)];
+    const float at = std::clamp(levels[c], 0.0f, 255.0f) * kStepsPerLevel;
+    const auto below = static_cast<std::size_t>(at);
+    const float share = at - static_cast<float>(below);
+    changed[c] = table[below] + share * (table[below + 1] - table[below]);
+  }
+  return changed;
 }
 
 }  // namespace raywalk::calibrate

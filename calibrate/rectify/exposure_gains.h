@@ -1,4 +1,4 @@
-// The gains that make the frames of a capture equally bright, where they are not.
+// The gains of linear light that make the frames of a capture equally bright, where they are not.
 //
 // A camera's exposure and white balance may drift during a capture, even if they were locked.
 // Frames taken near each other show the same surfaces (matched_patches.h); the ratios of their
@@ -11,16 +11,30 @@
 #pragma once
 
 #include <array>
+#include <opencv2/core/mat.hpp>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "calibrate/rectify/exposure_decision.h"
-#include "calibrate/rectify/frame_links.h"
-#include "calibrate/rectify/levels_under_gain.h"
 #include "calibrate/rectify/matched_patches.h"
 
 namespace raywalk::calibrate {
+
+// Factors of linear light: red, green, blue; above 0.
+using LightGain = std::array<double, 3>;
+
+// Applies a gain of linear light to sRGB levels (0..255), clamped to 255.
+class LevelsUnderGain {
+ public:
+  explicit LevelsUnderGain(const LightGain& gain);
+  // In OpenCV's order blue, green, red.
+  cv::Vec3f operator()(const cv::Vec3f& levels) const;
+
+ private:
+  static constexpr int kStepsPerLevel = 4;
+  std::array<std::array<float, 255 * kStepsPerLevel + 2>, 3> table_;
+};
 
 // The light of all colours, and of red and blue relative to it.
 inline constexpr int kLightKinds = 3;
@@ -56,6 +70,12 @@ struct ExposureResult {
 
 // What undoes these differences of the logarithm of light, one for each kind.
 LightGain gain_of(double brightness, double red, double blue);
+
+// Two frames that show the same surfaces; indices into CaptureSet::frames.
+struct FrameLink {
+  int from = 0;
+  int to = 0;
+};
 
 struct LinkPatches {
   FrameLink link{};

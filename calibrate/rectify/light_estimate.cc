@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "core/base/median.h"
+
 namespace raywalk::calibrate {
 namespace {
 
@@ -112,10 +114,7 @@ class LightProblem {
     for (const LightSample& sample : samples_) {
       sizes.push_back(std::abs(residual(sample, solution)) / sample.error);
     }
-    std::vector<double> sorted = sizes;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    const double limit = kTukey * std::max(*middle / kNormalMedian, kLeastScale);
+    const double limit = kTukey * std::max(median(sizes) / kNormalMedian, kLeastScale);
     for (std::size_t i = 0; i < samples_.size(); ++i) {
       const double share = std::min(1.0, sizes[i] / limit);
       weights_[i] = full_weight(samples_[i]) * (1.0 - share * share) * (1.0 - share * share);

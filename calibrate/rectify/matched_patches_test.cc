@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibrate/rectify/levels_under_gain.h"
+#include "calibrate/rectify/exposure_gains.h"
 #include "capture/simulated/virtual_room/virtual_room.h"
 
 namespace raywalk::calibrate {

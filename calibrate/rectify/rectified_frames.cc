@@ -8,7 +8,7 @@
 
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/rectify/compared_light.h"
-#include "calibrate/stitch/frame_pictures.h"
+#include "calibrate/stitch/fisheye_source.h"
 #include "calibrate/stitch/frames_at_once.h"
 #include "calibrate/stitch/stitcher.h"
 #include "core/base/error.h"

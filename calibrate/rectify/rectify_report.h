@@ -1,9 +1,12 @@
-// rectify.json.
+// rectify.json, with the exposures: what was measured, how surely, and what was corrected.
 #pragma once
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 
+#include "calibrate/base/capture_set.h"
+#include "calibrate/rectify/exposure_gains.h"
 #include "calibrate/rectify/rectify_set.h"
 
 namespace raywalk::calibrate {
@@ -16,5 +19,8 @@ void write_rectify_report(const CaptureSet& set, const FramePoses& poses,
 nlohmann::ordered_json rectify_document(const CaptureSet& set, const FramePoses& poses,
                                         const RectifyResult& result,
                                         const std::filesystem::path& out);
+
+// "exposures differ from frame to frame; 30 of 36 frames are corrected", in one sentence.
+std::string exposure_summary(const ExposureResult& exposure);
 
 }  // namespace raywalk::calibrate

@@ -4,26 +4,71 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
 #include <opencv2/core.hpp>
 #include <utility>
 
-#include "calibrate/rectify/before_list.h"
 #include "calibrate/rectify/compared_light.h"
 #include "calibrate/rectify/crossing_overlay.h"
-#include "calibrate/rectify/exposure_report.h"
-#include "calibrate/rectify/frame_tables.h"
 #include "calibrate/rectify/rectified_frames.h"
 #include "calibrate/rectify/rectify_report.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
+#include "core/geometry/station_spacing.h"
 #include "core/panorama/panorama_rotation.h"
 
 namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kMasks = "before_masks";
+
+// Relative to OUT if it is in there, else absolute.
+std::string listed(const fs::path& file, const fs::path& out) {
+  const fs::path whole = fs::absolute(file).lexically_normal();
+  const fs::path within = whole.lexically_relative(fs::absolute(out).lexically_normal());
+  const bool outside = within.empty() || *within.begin() == "..";
+  return outside ? whole.string() : within.generic_string();
+}
+
+// The file of a frame's mask joined with the common one; "" if nothing is masked.
+std::string mask_file(const CaptureSet& set, int index, const cv::Mat& common,
+                      const fs::path& out) {
+  const CaptureFrame& frame = set.frames[static_cast<std::size_t>(index)];
+  if (common.empty()) return frame.mask ? listed(*frame.mask, out) : "";
+  if (!frame.mask) return (fs::path(kMasks) / "common.png").generic_string();
+  const fs::path file = fs::path(kMasks) / (frame.name + ".own.png");
+  write_image(out / file, joint_mask(set, index, common));
+  return file.generic_string();
+}
+
+// Writes OUT/before.csv (file,x,y,z,yaw,pitch,roll[,mask]): the panoramas of poses.csv as they are,
+// at their poses in `start`. Only frames with a pose in `poses` are listed, so that both rooms have
+// the same stations. Files in OUT are relative to it, others absolute. `mask` (CV_8UC1 of the
+// panoramas' size in the camera's frame, 0 = masked; may be empty) is joined with the frames' own
+// and written to OUT/before_masks, which is removed where nothing is masked in common. Throws Error
+// if a mask cannot be read or a file cannot be written.
+void write_before_list(const CaptureSet& panoramas, const FramePoses& start,
+                       const FramePoses& poses, const cv::Mat& mask, const fs::path& out) {
+  fs::remove_all(out / kMasks);
+  if (!mask.empty()) {
+    make_directories(out / kMasks);
+    write_image(out / kMasks / "common.png", mask);
+  }
+  std::vector<ListedFrame> rows;
+  for (std::size_t i = 0; i < panoramas.frames.size(); ++i) {
+    const CaptureFrame& frame = panoramas.frames[i];
+    if (!poses[i] || panoramas.is_validation(frame)) continue;
+    rows.push_back({.file = listed(frame.file, out),
+                    .position_m = start[i]->position_m,
+                    .attitude = attitude_from_world_from_camera(start[i]->world_from_camera),
+                    .mask = mask_file(panoramas, static_cast<int>(i), mask, out)});
+  }
+  write_file_atomically(out / "before.csv", frame_list_text(rows));
+}
 
 // Rows of poses.csv, or of gt.csv.
 std::vector<ListedFrame> rectified_rows(const CaptureSet& set, const FramePoses& poses, bool masked,
@@ -137,6 +182,40 @@ void write_tables(const RectifyResult& result, const std::vector<ListedFrame>& r
   }
 }
 
+std::vector<StationPose> stations_of(const std::vector<ListedFrame>& frames) {
+  std::vector<StationPose> stations;
+  stations.reserve(frames.size());
+  for (const ListedFrame& frame : frames) stations.push_back({frame.file, frame.position_m, {}});
+  return stations;
+}
+
+// False if another number of lines is found: stations on both sides of their line may look like two
+// parallel lines.
+bool finds_lines(const std::vector<StationPose>& stations, GridTolerance tolerance, int lines) {
+  try {
+    return static_cast<int>(find_grid(stations, tolerance).lines.size()) == lines;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+// The tolerances to try, millimetres, in ascending order.
+std::vector<double> tolerances_mm(const std::vector<StationPose>& stations,
+                                  const GridTolerance& given) {
+  const double spacing_mm = 1000.0 * typical_spacing(stations);
+  std::vector<double> tolerances;
+  if (spacing_mm > 0.0) {
+    for (const double share : {0.15, 0.2, 0.3, 0.4, 0.5}) {
+      // Rounded to two significant digits for the command line.
+      const double step_mm = std::pow(10.0, std::floor(std::log10(share * spacing_mm)) - 1.0);
+      tolerances.push_back(std::round(share * spacing_mm / step_mm) * step_mm);
+    }
+  }
+  if (given.off_line_m) tolerances.push_back(1000.0 * *given.off_line_m);
+  std::sort(tolerances.begin(), tolerances.end());
+  return tolerances;
+}
+
 }  // namespace
 
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
@@ -186,6 +265,19 @@ RectifyResult finish_rectified(const CaptureSet& panoramas, const FramePoses& po
   write_before_list(panoramas, start, poses, mask, options.out);
   write_rectify_report(panoramas, poses, result, options.out);
   return result;
+}
+
+std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames, int lines,
+                                               const GridTolerance& given) {
+  if (frames.empty()) return std::nullopt;
+  const std::vector<StationPose> stations = stations_of(frames);
+  GridTolerance tolerance{.off_line_m = std::nullopt, .same_station_m = given.same_station_m};
+  if (finds_lines(stations, tolerance, lines)) return 0.0;
+  for (const double tolerance_mm : tolerances_mm(stations, given)) {
+    tolerance.off_line_m = tolerance_mm / 1000.0;
+    if (finds_lines(stations, tolerance, lines)) return tolerance_mm;
+  }
+  return std::nullopt;
 }
 
 }  // namespace raywalk::calibrate

@@ -13,6 +13,8 @@
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/rectify/exposure_gains.h"
 #include "calibrate/stitch/fisheye_source.h"
+#include "core/files/frame_list.h"
+#include "core/geometry/grid.h"
 
 namespace raywalk::calibrate {
 
@@ -57,8 +59,9 @@ struct RectifyResult {
 
 // Writes OUT/rectified/ (rectified_frames.h), OUT/crossings/ with the overlays, OUT/poses.csv
 // (file,x,y,z[,mask]), OUT/gt.csv if there are validation lines or held-out frames, OUT/before.csv
-// (before_list.h), and rectify.json. Positions are those of `poses`. Throws Error if no frame has a
-// pose, or a file cannot be read or written; Interrupted.
+// (the frames before the calibration: a room packed of it shows what the calibration gains, by
+// raywalk-render validate --before), and rectify.json. Positions are those of `poses`. Throws Error
+// if no frame has a pose, or a file cannot be read or written; Interrupted.
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
                           const RectifyOptions& options);
 
@@ -69,5 +72,12 @@ RectifyResult finish_rectified(const CaptureSet& panoramas, const FramePoses& po
 
 // By frame; 1 if the exposures were not measured.
 std::vector<LightGain> gains_of(const std::optional<ExposureResult>& exposure, std::size_t frames);
+
+// The --line-tolerance-mm with which raywalk-build-lf pack finds these frames on `lines` lines; 0:
+// its default is sufficient. nullopt if none is, neither that with which the capture's lines were
+// found (`given`) nor one up to half the stations' spacing. Its --same-station-mm is that of
+// `given`.
+std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames, int lines,
+                                               const GridTolerance& given = {});
 
 }  // namespace raywalk::calibrate

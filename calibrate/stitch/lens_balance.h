@@ -2,6 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+
+#include "core/panorama/srgb.h"
 
 namespace raywalk::calibrate {
 
@@ -17,11 +20,14 @@ struct LensBalance {
   double falloff_4 = 0.0;
 
   // Share of the light on the axis that arrives at an angle, radians.
-  double share_at(double angle_rad) const;
+  double share_at(double angle_rad) const {
+    const double square = angle_rad * angle_rad;
+    return std::exp(square * (falloff_2 + square * falloff_4));
+  }
 };
 
 // The factor for shifted sRGB levels (core/panorama/srgb.h) that corrects a factor of light. The
 // reference is the front lens on its axis.
-double root_of_light(double factor);
+inline double root_of_light(double factor) { return std::pow(factor, -1.0 / kSrgbExponent); }
 
 }  // namespace raywalk::calibrate

@@ -1,18 +1,19 @@
 #include "calibrate/stitch/stitch_set.h"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
 
+#include "calibrate/base/figures.h"
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/stitch/fisheye_source.h"
-#include "calibrate/stitch/frame_pictures.h"
 #include "calibrate/stitch/frames_at_once.h"
 #include "calibrate/stitch/measure_balance.h"
-#include "calibrate/stitch/stitch_figures.h"
 #include "calibrate/stitch/stitch_record.h"
-#include "calibrate/stitch/stitcher.h"
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
@@ -26,6 +27,62 @@ namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
+
+// One frame stitched with and without correction, CV_8UC3.
+struct StitchSample {
+  std::string station{};
+  cv::Mat panorama{};    // balanced and blended
+  cv::Mat unbalanced{};  // neither balanced nor blended
+};
+
+constexpr int kSmallestCrop_px = 320;  // enlarged to this
+constexpr double kCropSpan_deg = 40.0;
+
+// Where the seam crosses the horizon.
+struct SeamPlace {
+  double theta_deg;
+  const char* captured;  // names of its figures
+  const char* balanced;
+};
+constexpr std::array kPlaces{SeamPlace{-90.0, "stitch_left_captured", "stitch_left"},
+                             SeamPlace{90.0, "stitch_right_captured", "stitch_right"}};
+constexpr const char* kPanorama = "stitch_panorama";
+
+cv::Mat seam_crop(const cv::Mat& panorama, double theta_deg) {
+  const int side = static_cast<int>(panorama.cols * kCropSpan_deg / 360.0);
+  const int centre = static_cast<int>(panorama.cols * (0.5 + theta_deg / 360.0));
+  cv::Mat shown = panorama(cv::Rect(centre - side / 2, panorama.rows / 2 - side / 2, side, side));
+  if (side >= kSmallestCrop_px) return shown;
+  cv::Mat enlarged;
+  cv::resize(shown, enlarged, {kSmallestCrop_px, kSmallestCrop_px}, 0.0, 0.0, cv::INTER_CUBIC);
+  return enlarged;
+}
+
+// Writes them into OUT/figures; returns the list for stitch.json (figures.h).
+nlohmann::ordered_json write_stitch_figures(const StitchSample& sample, const fs::path& out) {
+  constexpr const char* kBalanced = "balanced and blended";
+  auto figures = nlohmann::ordered_json::array();
+  figures.push_back(
+      write_figure(out, kPanorama, "Station " + sample.station, kBalanced, sample.panorama));
+  for (const SeamPlace& place : kPlaces) {
+    const std::string row = fmt::format("Seam at {:g} degrees", place.theta_deg);
+    figures.push_back(write_figure(out, place.captured, row, "as captured",
+                                   seam_crop(sample.unbalanced, place.theta_deg)));
+    figures.push_back(write_figure(out, place.balanced, row, kBalanced,
+                                   seam_crop(sample.panorama, place.theta_deg)));
+  }
+  return figures;
+}
+
+// Whether all of them are there.
+bool has_stitch_figures(const fs::path& out) {
+  const auto exists = [&](const char* name) {
+    return fs::exists(out / "figures" / (std::string(name) + ".png"));
+  };
+  return exists(kPanorama) && std::ranges::all_of(kPlaces, [&](const SeamPlace& place) {
+           return exists(place.captured) && exists(place.balanced);
+         });
+}
 
 // Blend width of the unblended sample.
 constexpr double kHardSeam_deg = 1e-3;
@@ -201,7 +258,6 @@ class SetStitcher {
     nlohmann::ordered_json document = stitch_document(record_);
     document["figures"] = write_stitch_figures(sample, options_.out);
     write_file_atomically(record_file(), json_text(document));
-    for (const std::string& warning : record_.balance.warnings) spdlog::warn("{}", warning);
   }
 
   const CaptureSet& set_;

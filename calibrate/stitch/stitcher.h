@@ -44,7 +44,8 @@ class Stitcher {
   cv::Mat stitch(const cv::Mat& front, const cv::Mat& back) const {
     return stitch(front, back, cv::Mat()).panorama;
   }
-  // With the frame's mask (masked_halves.h), CV_8UC1 of the picture's size, 0 = masked, or empty.
+  // With the frame's mask, CV_8UC1 of the picture's size, 0 = masked, or empty: what one lens hides
+  // the other shows where both are blended.
   StitchedFrame stitch(const cv::Mat& front, const cv::Mat& back, const cv::Mat& mask) const;
   // The same with `change` applied to each colour of the panorama before it is rounded.
   StitchedFrame stitch(const cv::Mat& front, const cv::Mat& back, const cv::Mat& mask,

@@ -1,6 +1,6 @@
-#include "calibrate/rectify/frame_tables.h"
-
 #include <gtest/gtest.h>
+
+#include "calibrate/rectify/rectify_set.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -16,7 +16,7 @@ std::vector<ListedFrame> cross(int count, double off_m) {
   return frames;
 }
 
-TEST(FrameTablesTest, ToleranceIsNeededOnlyIfTheDefaultFails) {
+TEST(LineToleranceTest, ToleranceIsNeededOnlyIfTheDefaultFails) {
   EXPECT_EQ(line_tolerance_needed_mm(cross(10, 0.0), 2), 0.0);
   const auto needed = line_tolerance_needed_mm(cross(10, 0.02), 2);
   ASSERT_TRUE(needed);
@@ -24,7 +24,7 @@ TEST(FrameTablesTest, ToleranceIsNeededOnlyIfTheDefaultFails) {
   EXPECT_LE(*needed, 50.0);
 }
 
-TEST(FrameTablesTest, ToleranceOfTheCaptureIsTriedToo) {
+TEST(LineToleranceTest, ToleranceOfTheCaptureIsTriedToo) {
   // One line with stations on both sides, by more than half the spacing.
   std::vector<ListedFrame> frames = cross(20, 0.15);
   std::erase_if(frames, [](const ListedFrame& frame) { return frame.file[0] == 'b'; });
@@ -32,7 +32,7 @@ TEST(FrameTablesTest, ToleranceOfTheCaptureIsTriedToo) {
   EXPECT_EQ(line_tolerance_needed_mm(frames, 1, {.off_line_m = 0.16}), 160.0);
 }
 
-TEST(FrameTablesTest, NoGridIsNotAnError) {
+TEST(LineToleranceTest, NoGridIsNotAnError) {
   EXPECT_FALSE(line_tolerance_needed_mm({}, 0));
   EXPECT_FALSE(line_tolerance_needed_mm({{.file = "one", .position_m = {0, 0, 0}}}, 1));
 }
