@@ -1,5 +1,5 @@
-// Figures of solved poses per line and crossing, reasons for missing poses, warnings, and the report
-// of them as JSON.
+// Figures of solved poses per line and crossing, reasons for missing poses, warnings, and the
+// report of them as JSON.
 #pragma once
 
 #include <filesystem>

@@ -12,12 +12,12 @@
 #include "build_lf/depth/partial_maps.h"
 #include "build_lf/depth/sweep_depth.h"
 #include "core/base/median.h"
-#include "tests/bench/resident_memory.h"
 #include "core/base/timing.h"
 #include "core/room/gain_fields.h"
 #include "core/room/room.h"
 #include "tests/bench/bench_room.h"
 #include "tests/bench/plain_copy.h"
+#include "tests/bench/resident_memory.h"
 
 namespace raywalk::bench {
 namespace {

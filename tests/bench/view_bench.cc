@@ -4,13 +4,13 @@
 #include <vector>
 
 #include "core/base/median.h"
-#include "tests/bench/resident_memory.h"
 #include "core/base/timing.h"
 #include "core/geometry/sphere.h"
 #include "core/panorama/pitch_remap.h"
 #include "core/room/room.h"
 #include "core/view/renderer.h"
 #include "tests/bench/bench_room.h"
+#include "tests/bench/resident_memory.h"
 
 namespace raywalk::bench {
 namespace {
