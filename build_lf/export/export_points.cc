@@ -46,7 +46,7 @@ class MapReader {
   MapReader(const Room& room, const ExportOptions& options, VoxelPoints* all)
       : room_(room), options_(options), all_(all) {}
 
-  void read(MapStation map, VoxelPoints* own) {
+  void read(const MapStation& map, VoxelPoints* own) {
     const StationSurface surface(room_, map.line, map.map, {options_.max_distance_m});
     const cv::Mat columns = station_columns(room_, map.line, surface.station(), options_.gains);
     for (int theta = 0; theta < surface.size().width; ++theta) {
