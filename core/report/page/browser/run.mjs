@@ -63,8 +63,11 @@ function makeReports() {
 }
 
 function htmlBelow(root) {
-  return readdirSync(root, { recursive: true, withFileTypes: true })
-    .filter((entry) => entry.isFile() && entry.name.endsWith(".html"))
-    .map((entry) => path.join(entry.parentPath ?? entry.path, entry.name))
+  return readdirSync(root, { withFileTypes: true })
+    .flatMap((entry) => {
+      const name = path.join(root, entry.name);
+      if (entry.isDirectory()) return htmlBelow(name);
+      return name.endsWith(".html") ? [name] : [];
+    })
     .sort();
 }
