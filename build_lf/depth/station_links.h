@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "build_lf/depth/inverse_distance_map.h"
 #include "core/geometry/grid.h"
 #include "core/panorama/colour_comparison.h"
 #include "core/room/room.h"

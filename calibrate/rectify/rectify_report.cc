@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calibrate/base/figures.h"
+#include "calibrate/rectify/light_estimate.h"
 #include "calibrate/rectify/rectified_frames.h"
 #include "core/base/number_text.h"
 #include "core/files/atomic_output.h"
