@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <opencv2/core/mat.hpp>
 
+#include "build_lf/depth/inverse_distance_map.h"
 #include "core/panorama/gain_field.h"
 #include "core/room/room.h"
 
