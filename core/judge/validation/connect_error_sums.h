@@ -28,7 +28,6 @@ struct OverlapSum {
   void add(const OverlapSum& other);
   // Over the samples; NaN where there was no column.
   double mean(int samples_per_column) const;
-  friend bool operator==(const OverlapSum&, const OverlapSum&) = default;
 };
 
 // Over pairs (viewpoint, corner).
@@ -37,7 +36,6 @@ struct ConnectErrorSums {
     OverlapSum all{};
     OverlapSum common{};     // over the pairs that are readable at every k
     std::int64_t pairs = 0;  // with a column
-    friend bool operator==(const AtK&, const AtK&) = default;
   };
   std::vector<AtK> at_k{};  // one for each k of the list
   std::int64_t pairs = 0;
@@ -46,7 +44,6 @@ struct ConnectErrorSums {
   explicit ConnectErrorSums(std::size_t k_count) : at_k(k_count) {}
   // The sums of one pair at each k.
   void add_pair(std::span<const OverlapSum> pair);
-  friend bool operator==(const ConnectErrorSums&, const ConnectErrorSums&) = default;
 };
 
 }  // namespace raywalk

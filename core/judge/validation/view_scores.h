@@ -1,7 +1,6 @@
 // Scores of a rendered view against its ground truth: one number per metric of core/judge/metrics.
 #pragma once
 
-#include <array>
 #include <opencv2/core/mat.hpp>
 #include <span>
 
@@ -15,19 +14,6 @@ struct ViewScores {
   double ssim = 0.0;        // on luma
   double fsim = 0.0;        // on luma
 };
-
-// A score with its name in files and, with its unit, on pages. Larger is better.
-struct NamedScore {
-  const char* key;
-  const char* heading;
-  double ViewScores::*member;
-  int decimals;  // significant ones
-};
-inline constexpr std::array kNamedScores{
-    NamedScore{"psnr_db", "PSNR / dB", &ViewScores::psnr_db, 2},
-    NamedScore{"ws_psnr_db", "WS-PSNR / dB", &ViewScores::ws_psnr_db, 2},
-    NamedScore{"ssim", "SSIM", &ViewScores::ssim, 4},
-    NamedScore{"fsim", "FSIM", &ViewScores::fsim, 4}};
 
 // Pixels where `mask` (CV_8UC1 of the pictures' size, or empty) is 0 are ignored: the PSNRs skip
 // them; for SSIM and FSIM, which compare neighbourhoods, the truth there is replaced by the view.
