@@ -17,7 +17,6 @@
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
 #include "core/files/image_header.h"
-#include "core/files/sha256.h"
 #include "core/files/turned_pictures.h"
 #include "core/geometry/line_gaps.h"
 #include "core/geometry/plausible_size.h"

@@ -13,7 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/command_line/command_options.h"
-#include "core/files/program_folder.h"
+#include "core/files/shipped_configs.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -11,8 +11,7 @@
 #include "cluster_scripts.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/output_path.h"
-#include "core/files/temporary_names.h"
+#include "core/files/output_folder.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "build_lf/refine/refine_plan.h"
 #include "core/base/error.h"
-#include "core/files/output_path.h"
+#include "core/files/output_folder.h"
 #include "core/room/refined_record.h"
 
 namespace raywalk::build_lf {

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "core/base/error.h"
-#include "core/files/number.h"
+#include "core/files/words.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -17,8 +17,8 @@
 #include "build_lf/pack_room.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
-#include "core/files/sha256.h"
 #include "core/room/kept_stations.h"
 
 namespace raywalk::build_lf {

@@ -19,7 +19,7 @@
 #include "core/base/error.h"
 #include "core/base/pick_evenly.h"
 #include "core/files/atomic_output.h"
-#include "core/files/json_text.h"
+#include "core/files/json.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -9,7 +9,7 @@
 #include "build_lf/depth/station_image.h"
 #include "build_lf/room_verify.h"
 #include "core/base/error.h"
-#include "core/files/test_contents.h"
+#include "core/files/test_directory.h"
 #include "core/room/refined_record.h"
 #include "core/room/tile_cache.h"
 

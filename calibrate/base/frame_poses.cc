@@ -10,9 +10,9 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
 #include "core/files/csv.h"
 #include "core/files/frame_list.h"
+#include "core/files/json.h"
 
 namespace raywalk::calibrate {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
 #include "core/files/fingerprint.h"
+#include "core/files/json.h"
 
 namespace raywalk::calibrate {
 namespace {

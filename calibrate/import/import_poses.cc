@@ -17,7 +17,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
-#include "core/files/output_path.h"
+#include "core/files/output_folder.h"
 #include "core/geometry/line_gaps.h"
 
 namespace raywalk::calibrate {

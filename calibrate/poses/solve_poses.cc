@@ -20,7 +20,6 @@
 #include "core/files/atomic_output.h"
 #include "core/files/block_results.h"
 #include "core/files/fingerprint.h"
-#include "core/files/sha256.h"
 
 namespace raywalk::calibrate {
 namespace {

@@ -18,7 +18,6 @@
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
-#include "core/files/sha256.h"
 #include "core/panorama/panorama_rotation.h"
 
 namespace raywalk::calibrate {

@@ -11,7 +11,6 @@
 #include "core/base/error.h"
 #include "core/files/block_results.h"
 #include "core/files/fingerprint.h"
-#include "core/files/sha256.h"
 
 namespace raywalk::calibrate {
 namespace {

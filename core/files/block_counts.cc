@@ -7,7 +7,7 @@
 #include <system_error>
 
 #include "core/files/atomic_output.h"
-#include "core/files/number.h"
+#include "core/files/words.h"
 
 namespace raywalk {
 namespace {

@@ -10,8 +10,8 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/block_counts.h"
-#include "core/files/number.h"
-#include "core/files/output_path.h"
+#include "core/files/output_folder.h"
+#include "core/files/words.h"
 
 namespace raywalk {
 namespace {

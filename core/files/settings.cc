@@ -10,7 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/number.h"
+#include "core/files/words.h"
 #include "core/files/yaml_document.h"
 
 namespace raywalk {

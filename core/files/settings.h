@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/files/nearest_word.h"  // IWYU pragma: export
+#include "core/files/words.h"  // IWYU pragma: export
 
 namespace raywalk {
 

@@ -9,8 +9,8 @@
 #include <system_error>
 
 #include "core/base/error.h"
-#include "core/files/nearest_word.h"
-#include "core/files/program_folder.h"
+#include "core/files/output_folder.h"
+#include "core/files/words.h"
 
 namespace raywalk {
 namespace {
@@ -25,21 +25,9 @@ struct KindPlace {
 };
 
 KindPlace place_of(ConfigKind kind) {
-  switch (kind) {
-    case ConfigKind::kCapture:
-      return {"", "capture"};
-    case ConfigKind::kRig:
-      return {"", "rig"};
-    case ConfigKind::kVirtualRoom:
-      return {"", "virtual-"};
-    case ConfigKind::kView:
-      return {"", "view"};
-    case ConfigKind::kLens:
-      return {"lenses", ""};
-    case ConfigKind::kSlider:
-      return {"sliders", ""};
-  }
-  return {"", ""};
+  constexpr KindPlace kPlaces[] = {{"", "capture"}, {"", "rig"},    {"", "virtual-"},
+                                   {"", "view"},    {"lenses", ""}, {"sliders", ""}};
+  return kPlaces[static_cast<std::size_t>(kind)];
 }
 
 // Anything that can be read: a named pipe too.
@@ -51,14 +39,12 @@ bool is_file(const fs::path& path) {
 // "theta-like" of "configs/lenses/theta-like.yaml"; none if it is a path into another folder.
 std::optional<std::string> name_in(const fs::path& named, const char* folder) {
   const fs::path above = named.parent_path();
-  const bool is_name =
-      above.empty() || above == fs::path(folder) ||
-      above == (*folder == '\0' ? fs::path("configs") : fs::path("configs") / folder);
-  if (!is_name) return std::nullopt;
+  const fs::path in_configs = without_trailing_slash(fs::path("configs") / folder);
+  if (!above.empty() && above != fs::path(folder) && above != in_configs) return std::nullopt;
   return (named.extension() == kExtension ? named.stem() : named.filename()).string();
 }
 
-// "; did you mean ...": all names that begin so, else as suggestion() (nearest_word.h).
+// "; did you mean ...": all names that begin so, else as suggestion() (words.h).
 std::string meant_names(const std::string& word, const std::vector<std::string>& names) {
   if (names.empty()) return "";
   std::vector<std::string> begun;
@@ -69,6 +55,11 @@ std::string meant_names(const std::string& word, const std::vector<std::string>&
 }
 
 }  // namespace
+
+fs::path program_folder() {
+  std::error_code error;
+  return fs::read_symlink("/proc/self/exe", error).parent_path();
+}
 
 fs::path shipped_configs(ConfigKind kind) {
   fs::path configs = (program_folder() / ".." / "share" / "raywalk" / "configs").lexically_normal();

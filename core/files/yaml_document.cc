@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "core/base/error.h"
-#include "core/files/number.h"
+#include "core/files/words.h"
 
 namespace raywalk {
 namespace {

@@ -1,10 +1,12 @@
-#include "core/files/checked_json.h"
+#include "core/files/json.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -16,6 +18,12 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
+
+TEST(JsonText, KeepsWhatJsonCannotHoldReadable) {
+  nlohmann::ordered_json document{{"z", 1}, {"a", std::numeric_limits<double>::infinity()}};
+  document["file"] = "\xff.png";
+  EXPECT_EQ(json_text(document), "{\n  \"z\": 1,\n  \"a\": null,\n  \"file\": \"\ufffd.png\"\n}\n");
+}
 
 constexpr const char* kDocument = R"({
   "format_version": 2, "name": "x0", "names": ["a", "b"], "kept": true, "count": 7, "low": -7,
