@@ -248,6 +248,17 @@ TEST(Settings, MistakesInItemsNameItemLineAndKey) {
             "plan.yaml:1: 'marks' has 3 items; it may have 2 at most");
 }
 
+TEST(Settings, LinesAreThoseOfTheValues) {
+  Drawing drawing;
+  const SettingsLines lines = schema_of(drawing).parse(
+      "# a plan\nplot:\n  steps: [1,\n    0]\nmarks:\n  - axis: x\n  - at_m: [1]\n    axis:\n      "
+      "z\n",
+      "plan.yaml");
+  EXPECT_THAT(lines,
+              ElementsAre(Pair("marks", 6), Pair("marks[0].axis", 6), Pair("marks[1].at_m", 7),
+                          Pair("marks[1].axis", 9), Pair("plot.steps", 3)));
+}
+
 TEST(Settings, ValuesAreThoseOfTheVariables) {
   Drawing drawing = drawing_from("plot: {steps: [1, -0.25]}\nlayers: [grid]\nbackground: a.png");
   EXPECT_THAT(
