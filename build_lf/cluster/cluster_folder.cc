@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <system_error>
 
 #include "cluster_scripts.h"
 #include "core/base/error.h"
@@ -38,12 +37,6 @@ bool is_part_of_plan(const fs::path& relative, bool is_directory) {
   if (std::ranges::find(kFolders, top) != kFolders.end()) return true;
   return !is_directory && (std::ranges::find(kFiles, top) != kFiles.end() ||
                            std::ranges::find(kScripts, top, &Script::name) != kScripts.end());
-}
-
-void require_free(const ClusterOptions& options) {
-  const fs::path out = without_trailing_slash(options.out);
-  if (!options.replace) return require_absent(out, "--out");
-  require_replaceable(out, {"a cluster plan", kMarker, kSignature, is_part_of_plan});
 }
 
 // A task that takes longer has failed: it may be on a slow machine, but not on that slow a one.
@@ -145,18 +138,10 @@ void write_files(const ClusterPlan& plan, const ClusterOptions& options, const f
 }  // namespace
 
 void write_cluster_folder(const ClusterPlan& plan, const ClusterOptions& options) {
-  require_free(options);
-  const fs::path out = without_trailing_slash(options.out);
-  make_directories(directory_of(out));
-  const fs::path folder = temporary_beside(out);
-  try {
-    write_files(plan, options, folder);
-    move_into_place(folder, out);
-  } catch (...) {
-    std::error_code ignored;
-    fs::remove_all(folder, ignored);
-    throw;
-  }
+  OutputFolder folder(options.out, options.replace,
+                      {"a cluster plan", kMarker, kSignature, is_part_of_plan});
+  write_files(plan, options, folder.directory());
+  folder.complete();
 }
 
 std::string text_of(const ClusterPlan& plan) {
