@@ -120,6 +120,7 @@ std::optional<std::string> nearest_word(const std::string& word,
 }
 
 std::string suggestion(const std::string& word, const std::vector<std::string>& candidates) {
+  if (candidates.empty()) return "";
   const std::vector<Ranked> nearest = ranked(word, candidates);
   if (!nearest.empty() && !nearest.front().unlike.is_other) {
     return "; did you mean '" + nearest.front().candidate + "'?";
