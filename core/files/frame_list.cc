@@ -78,15 +78,10 @@ Attitude read_attitude(const CsvTable& table, std::size_t row) {
 
 std::vector<Frame> read_frame_list(const std::filesystem::path& list,
                                    const std::vector<std::string>& ignored) {
-  return parse_frame_list(read_file_or_stdin(list), list, ignored);
-}
-
-std::vector<Frame> parse_frame_list(const std::string& text, const std::filesystem::path& list,
-                                    const std::vector<std::string>& ignored) {
   const std::string source = input_name(list);
   std::vector<std::string> optional{"yaw", "pitch", "roll", "mask"};
   optional.insert(optional.end(), ignored.begin(), ignored.end());
-  const CsvTable table = CsvTable::parse(text, source, {"file", "x", "y", "z"}, optional);
+  const CsvTable table = CsvTable::read(list, {"file", "x", "y", "z"}, optional);
   if (table.rows() == 0) throw Error(source + ": lists no frames");
   std::vector<Frame> frames;
   std::unordered_map<std::string, std::string> listed;  // file -> where

@@ -34,9 +34,6 @@ struct Frame {
 // have, such as `distance` of true views.
 std::vector<Frame> read_frame_list(const std::filesystem::path& list,
                                    const std::vector<std::string>& ignored = {});
-// The same of text read from `list`.
-std::vector<Frame> parse_frame_list(const std::string& text, const std::filesystem::path& list,
-                                    const std::vector<std::string>& ignored = {});
 
 // A row of a frame list to be written.
 struct ListedFrame {
