@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
+#include <string_view>
 
-#include "build_lf/cluster/cluster_command.h"
+#include "build_lf/block.h"
 #include "build_lf/depth/estimate_depth.h"
 #include "build_lf/distance_sets.h"
 #include "build_lf/export/export_room.h"
@@ -20,6 +22,7 @@
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
 #include "core/command_line/program.h"
+#include "core/files/words.h"
 #include "core/room/refined_record.h"
 
 namespace raywalk::build_lf {
@@ -28,7 +31,7 @@ namespace {
 struct Arguments {
   PackOptions pack;
   RepackOptions repack{};
-  BlockArguments blocks{};
+  std::optional<Block> block{};
   DepthOptions depth{};
   std::string depth_method = "sweep";
   RefineOptions refine{};
@@ -45,6 +48,34 @@ struct Arguments {
   bool record = false;
   bool remove = false;
 };
+
+std::optional<Block> parse_block(std::string_view text) {
+  const std::size_t slash = text.find('/');
+  if (slash == std::string_view::npos) return std::nullopt;
+  const std::optional<int> index = parse_whole_number(text.substr(0, slash));
+  const std::optional<int> count = parse_whole_number(text.substr(slash + 1));
+  if (!index || !count || *index < 1 || *index > *count || *count > kMostBlocks) {
+    return std::nullopt;
+  }
+  return Block{*index, *count};
+}
+
+// `pieces` says in words what is divided.
+void add_block_option(CLI::App* app, std::optional<Block>* block, const std::string& pieces) {
+  app->add_option_function<std::string>(
+         "--block", [block](const std::string& text) { *block = parse_block(text); },
+         fmt::format("Do only block I of N of the {}, on any machine that sees the files; the "
+                     "command without it finishes",
+                     pieces))
+      ->type_name("I/N")
+      ->check(CLI::Validator(
+          [](const std::string& text) {
+            return parse_block(text)
+                       ? std::string()
+                       : fmt::format("{} is not I/N with 1 <= I <= N <= {}", text, kMostBlocks);
+          },
+          ""));
+}
 
 CLI::Option* add_compress_option(CLI::App* app, std::string* name) {
   return app
@@ -73,15 +104,15 @@ void add_pack(CLI::App* app, Arguments* arguments) {
                  "Replace the room in --out once the new one is complete");
   add_compress_option(pack, &arguments->compress);
   add_line_tolerance_options(pack, &arguments->lines);
-  add_block_options(pack, &arguments->blocks, "lines");
+  add_block_option(pack, &arguments->block, "lines");
   add_threads_option(pack, &arguments->threads);
   pack->footer(
       "Example:\n  raywalk-build-lf pack --frames poses.csv --distance dist --out room.lf\n"
       "The same command resumes a stopped run.\n"
-      "In blocks, each on any machine, and merged:\n"
+      "In blocks, each on any machine, and finished:\n"
       "  raywalk-build-lf pack --frames poses.csv --out room.lf --block 1/2\n"
       "  raywalk-build-lf pack --frames poses.csv --out room.lf --block 2/2\n"
-      "  raywalk-build-lf pack --frames poses.csv --out room.lf --merge");
+      "  raywalk-build-lf pack --frames poses.csv --out room.lf");
   pack->callback([arguments] {
     arguments->pack.form = ray_form_from_name(arguments->compress);
     arguments->pack.tolerance = tolerance_of(arguments->lines);
@@ -89,12 +120,11 @@ void add_pack(CLI::App* app, Arguments* arguments) {
     if (arguments->pack.out.empty()) {
       arguments->pack.out = default_room_name(arguments->pack.frames);
     }
-    const BlockArguments& blocks = arguments->blocks;
-    if (blocks.block) {
-      fmt::print("{}\n", escaped(pack_block(arguments->pack, *blocks.block)));
+    if (arguments->block) {
+      fmt::print("{}\n", escaped(pack_block(arguments->pack, *arguments->block)));
       return;
     }
-    blocks.merge ? merge_packed(arguments->pack) : pack_room(arguments->pack);
+    pack_room(arguments->pack);
     const std::string out = arguments->pack.out.string();
     fmt::print("{}\n", summary_of(info_of(Room::open(out)), escaped(out)));
   });
@@ -151,35 +181,26 @@ void add_depth(CLI::App* app, Arguments* arguments) {
                   "distances, as `gains` does)");
   depth
       ->add_option("--step", arguments->step,
-                   "The step of --block, or to put together with --merge; in this order: " +
-                       depth_step_names())
+                   "Do only this step; each needs those before it: " + depth_step_names())
       ->type_name("STEP");
-  add_block_options(depth, &arguments->blocks, "step --step");
+  add_block_option(depth, &arguments->block, "step");
   add_threads_option(depth, &arguments->threads);
   depth->footer(
       "Examples:\n  raywalk-build-lf depth room.lf\n"
-      "  raywalk-build-lf depth room.lf --step links --block 1/16\n"
-      "  raywalk-build-lf depth room.lf --merge\n"
+      "  raywalk-build-lf depth room.lf --step sweep --block 1/16\n"
       "The same command resumes a stopped run. Views then use the estimated distances; those\n"
       "packed with the room are kept, and `raywalk-build-lf distances` goes back to them.");
   depth->callback([arguments] {
     arguments->depth.method = depth_method_from_name(arguments->depth_method);
     set_thread_count(arguments->threads);
-    const BlockArguments& blocks = arguments->blocks;
-    if (arguments->step.empty() && !blocks.block) {
-      fmt::print("{}", text_of(blocks.merge ? merge_depth(arguments->depth)
-                                            : estimate_depth(arguments->depth)));
+    if (!arguments->step.empty()) {
+      const DepthStep step = depth_step_from_name(arguments->step);
+      fmt::print("{}\n", escaped(estimate_step(arguments->depth, step,
+                                               arguments->block.value_or(Block{}))));
       return;
     }
-    if (!blocks.block && !blocks.merge) {
-      throw UsageError("--step does nothing by itself; give --block I/N or --merge with it");
-    }
-    if (arguments->step.empty()) {
-      throw UsageError("--block: give --step too: " + depth_step_names());
-    }
-    const DepthStep step = depth_step_from_name(arguments->step);
-    fmt::print("{}\n", escaped(blocks.block ? estimate_block(arguments->depth, step, *blocks.block)
-                                            : merge_step(arguments->depth, step)));
+    if (arguments->block) throw UsageError("--block: give --step too: " + depth_step_names());
+    fmt::print("{}", text_of(estimate_depth(arguments->depth)));
   });
 }
 
@@ -201,25 +222,16 @@ void add_refine(CLI::App* app, Arguments* arguments) {
                      "Leave out one of every n captured stations, to judge views by them; 0 = use "
                      "all");
   add_compress_option(refine, &arguments->compress);
-  add_block_options(refine, &arguments->blocks, "stations");
   add_threads_option(refine, &arguments->threads);
   refine->footer(
       "Examples:\n  raywalk-build-lf refine hall.lf\n"
       "  raywalk-build-lf refine hall.lf --stations 24 --compress jpeg:95 --out small.lf\n"
-      "  raywalk-build-lf refine hall.lf --block 1/2\n"
-      "  raywalk-build-lf refine hall.lf --block 2/2\n"
-      "  raywalk-build-lf refine hall.lf --merge\n"
       "The result is a room like any other. The same command resumes a stopped run.");
   refine->callback([arguments, options] {
     options->form = ray_form_from_name(arguments->compress);
     set_thread_count(arguments->threads);
     if (options->out.empty()) options->out = refined_room_path(options->room);
-    const BlockArguments& blocks = arguments->blocks;
-    if (blocks.block) {
-      fmt::print("{}\n", escaped(refine_block(*options, *blocks.block)));
-      return;
-    }
-    blocks.merge ? merge_refined(*options) : refine_room(*options);
+    refine_room(*options);
     const std::string out = options->out.string();
     fmt::print("{}\n", summary_of(info_of(Room::open(out)), escaped(out)));
   });
@@ -398,6 +410,5 @@ int main(int argc, char** argv) {
   raywalk::build_lf::add_verify(&app, &arguments);
   raywalk::build_lf::add_require(&app, &arguments);
   raywalk::build_lf::add_export(&app, &arguments);
-  raywalk::build_lf::add_cluster_plan(&app);
   return raywalk::run_program(app, argc, argv);
 }

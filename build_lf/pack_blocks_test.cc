@@ -14,7 +14,6 @@
 namespace raywalk::build_lf {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
@@ -39,18 +38,14 @@ TEST_F(PackBlocksTest, MakeTheSameRoomAsOneRun) {
   pack_block(options_, {3, 3});
   pack_block(options_, {1, 3});
   EXPECT_THAT(pack_block(options_, {1, 3}), HasSubstr("packed before"));
-  EXPECT_THAT(error_of([&] { merge_packed(options_); }),
-              AllOf(HasSubstr("1 of 4 lines are not packed: z0"),
-                    HasSubstr("1 of 3 blocks is missing: 2")));
-  EXPECT_FALSE(fs::exists(options_.out));
-  pack_block(options_, {2, 3});
   EXPECT_THAT(pack_block(options_, {5, 5}), HasSubstr("is empty: the room has 4 lines"));
-  merge_packed(options_);
+  EXPECT_FALSE(fs::exists(options_.out));
+  pack_room(options_);
   EXPECT_EQ(checksums_of_files(options_.out), checksums_of_files(plain.out));
   EXPECT_FALSE(fs::exists(capture_.partial()));
 }
 
-TEST_F(PackBlocksTest, ArePutTogetherByAPlainRunToo) {
+TEST_F(PackBlocksTest, AreTakenOverByARunOfItsOwn) {
   pack_block(options_, {2, 3});
   fs::path packed;
   for (const auto& entry : fs::directory_iterator(capture_.partial() / "lines")) {
@@ -65,11 +60,9 @@ TEST_F(PackBlocksTest, OfOtherFramesAreRefusedUnlessForced) {
   pack_block(options_, {1, 3});
   capture_.write_list("# changed\n");
   EXPECT_THAT(error_of([&] { pack_block(options_, {2, 3}); }), HasSubstr("of other frames"));
-  EXPECT_THAT(error_of([&] { merge_packed(options_); }), HasSubstr("of other frames"));
+  EXPECT_THAT(error_of([&] { pack_room(options_); }), HasSubstr("of other frames"));
   options_.replace = true;
-  pack_block(options_, {2, 3});
-  EXPECT_THAT(error_of([&] { merge_packed(options_); }),
-              HasSubstr("2 of 3 blocks are missing: 1 and 3"));
+  EXPECT_THAT(pack_block(options_, {1, 3}), HasSubstr("2 lines, packed"));
 }
 
 // What another machine is writing is left alone, as is what a living process writes here.

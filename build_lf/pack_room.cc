@@ -1,7 +1,6 @@
 #include "build_lf/pack_room.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -32,13 +31,13 @@ struct Job {
   std::int64_t stations;
 };
 
-// The lines of a block.
 std::vector<std::size_t> lines_of(const PackPlan& plan, Block block) {
-  std::vector<std::uint64_t> bytes;
-  for (std::size_t i = 0; i < plan.grid.lines.size(); ++i) {
-    bytes.push_back(plan.bytes_of_rays(i) + plan.bytes_of_maps(i));
+  std::vector<std::size_t> lines;
+  for (auto i = static_cast<std::size_t>(block.index - 1); i < plan.grid.lines.size();
+       i += static_cast<std::size_t>(block.count)) {
+    lines.push_back(i);
   }
-  return block.share_of(bytes);
+  return lines;
 }
 
 // The volumes of lines that no earlier run finished.
@@ -135,27 +134,6 @@ std::size_t pack_lines(const PackOptions& options, const PackPlan& plan,
   return jobs.size();
 }
 
-// Throws Error naming the lines, and the blocks, that are missing.
-void require_all_packed(const PackPlan& plan, const PartialRoom& partial) {
-  constexpr std::size_t kMostNamed = 8;
-  const auto open = [&](Block block) {
-    return open_jobs(plan, lines_of(plan, block), partial.directory());
-  };
-  std::vector<std::string> missing;
-  for (const Job& job : open({})) {
-    const std::string& id = plan.grid.lines[job.line].id;
-    if (missing.empty() || missing.back() != id) missing.push_back(id);
-  }
-  if (missing.empty()) return;
-  const std::string blocks = partial.missing_blocks([&](Block b) { return !open(b).empty(); });
-  const std::size_t named = std::min(missing.size(), kMostNamed);
-  throw Error(fmt::format(
-      "{}: {} of {} lines are not packed: {}{}{}; pack them with --block and merge again",
-      partial.directory().string(), missing.size(), plan.grid.lines.size(),
-      fmt::join(missing.begin(), missing.begin() + static_cast<std::ptrdiff_t>(named), ", "),
-      missing.size() > named ? ", ..." : "", blocks.empty() ? "" : "; " + blocks));
-}
-
 // Makes the room of its volumes.
 void complete_room(const PackPlan& plan, PartialRoom* partial) {
   const fs::path& room = partial->directory();
@@ -199,24 +177,16 @@ std::string pack_block(const PackOptions& options, Block block) {
   require_free(without_trailing_slash(options.out), options.replace);
   const PackPlan plan = plan_pack(options);
   const std::vector<std::size_t> lines = lines_of(plan, block);
-  const std::string name = fmt::format("{}: block {}", options.out.string(), block.text());
+  const std::string name =
+      fmt::format("{}: block {}/{}", options.out.string(), block.index, block.count);
   if (lines.empty()) {
     return fmt::format("{} is empty: the room has {}", name,
                        counted(plan.grid.lines.size(), "line"));
   }
   PartialRoom partial(options.out, plan.fingerprint, options.replace, FileLock::Use::kShared);
-  partial.note_blocks(block.count);
   const std::size_t packed = pack_lines(options, plan, lines, &partial);
   return fmt::format("{}: {}, {}", name, counted(lines.size(), "line"),
                      packed == 0 ? "all packed before" : "packed");
-}
-
-void merge_packed(const PackOptions& options) {
-  require_free(without_trailing_slash(options.out), options.replace);
-  const PackPlan plan = plan_pack(options);
-  PartialRoom partial(options.out, plan.fingerprint, options.replace);
-  require_all_packed(plan, partial);
-  complete_room(plan, &partial);
 }
 
 }  // namespace raywalk::build_lf

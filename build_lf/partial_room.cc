@@ -8,7 +8,6 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/block_counts.h"
 #include "core/files/output_folder.h"
 
 namespace raywalk::build_lf {
@@ -18,7 +17,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kLockFile = "lock";
 constexpr const char* kFingerprintFile = "inputs.sha256";
-constexpr const char* kBlocksDirectory = "blocks";
 constexpr std::array kVolumeDirectories = {"lines", "distances", kDevelopedDirectory};
 
 fs::path made_directory(const fs::path& directory) {
@@ -100,7 +98,6 @@ void PartialRoom::prepare(const std::string& fingerprint) {
     if (!replace_ || !fs::exists(inputs, error)) throw_other_inputs();
     remove_volumes();
   }
-  fs::remove_all(directory_ / kBlocksDirectory);
   write_file_atomically(inputs, fingerprint);
 }
 
@@ -115,14 +112,6 @@ void PartialRoom::throw_other_inputs() const {
       fmt::format("{}: holds an unfinished room of other frames, distances or options; "
                   "remove it, or start afresh with --force",
                   directory_.string()));
-}
-
-void PartialRoom::note_blocks(int count) const {
-  note_block_count(directory_ / kBlocksDirectory, count);
-}
-
-std::string PartialRoom::missing_blocks(const std::function<bool(Block)>& is_missing) const {
-  return raywalk::missing_blocks(directory_ / kBlocksDirectory, is_missing);
 }
 
 void PartialRoom::discard() {
@@ -140,7 +129,7 @@ void PartialRoom::remove_volumes() {
 
 void PartialRoom::complete() {
   require_free(out_, replace_);
-  for (const char* name : {kLockFile, kFingerprintFile, kBlocksDirectory, kDevelopedDirectory}) {
+  for (const char* name : {kLockFile, kFingerprintFile, kDevelopedDirectory}) {
     fs::remove_all(directory_ / name);
   }
   remove_unfinished_volumes(directory_);

@@ -4,10 +4,8 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <string>
 
-#include "core/base/block.h"
 #include "core/files/file_lock.h"
 
 namespace raywalk::build_lf {
@@ -44,10 +42,6 @@ class PartialRoom {
   const std::filesystem::path& directory() const { return directory_; }
   // Removes everything, including finished volumes, unless others share the directory.
   void discard();
-  // Notes that the lines are divided into this number of blocks.
-  void note_blocks(int count) const;
-  // The missing blocks of the numbers that were noted, as missing_blocks() does.
-  std::string missing_blocks(const std::function<bool(Block)>& is_missing) const;
   // Renames the directory to `out`, in place of what complete() may replace. Throws Error on
   // failure.
   void complete();

@@ -15,6 +15,9 @@ file(CREATE_LINK ${configs} ${RAYWALK_SHARE}/raywalk/configs SYMBOLIC)
 file(GLOB_RECURSE RAYWALK_CONFIGS CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/configs/*.yaml)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs/ DESTINATION ${CMAKE_INSTALL_DATADIR}/raywalk/configs
         COMPONENT runtime)
+# For copying and editing.
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/slurm DESTINATION ${CMAKE_INSTALL_DATADIR}/raywalk
+        COMPONENT runtime)
 
 # raywalk_install_program(<name>): a program, with the manual page and the completion of bash that it
 # prints. A sanitizer's programs are not for installation.

@@ -2,12 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <functional>
+#include <span>
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
-#include "core/files/image_file.h"
 #include "render/film/film_writer.h"
 #include "render/view_file.h"
 
@@ -28,19 +27,15 @@ std::optional<StereoMode> stereo_mode_of(const ViewFrame& frame) {
   return frame.stereo == Stereo::kOds ? StereoMode::kTopBottom : StereoMode::kMono;
 }
 
-// The frames of a film that blocks rendered, or are rendering.
-fs::path frames_of_blocks(const fs::path& film) { return film.string() + ".frames"; }
-
-// `picture_of` gives the picture of a view.
 std::string encode_film(const Room& room, const ViewMode& mode, const ViewFrame& frame,
                         std::span<const PathView> views, const FilmSettings& settings,
-                        const fs::path& file,
-                        const std::function<cv::Mat(const PathView&)>& picture_of) {
+                        const fs::path& file) {
+  Renderer renderer(room, mode.options);
   const cv::Size size = size_of(room, mode, frame);
   FilmWriter film(settings, size, stereo_mode_of(frame), file);
   Progress progress("rendering", static_cast<std::int64_t>(views.size()), "frames");
   for (const PathView& view : views) {
-    film.add(picture_of(view));
+    film.add(render_framed(&renderer, view.viewpoint, turned_as(view, frame)).image);
     progress.advance();
   }
   film.finish();
@@ -62,25 +57,13 @@ std::string write_film(const Room& room, const ViewMode& mode, const ViewFrame& 
   require_film_settings(settings, file);
   require_writable_film(file, replace);
   const std::vector<PathView> views = views_of(request, room, mode, frame);
-  const fs::path frames = frames_of_blocks(file);
-  if (request.blocks.block || request.blocks.merge) {
-    require_film_size(size_of(room, mode, frame));
-    std::string told = write_path(room, mode, frame, request, {}, frames, replace);
-    if (request.blocks.block) return told;
-  }
   std::string rendered;
   try {
-    Renderer renderer(room, mode.options);
-    rendered = encode_film(room, mode, frame, views, settings, file, [&](const PathView& view) {
-      return request.blocks.merge
-                 ? read_picture(path_picture(frames, view, {}))
-                 : render_framed(&renderer, view.viewpoint, turned_as(view, frame)).image;
-    });
+    rendered = encode_film(room, mode, frame, views, settings, file);
   } catch (const Interrupted&) {
     throw Interrupted(
         "interrupted; an unfinished film is not kept, the same command starts it anew");
   }
-  if (request.blocks.merge) fs::remove_all(frames);
   return fmt::format("{}: {}, {}, {} at k = {:g} degrees ({}), distances {}", file.string(),
                      rendered, generation_name(mode.options.generation), mode.connection,
                      mode.options.k_deg, mode.k_source, distances_used(room, mode));

@@ -12,12 +12,9 @@ namespace raywalk::render {
 // Renders the views of a path and encodes them to `file`: a panorama film with spherical metadata,
 // or a flat one where `frame` has a field of view. The file appears when it is complete; one that
 // is there already is replaced only with `replace`, and only if it is a film of Raywalk's.
-// Everything is checked before the first view is rendered. A block of the request renders its share
-// of the frames as PNG, which loses nothing, to the directory `file`.frames; the merging run checks
-// that all are there, encodes them, which makes the film of one run, and removes them. Returns a
-// one-line summary for the user. Throws UsageError, Error, also where a block is missing;
-// Interrupted on Ctrl-C. A film that was stopped leaves nothing and starts again; frames of blocks
-// are kept.
+// Everything is checked before the first view is rendered. Returns a one-line summary for the user.
+// Throws UsageError, Error; Interrupted on Ctrl-C: a film that was stopped leaves nothing and
+// starts again.
 std::string write_film(const Room& room, const ViewMode& mode, const ViewFrame& frame,
                        const PathRequest& request, const FilmSettings& settings,
                        const std::filesystem::path& file, bool replace = false);

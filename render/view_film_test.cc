@@ -81,24 +81,6 @@ TEST_F(ViewFilmTest, FlatFilmsSayNothingOfASphere) {
   compare_with_stills(flat, {96, 64});
 }
 
-TEST_F(ViewFilmTest, BlocksMakeTheFilmOfOneRun) {
-  film({});
-  const std::string whole = read_file(directory_ / "walk.mp4");
-  fs::remove(directory_ / "walk.mp4");
-  for (const int index : {2, 3}) {
-    request_.blocks = {.block = Block{index, 3}};
-    EXPECT_THAT(film({}), HasSubstr("/3 is done"));
-  }
-  request_.blocks = {.merge = true};
-  EXPECT_THAT(error_of([&] { film({}); }), HasSubstr("1 of 3 blocks is missing: 1"));
-  request_.blocks = {.block = Block{1, 3}};
-  film({});
-  request_.blocks = {.merge = true};
-  EXPECT_THAT(film({}), HasSubstr("walk.mp4: 8 frames of 128x64"));
-  EXPECT_EQ(read_file(directory_ / "walk.mp4"), whole);
-  EXPECT_EQ(directory_.entries(), 3U) << "the room, the table and the film";
-}
-
 TEST_F(ViewFilmTest, WhatCannotBeAFilmIsRefusedBeforeAnyWork) {
   EXPECT_THAT(error_of([&] { film({.fov_deg = 80.0, .size = "95x64"}); }), HasSubstr("even"));
   // Between places that can be rendered the curve leaves the cell.

@@ -9,8 +9,6 @@
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
-#include "core/files/block_results.h"
-#include "core/files/fingerprint.h"
 #include "core/files/output_folder.h"
 #include "core/judge/trade/dial_json.h"
 #include "core/room/room_fingerprint.h"
@@ -119,15 +117,17 @@ void write_record(const fs::path& out, json now, double enlargement) {
       record, now.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
+fs::path path_picture(const fs::path& out, const PathView& view, const PictureFormat& format) {
+  return out / (view.name + format.extension);
+}
+
 // Throws Error for existing pictures without views.json: their settings are unknown.
 void require_no_strangers(const fs::path& out, std::span<const PathView> views,
                           const PictureFormat& format) {
-  const fs::path record = out / "views.json";
-  if (fs::exists(record)) return;
+  if (fs::exists(out / "views.json")) return;
   for (const PathView& view : views) {
     const fs::path picture = path_picture(out, view, format);
-    // Another block may have begun meanwhile: it writes the record first.
-    if (fs::exists(picture) && !fs::exists(record)) {
+    if (fs::exists(picture)) {
       throw Error(picture.string() +
                   " exists and was not made by raywalk-render path; use another --out");
     }
@@ -173,20 +173,18 @@ fs::path prepared_replacement(const fs::path& out, const json& wanted) {
   return partial;
 }
 
-// Renders the missing ones of a block of the views to `out`; "24 views, 3 of them rendered now".
+// Renders the missing ones of the views to `out`; "24 views, 3 of them rendered now".
 std::string render_path(const Room& room, const ViewMode& mode, const ViewFrame& frame,
-                        std::span<const PathView> all_views, Block block,
-                        const PictureFormat& format, json record, const fs::path& out) {
+                        std::span<const PathView> views, const PictureFormat& format, json record,
+                        const fs::path& out) {
   Renderer renderer(room, mode.options);
   make_directories(out);
-  require_no_strangers(out, all_views, format);
+  require_no_strangers(out, views, format);
   const int captured_px = room.panorama().width;
   const int output_px = mode.options.width > 0 ? mode.options.width : captured_px;
   const double enlargement = enlargement_of(frame, output_px, captured_px);
   write_record(out, std::move(record), enlargement);
 
-  const IndexRange share = block.share_of(all_views.size());
-  const std::span<const PathView> views = all_views.subspan(share.begin, share.size());
   Progress progress("rendering", static_cast<std::int64_t>(views.size()), "views");
   std::size_t done = 0;
   int rendered = 0;
@@ -235,10 +233,6 @@ std::vector<PathView> views_of(const PathRequest& request, const Room& room, con
   return views;
 }
 
-fs::path path_picture(const fs::path& out, const PathView& view, const PictureFormat& format) {
-  return out / (view.name + format.extension);
-}
-
 std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& frame,
                        const PathRequest& request, const PictureFormat& format, const fs::path& out,
                        bool replace) {
@@ -246,25 +240,11 @@ std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& 
   const fs::path target = without_trailing_slash(out);
   json record = settings_of(room, mode, frame, format);
   record["views"] = json_of(views);
-  // Blocks never render to what is replaced, as only the first of them would find nothing there.
-  const bool in_blocks = request.blocks.block || request.blocks.merge;
-  const bool replaces = replace && (in_blocks || fs::exists(fs::symlink_status(target)));
+  const bool replaces = replace && fs::exists(fs::symlink_status(target));
   const fs::path directory = replaces ? prepared_replacement(target, record) : target;
-  const auto render = [&](Block block) {
-    return render_path(room, mode, frame, views, block, format, record, directory);
-  };
-  const BlockResults blocks(blocks_beside(target), "path", sha256_hex(record.dump()));
-  if (request.blocks.block) {
-    // What it makes are the pictures.
-    return blocks.make_and_tell(*request.blocks.block, [&] {
-      render(*request.blocks.block);
-      return std::string();
-    });
-  }
-  if (request.blocks.merge) blocks.merged();
-  const std::string rendered = render({});
+  const std::string rendered =
+      render_path(room, mode, frame, views, format, std::move(record), directory);
   if (replaces) move_into_place(directory, target);
-  if (request.blocks.merge) blocks.remove();
   return fmt::format("{}: {}, {}, {} at k = {:g} degrees ({}), distances {}", out.string(),
                      rendered, generation_name(mode.options.generation), mode.connection,
                      mode.options.k_deg, mode.k_source, distances_used(room, mode));

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "core/base/block.h"
 #include "core/room/room.h"
 #include "core/view/view_mode.h"
 #include "render/path_curve.h"
@@ -21,7 +20,6 @@ namespace raywalk::render {
 struct PathRequest {
   std::filesystem::path table{};
   std::optional<SmoothMovement> movement{};  // through the places of the table; none: these alone
-  BlockArguments blocks{};                   // which of them
 };
 
 // Throws Error naming `source` and the view where one cannot be rendered: outside the room, or with
@@ -33,10 +31,6 @@ void require_renderable(const Room& room, const ViewMode& mode, const ViewFrame&
 // require_renderable do.
 std::vector<PathView> views_of(const PathRequest& request, const Room& room, const ViewMode& mode,
                                const ViewFrame& frame);
-
-// The picture of a view in a directory of views.
-std::filesystem::path path_picture(const std::filesystem::path& out, const PathView& view,
-                                   const PictureFormat& format);
 
 // Renders every view to `out`/<name>.png, or another format; the directory is created if it is
 // missing. `out`/views.json records the settings:
@@ -51,11 +45,8 @@ std::filesystem::path path_picture(const std::filesystem::path& out, const PathV
 // pictures; with others it is refused, so that a directory never holds a mixture. With `replace`,
 // views that are there are replaced: the new ones are rendered to `out`.partial, which takes their
 // place when it is complete; a directory with anything else in it is refused. Every viewpoint is
-// checked before the first is rendered. A block of the request renders its share of the views to
-// the same directory, and says beside it (blocks_beside()) that it is done; the merging run checks
-// that all are, and renders what is missing for other reasons. Returns a one-line summary for the
-// user. Throws Error, also where a block is missing; Interrupted on Ctrl-C, with all finished
-// pictures kept.
+// checked before the first is rendered. Returns a one-line summary for the user. Throws Error;
+// Interrupted on Ctrl-C, with all finished pictures kept.
 std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& frame,
                        const PathRequest& request, const PictureFormat& format,
                        const std::filesystem::path& out, bool replace = false);

@@ -5,14 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
 #include "core/base/error.h"
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/block_results.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 #include "render/view_file.h"
@@ -62,14 +60,6 @@ class ViewPathTest : public ::testing::Test {
   fs::path out() const { return directory_ / "views"; }
   std::string run(double k_deg = 80.0, const ViewFrame& frame = {}) const {
     return write_path(room_, {.options = {.k_deg = k_deg}}, frame, {path()}, format_, out());
-  }
-  // The content of every file by its name.
-  static std::map<std::string, std::string> folder_bytes(const fs::path& folder) {
-    std::map<std::string, std::string> files;
-    for (const auto& entry : fs::directory_iterator(folder)) {
-      files[entry.path().filename().string()] = read_file(entry.path());
-    }
-    return files;
   }
   std::string run_error(double k_deg = 80.0, const ViewFrame& frame = {}) const {
     return error_of([&] { run(k_deg, frame); });
@@ -170,34 +160,6 @@ TEST_F(ViewPathTest, RendersOnlyMissingPictures) {
   EXPECT_EQ(fs::last_write_time(out() / "b.png"), kept);
   EXPECT_TRUE(fs::exists(out() / "a.png"));
   EXPECT_TRUE(fs::exists(out() / "c.png"));
-}
-
-TEST_F(ViewPathTest, BlocksMakeTheFilesOfOneRun) {
-  list("name,x,z\nd,0,0\nb,0.25,-0.25\nc,0.1,0.1\na,-0.1,0.2\n");
-  run();
-  const fs::path merged = directory_ / "merged";
-  const auto block = [&](const BlockArguments& blocks, double k_deg = 80.0, bool replace = false) {
-    return write_path(room_, {.options = {.k_deg = k_deg}}, {}, {.table = path(), .blocks = blocks},
-                      format_, merged, replace);
-  };
-  const auto merge = [&] { return block({.merge = true}); };
-  for (const int index : {3, 1}) {
-    EXPECT_THAT(block({.block = Block{index, 3}}), HasSubstr("/3 is done"));
-  }
-  EXPECT_FALSE(fs::exists(merged / "b.png"));
-  EXPECT_THAT(error_of(merge), HasSubstr("1 of 3 blocks is missing: 2"));
-  EXPECT_THAT(block({.block = Block{3, 3}}), HasSubstr("3/3 was already done"));
-  block({.block = Block{2, 3}});
-  EXPECT_THAT(error_of([&] { block({.merge = true}, 76.0); }),
-              HasSubstr("path: no block has been made"));
-  EXPECT_THAT(merge(), HasSubstr("4 views, 0 of them rendered now"));
-  EXPECT_EQ(folder_bytes(merged), folder_bytes(out()));
-  EXPECT_FALSE(fs::exists(blocks_beside(merged)));
-  // Others replace them when all are there, of more blocks than views too.
-  for (const int index : {6, 4, 1, 2, 3, 5}) block({.block = Block{index, 6}}, 76.0, true);
-  EXPECT_EQ(folder_bytes(merged), folder_bytes(out()));
-  EXPECT_THAT(block({.merge = true}, 76.0, true), HasSubstr("4 views, 0 of them rendered now"));
-  EXPECT_NE(folder_bytes(merged), folder_bytes(out()));
 }
 
 TEST_F(ViewPathTest, NeverMixesSettings) {

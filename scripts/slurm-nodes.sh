@@ -82,11 +82,6 @@ start_node() {
 # first_process NAME: that of the node.
 first_process() { pgrep -P "${node_of[$1]}"; }
 
-# in_node NAME COMMAND...: runs a command as a process of the node would.
-in_node() {
-  nsenter --target "$(first_process "$1")" --mount --uts --root -- "${@:2}"
-}
-
 # kill_slurmd NAME: its tasks go on.
 kill_slurmd() { pkill -9 -x -P "$(first_process "$1")" slurmd; }
 

@@ -10,7 +10,6 @@
 #include "build_lf/depth/nearest_maps.h"
 #include "build_lf/depth/station_comparison.h"
 #include "core/base/parallel.h"
-#include "core/base/progress.h"
 #include "core/panorama/transposed_border.h"
 #include "core/room/distance_volume.h"
 
@@ -64,16 +63,24 @@ void add_regions(const cv::Mat& regions, const StationComparison& comparison, Pa
   found->share /= all;
 }
 
+// What the lines of a search share.
 struct Search {
+  Search(const Room& room_, const DepthPlan& plan_,
+         const std::vector<std::vector<GainField>>& gains_, FinalMap final_map_)
+      : room(room_), plan(plan_), gains(gains_), final_map(std::move(final_map_)) {}
+
   const Room& room;
   const DepthPlan& plan;
-  const NearestMaps& nearest;                        // of the plan
   const std::vector<std::vector<GainField>>& gains;  // [line][station]
-  PanoramaSize size;
-  float tolerance_per_m;
+  FinalMap final_map;
+  PanoramaSize size = size_for(plan.size);
+  NearestMaps nearest = places_of(plan);
+  EvidenceCache cache{room, plan, size, gains, final_map};
 };
 
-ContradictedStation examine(const Search& search, StationIndex station, EvidenceCache* cache) {
+ContradictedStation examine(StationIndex station, Search* shared) {
+  const Search& search = *shared;
+  EvidenceCache* const cache = &shared->cache;
   const auto line = static_cast<size_t>(station.line);
   const auto number = static_cast<size_t>(station.station);
   const auto& maps = search.plan.maps;
@@ -91,8 +98,9 @@ ContradictedStation examine(const Search& search, StationIndex station, Evidence
           ? cache->get(static_cast<int>(mapped - maps.begin()))
           : std::make_shared<StationEvidence>(evidence_without_map(
                 search.room, station, search.size, search.gains[line][number]));
-  const StationComparison comparison(*own, std::move(neighbours), search.size,
-                                     search.tolerance_per_m);
+  const StationComparison comparison(
+      *own, std::move(neighbours), search.size,
+      static_cast<float>(kAgreePx / search.plan.pixels_per_omega_m()));
   ContradictedStation found{station, 0.0, {}, {}};
   add_regions(contradicted_regions(comparison.gaps(), comparison.limits()), comparison, search.size,
               search.plan.size, &found);
@@ -110,36 +118,21 @@ cv::Mat square_around(int around_px) {
 
 }  // namespace
 
-Contradictions no_contradictions(const DepthPlan& plan) { return {size_for(plan.size), {}}; }
-
-Contradictions find_contradictions(const Room& room, const DepthPlan& plan,
-                                   const std::vector<std::vector<GainField>>& gains,
-                                   const FinalMap& final_map, IndexRange share) {
-  Contradictions result = no_contradictions(plan);
-  EvidenceCache cache(room, plan, result.size, gains, final_map);
-  const NearestMaps nearest = places_of(plan);
-  const Search search{room,  plan,        nearest,
-                      gains, result.size, static_cast<float>(kAgreePx / plan.pixels_per_omega_m())};
-  std::vector<ContradictedStation> found;
-  std::size_t number = 0;
-  for (int l = 0; l < static_cast<int>(room.grid().lines.size()); ++l) {
-    const Line& line = room.grid().lines[static_cast<size_t>(l)];
-    for (int s = 0; s < static_cast<int>(line.stations.size()); ++s) {
-      if (number >= share.begin && number < share.end) found.push_back({{l, s}, 0.0, {}, {}});
-      ++number;
-    }
-  }
-  Progress progress("looking for what moved", static_cast<std::int64_t>(found.size()), "stations");
-  parallel_for(0, static_cast<int>(found.size()), 1, [&](int begin, int end) {
-    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
-      found[i] = examine(search, found[i].station, &cache);
-      progress.advance();
-    }
-  });
-  for (ContradictedStation& station : found) {
-    if (!station.runs.empty()) result.stations.push_back(std::move(station));
-  }
-  return result;
+LineSearch contradiction_search(const Room& room, const DepthPlan& plan,
+                                const std::vector<std::vector<GainField>>& gains,
+                                FinalMap final_map) {
+  const auto search = std::make_shared<Search>(room, plan, gains, std::move(final_map));
+  return [search](int line) {
+    const auto stations = search->room.grid().lines[static_cast<size_t>(line)].stations.size();
+    std::vector<ContradictedStation> found(stations);
+    parallel_for(0, static_cast<int>(stations), 1, [&](int begin, int end) {
+      for (int i = begin; i < end; ++i) {
+        found[static_cast<size_t>(i)] = examine({line, i}, search.get());
+      }
+    });
+    std::erase_if(found, [](const ContradictedStation& station) { return station.runs.empty(); });
+    return Contradictions{search->size, std::move(found)};
+  };
 }
 
 void show_behind(const Contradictions& contradictions, double tolerance_per_m,

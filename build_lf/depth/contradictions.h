@@ -8,7 +8,6 @@
 
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/inverse_distance_map.h"
-#include "core/base/block.h"
 #include "core/panorama/gain_field.h"
 #include "core/room/room.h"
 
@@ -30,28 +29,28 @@ struct ContradictedStation {
 
 struct Contradictions {
   PanoramaSize size;                          // in which they were looked for
-  std::vector<ContradictedStation> stations;  // that have any, in the order of lines and stations
+  std::vector<ContradictedStation> stations;  // that have any, in order
 };
 
 // The finished map of a station of the plan.
 using FinalMap = std::function<InverseDistanceMap(const SweepReference&)>;
 
-// Compares every station of the room, with or without a map, with the nearest stations that have
+// Looks for what the stations of a line contradict. Throws Interrupted.
+using LineSearch = std::function<Contradictions(int line)>;
+
+// Compares every station of a line, with or without a map, with the nearest stations that have
 // maps. Their maps tell which surfaces they see in each direction; a pixel is contradicted where at
 // least three of them see a surface and agree on its colour, but the station shows another, and
 // no other surface that any of them sees there explains its colour. Colours are compared after
 // `gains` ([line][station]), within one pixel, as distances are never exact to the pixel at edges,
 // and relative to the noise of the pictures; what is clipped agrees with all that is brighter (or
 // darker). Regions narrower than about five pixels of 512 around the horizon are left alone: they
-// are edges and thin things that maps miss. Throws Interrupted.
+// are edges and thin things that maps miss.
 //
-// Only the stations `share` of the room, counted through its lines, are compared.
-Contradictions find_contradictions(const Room& room, const DepthPlan& plan,
-                                   const std::vector<std::vector<GainField>>& gains,
-                                   const FinalMap& final_map, IndexRange share);
-
-// Without any, in the size in which they would be looked for.
-Contradictions no_contradictions(const DepthPlan& plan);
+// `room`, `plan` and `gains` must outlive the result, which keeps what lines near each other share.
+LineSearch contradiction_search(const Room& room, const DepthPlan& plan,
+                                const std::vector<std::vector<GainField>>& gains,
+                                FinalMap final_map);
 
 // Replaces the distances of what moved by those of the surfaces behind it, with the lowest
 // confidence that views use; confidence 0 where they are not known.

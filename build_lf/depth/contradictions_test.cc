@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <iterator>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -29,6 +30,19 @@ DepthTestRoom::Edit person_in(std::vector<StationIndex> stations, double noise =
   };
 }
 
+// Of all lines.
+Contradictions find_contradictions(const Room& room, const DepthPlan& plan, const GainFields& gains,
+                                   const FinalMap& final_map) {
+  const LineSearch search = contradiction_search(room, plan, gains, final_map);
+  Contradictions all;
+  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
+    Contradictions of_line = search(line);
+    all.size = of_line.size;
+    std::ranges::move(of_line.stations, std::back_inserter(all.stations));
+  }
+  return all;
+}
+
 class ContradictionsTest : public testing::Test {
  protected:
   // With exact maps at every `every`-th station, edited by `edit`.
@@ -36,15 +50,13 @@ class ContradictionsTest : public testing::Test {
       const DepthTestRoom& room, int every = 2,
       const std::function<void(InverseDistanceMap*)>& edit = nullptr) {
     const DepthPlan plan = plan_depth(room.room(), {.every = every});
-    return find_contradictions(room.room(), plan, unit_gain_fields(room.grid()),
-                               [&](const SweepReference& reference) {
-                                 InverseDistanceMap map =
-                                     true_map(plain_room().scene, reference.position_m, plan.size);
-                                 map.station = reference.station;
-                                 if (edit) edit(&map);
-                                 return map;
-                               },
-                               {0, 1000});
+    return find_contradictions(
+        room.room(), plan, unit_gain_fields(room.grid()), [&](const SweepReference& reference) {
+          InverseDistanceMap map = true_map(plain_room().scene, reference.position_m, plan.size);
+          map.station = reference.station;
+          if (edit) edit(&map);
+          return map;
+        });
   }
   // Share of the pixels of `rect` that are left out of the only station of which anything is.
   static double share_found(const Contradictions& found, cv::Rect rect) {
@@ -126,7 +138,7 @@ TEST_F(ContradictionsTest, ExposuresAreComparedAfterTheirGains) {
     map.station = reference.station;
     return map;
   };
-  EXPECT_THAT(find_contradictions(room.room(), plan, gains, exact, {0, 1000}).stations, IsEmpty());
+  EXPECT_THAT(find_contradictions(room.room(), plan, gains, exact).stations, IsEmpty());
 }
 
 TEST_F(ContradictionsTest, WhatIsClippedAgreesWithWhatIsBrighter) {
@@ -141,7 +153,7 @@ TEST_F(ContradictionsTest, WhatIsClippedAgreesWithWhatIsBrighter) {
     map.station = reference.station;
     return map;
   };
-  EXPECT_THAT(find_contradictions(room.room(), plan, gains, exact, {0, 1000}).stations, IsEmpty());
+  EXPECT_THAT(find_contradictions(room.room(), plan, gains, exact).stations, IsEmpty());
 }
 
 TEST_F(ContradictionsTest, MaskedPixelsAreNeitherComparedNorBelieved) {

@@ -40,8 +40,10 @@ class DepthBlocksTest : public ::testing::Test {
 
   // The blocks of all steps, the last block first, and one of them twice.
   static void make_all(const DepthOptions& options) {
+    estimate_step(options, DepthStep::kPrepare, {});
     for (const DepthStep step : kDepthSteps) {
-      for (const int index : {3, 1, 1, 2}) estimate_block(options, step, {index, 3});
+      if (step == DepthStep::kPrepare) continue;
+      for (const int index : {3, 1, 1, 2}) estimate_step(options, step, {index, 3});
     }
   }
 
@@ -50,9 +52,9 @@ class DepthBlocksTest : public ::testing::Test {
     const DepthSummary plain = estimate_depth(options);
     options.room = blocks_;
     make_all(options);
-    const DepthSummary merged = merge_depth(options);
+    const DepthSummary finished = estimate_depth(options);
     EXPECT_EQ(result_files_of(blocks_), result_files_of(room_.room().directory()));
-    EXPECT_EQ(merged.maps.size(), plain.maps.size());
+    EXPECT_EQ(finished.maps.size(), plain.maps.size());
     EXPECT_FALSE(fs::exists(blocks_ / "distances.partial"));
   }
 
@@ -92,63 +94,44 @@ class DepthBlocksOfALineTest : public DepthBlocksTest {
 
 TEST_F(DepthBlocksOfALineTest, FindTheReachOfOneRun) { expect_same_as_one_run({}); }
 
-TEST_F(DepthBlocksTest, WhatIsMissingIsNamed) {
+TEST_F(DepthBlocksTest, AStepNeedsThoseBeforeItAndTheSameOptions) {
   const DepthOptions options{.room = blocks_, .every = 2};
-  EXPECT_THAT(error_of([&] { merge_depth(options); }), HasSubstr("nothing to merge"));
-  estimate_block(options, DepthStep::kLinks, {1, 2});
-  EXPECT_THAT(error_of([&] {
-                estimate_block(options, DepthStep::kSurfaces, {1, 2});
-              }),
-              HasSubstr("step links: 1 of 2 blocks is missing: 2"));
-  estimate_block(options, DepthStep::kLinks, {2, 2});
-  for (const DepthStep step : {DepthStep::kSurfaces, DepthStep::kColours}) {
-    for (const int index : {1, 2}) estimate_block(options, step, {index, 2});
-  }
-  for (const int index : {1, 2, 4, 8}) estimate_block(options, DepthStep::kSweep, {index, 8});
-  EXPECT_THAT(error_of([&] {
-                estimate_block(options, DepthStep::kChoose, {1, 1});
-              }),
-              HasSubstr("step sweep: 4 of 8 blocks are missing: 3 and 5 to 7"));
-  EXPECT_THAT(error_of([&] { merge_depth(options); }),
-              AllOf(HasSubstr("sweep: 4 of 8 blocks are missing: 3 and 5 to 7"),
-                    HasSubstr("fuse: no block has been made")));
-  EXPECT_THAT(error_of([&] { merge_step(options, DepthStep::kSweep); }), HasSubstr("4 of 8"));
-  EXPECT_THAT(error_of([&] {
-                estimate_block({.room = blocks_, .every = 3}, DepthStep::kLinks, {1, 2});
-              }),
+  const auto error_at = [](const DepthOptions& with, DepthStep step) {
+    return error_of([&] { estimate_step(with, step, {1, 2}); });
+  };
+  EXPECT_THAT(error_at(options, DepthStep::kSweep), HasSubstr("--step prepare first"));
+  EXPECT_FALSE(fs::exists(blocks_ / "distances.partial"));
+  EXPECT_THAT(error_at(options, DepthStep::kPrepare), HasSubstr("in one piece"));
+  estimate_step(options, DepthStep::kPrepare, {});
+  EXPECT_THAT(error_at({.room = blocks_, .every = 3}, DepthStep::kSweep),
               HasSubstr("of other options"));
-  // A map that was damaged is made again; a run of its own takes over all others.
-  const fs::path partial = blocks_ / "distances.partial";
+  for (const int index : {1, 2, 4}) estimate_step(options, DepthStep::kSweep, {index, 4});
+  EXPECT_THAT(error_at(options, DepthStep::kChoose),
+              AllOf(HasSubstr("step sweep has to be done first"), HasSubstr("maps are missing")));
+  EXPECT_THAT(error_at(options, DepthStep::kFuse), HasSubstr("step choose has to be done first"));
+  EXPECT_THAT(error_at(options, DepthStep::kVolumes), HasSubstr("step fuse has to be done first"));
+  // A run of its own takes over what is there and makes what is missing.
   fs::path swept;
-  for (const auto& entry : fs::directory_iterator(partial)) {
+  for (const auto& entry : fs::directory_iterator(blocks_ / "distances.partial")) {
     if (entry.path().filename().string().starts_with("swept-0-")) swept = entry.path();
   }
-  fs::remove(swept);
-  EXPECT_THAT(error_of([&] { merge_step(options, DepthStep::kSweep); }), HasSubstr("5 of 8"));
+  const auto made = fs::last_write_time(swept);
+  EXPECT_THAT(error_of([&] {
+                const DepthWork other(options, MapsUse::kShared);
+                estimate_depth(options);
+              }),
+              HasSubstr("another raywalk-build-lf"));
+  EXPECT_EQ(fs::last_write_time(swept), made);
   estimate_depth(options);
 }
 
-// Choosing in a neighbourhood needs the swept maps around it only, fusing the chosen ones.
-TEST_F(DepthBlocksTest, ChoosingAndFusingWaitForTheNeighboursOnly) {
-  SyntheticRoomSpec spec = blocks_spec();
-  spec.cells_x = 5;
-  const DepthTestRoom wide(spec);
-  const DepthOptions options{.room = wide.room().directory(), .every = 2};
-  for (const DepthStep step : {DepthStep::kLinks, DepthStep::kSurfaces, DepthStep::kColours}) {
-    estimate_block(options, step, {1, 1});
-  }
-  for (const int index : {1, 2, 3}) {  // all but the last line
-    estimate_block(options, DepthStep::kSweep, {index, 4});
-  }
-  EXPECT_NO_THROW(estimate_block(options, DepthStep::kChoose, {1, 40}));
-  EXPECT_THAT(error_of([&] {
-                estimate_block(options, DepthStep::kChoose, {40, 40});
-              }),
-              HasSubstr("1 of 4 blocks is missing: 4"));
-  EXPECT_THAT(error_of([&] {
-                estimate_block(options, DepthStep::kFuse, {1, 40});
-              }),
-              HasSubstr("step choose: 39 of 40 blocks are missing: 2 to 40"));
+// The maps of a run that was stopped are those of one that keeps what moved; its volumes are not.
+TEST_F(DepthBlocksTest, WhatMovedCanBeKeptAfterwards) {
+  DepthOptions options{.room = blocks_, .every = 3};
+  make_all(options);
+  options.leave_out_moving = false;
+  estimate_depth(options);
+  EXPECT_FALSE(Room::open(blocks_).distances(1).left_out().any(4));
 }
 
 }  // namespace

@@ -62,7 +62,7 @@ PanoramaSize map_size(const Room& room, int width) {
                     "{} x {}",
                     captured, captured / 2, kNarrowestMap, kNarrowestMap / 2));
   }
-  if (width == 0) return size_of_maps(room.panorama());
+  if (width == 0) width = std::min(captured, kWidestMap) / kWidthStep * kWidthStep;
   if (width > captured || width % kWidthStep != 0 || width < kNarrowestMap) {
     throw UsageError(fmt::format("--width {}: give a multiple of {} from {} to {}, as captured",
                                  width, kWidthStep, kNarrowestMap, captured));
@@ -137,18 +137,6 @@ DepthPlan plan_depth(const Room& room, const DepthOptions& options, double surfa
     }
   }
   return plan;
-}
-
-PanoramaSize size_of_maps(PanoramaSize panorama) {
-  const int width = std::min(panorama.width, kWidestMap) / kWidthStep * kWidthStep;
-  return {width, width / 2};
-}
-
-int count_of_maps(const Grid& grid) {
-  const double gap_m = kMapGap * reach_of(grid, std::numeric_limits<double>::infinity());
-  std::size_t maps = 0;
-  for (const Line& line : grid.lines) maps += spread_out(line, gap_m).size();
-  return static_cast<int>(maps);
 }
 
 void exclude_stations(std::span<const StationIndex> stations, DepthPlan* plan) {

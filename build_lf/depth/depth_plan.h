@@ -60,12 +60,6 @@ struct DepthPlan {
 DepthPlan plan_depth(const Room& room, const DepthOptions& options,
                      double surfaces_m = std::numeric_limits<double>::infinity());
 
-// The size of the maps that depth makes of panoramas unless a width is given.
-PanoramaSize size_of_maps(PanoramaSize panorama);
-
-// How many maps depth makes of a grid unless told otherwise, while no surfaces are known.
-int count_of_maps(const Grid& grid);
-
 // Removes stations from a plan, both as maps and as candidates. Throws Error if no map is left, or
 // no line has two stations left.
 void exclude_stations(std::span<const StationIndex> stations, DepthPlan* plan);

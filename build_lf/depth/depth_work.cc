@@ -3,19 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
-#include <utility>
 
-#include "build_lf/depth/depth_steps.h"
 #include "build_lf/depth/finish_maps.h"
-#include "build_lf/depth/partial_maps.h"
-#include "build_lf/depth/station_links.h"
+#include "build_lf/depth/flow_depth.h"
 #include "build_lf/depth/sweep_depth.h"
 #include "build_lf/distance_sets.h"
-#include "build_lf/gains/make_gains.h"
-#include "build_lf/gains/room_gains.h"
 #include "build_lf/pack_room.h"
 #include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
@@ -85,209 +81,135 @@ cv::Mat read_valid_mask(const DepthOptions& options, PanoramaSize size) {
   return read_mask(*options.valid_mask, size);
 }
 
-std::vector<StationIndex> outlier_frames(const FrameChecks& checks) {
-  std::vector<StationIndex> stations;
-  for (const FrameFinding& finding : checks.frames) {
-    if (finding.fault != FrameFault::kExposureStep) stations.push_back(finding.station);
-  }
-  return stations;
-}
-
 }  // namespace
 
+std::string name_of(DepthStep step) {
+  constexpr std::array<const char*, kDepthSteps.size()> kNames{"prepare", "sweep", "choose", "fuse",
+                                                               "volumes"};
+  return kNames.at(static_cast<std::size_t>(step));
+}
+
+std::string depth_step_names() {
+  std::string names;
+  for (const DepthStep step : kDepthSteps) names += (names.empty() ? "" : ", ") + name_of(step);
+  return names;
+}
+
+DepthStep depth_step_from_name(const std::string& name) {
+  for (const DepthStep step : kDepthSteps) {
+    if (name == name_of(step)) return step;
+  }
+  throw UsageError(
+      fmt::format("unknown step {}; the steps are {}", excerpt(name), depth_step_names()));
+}
+
+// The maps are the same with what moved and without; the volumes are not.
 DepthWork::DepthWork(const DepthOptions& options, MapsUse use)
     : options_(options),
       room_(room_to_estimate(options)),
-      first_plan_(plan_depth(room_, options)),
-      valid_(read_valid_mask(options, first_plan_.size)),
+      size_(plan_depth(room_, options).size),
+      valid_(read_valid_mask(options, size_)),
       output_(output_of(options)),
-      partial_(output_, fingerprint_of(room_, options, first_plan_.size), use) {}
+      partial_(output_, fingerprint_of(room_, options, size_), use,
+               options.leave_out_moving ? "volumes" : "volumes-of-all") {}
 
 bool DepthWork::has(DepthStep step) const {
-  const bool sweep = options_.method == DepthMethod::kSweep;
+  const bool only_of_sweep = step == DepthStep::kChoose || step == DepthStep::kFuse;
+  return !only_of_sweep || options_.method == DepthMethod::kSweep;
+}
+
+const char* DepthWork::stage_of(DepthStep step) const {
   switch (step) {
-    case DepthStep::kReach:
-      return sweep && room_.grid().cells.empty();
+    case DepthStep::kSweep:
+      return options_.method == DepthMethod::kFlow ? kFinalStage : kSweptStage;
     case DepthStep::kChoose:
+      return kChosenStage;
     case DepthStep::kFuse:
-      return sweep;
-    case DepthStep::kMoved:
-      return options_.leave_out_moving;
-    case DepthStep::kGains:
-      return options_.gains && options_.hold_out == 0;
+      return kFinalStage;
     default:
-      return true;
+      return nullptr;
   }
 }
 
-BlockResults DepthWork::results(DepthStep step) {
-  // The maps are the same with what moved and without; what is made of them is not.
-  const bool of_moved = step == DepthStep::kVolumes || step == DepthStep::kGains;
-  const std::string inputs =
-      sha256_hex(of_moved && !options_.leave_out_moving ? "all" : "left out");
-  return {partial_.results(), name_of(step), inputs,
-          [this, step](Block block) { return stores_all_maps(step, block); }};
-}
-
-bool DepthWork::stores_all_maps(DepthStep step, Block block) {
-  const auto all_of = [&](const char* stage) {
-    const IndexRange share = block.share_of(plan().maps.size());
-    return std::all_of(plan().maps.begin() + static_cast<std::ptrdiff_t>(share.begin),
-                       plan().maps.begin() + static_cast<std::ptrdiff_t>(share.end),
-                       [&](const SweepReference& map) { return partial_.has(stage, map.station); });
-  };
-  const bool flow = options_.method == DepthMethod::kFlow;
-  if (step == DepthStep::kSurfaces) return all_of(kCoarseStage);
-  if (step == DepthStep::kSweep) return all_of(flow ? kFinalStage : kSweptStage);
-  if (step == DepthStep::kChoose) return all_of(kChosenStage);
-  if (step == DepthStep::kFuse) return all_of(kFinalStage);
-  return true;
-}
-
-bool DepthWork::make(DepthStep step, Block block) {
-  return results(step).make(block, [&] { return run(step, block); });
-}
-
-void DepthWork::complete(DepthStep step) {
-  const BlockResults of_step = results(step);
-  if (of_step.complete_count()) return;
-  const bool compares = step == DepthStep::kColours || step == DepthStep::kGains;
-  const int count = of_step.count_to_complete(compares ? parts_of(pieces(step)) : 1);
-  for (int index = 1; index <= count; ++index) make(step, {index, count});
-}
-
-std::string DepthWork::missing(DepthStep step) {
-  return has(step) ? results(step).missing() : std::string();
-}
-
-void DepthWork::require(DepthStep step) {
-  const std::string blocks = missing(step);
-  if (blocks.empty()) return;
-  throw Error(fmt::format("{}: step {}: {}; make them with --step {} --block",
-                          partial_.results().parent_path().string(), name_of(step), blocks,
-                          name_of(step)));
-}
-
-std::vector<std::string> DepthWork::merged(DepthStep step) {
-  require(step);
-  return results(step).merged();
-}
-
-const ExaminedFrames& DepthWork::frames() {
-  if (frames_) return *frames_;
-  std::vector<StationLink> links;
-  for (const std::string& bytes : merged(DepthStep::kLinks)) {
-    const std::vector<StationLink> of_block = links_of(bytes);
-    links.insert(links.end(), of_block.begin(), of_block.end());
+const Preparation& DepthWork::prepared() {
+  if (!prepared_) prepared_ = kept_preparation(room_, options_, partial_);
+  if (!prepared_) {
+    throw Error(fmt::format("{}: do step prepare first", options_.room.string()));
   }
-  ExaminedFrames frames{check_frames(room_, links, first_plan_.reach_m), {}};
-  frames.outliers = outlier_frames(frames.checks);
-  frames_ = std::move(frames);
-  return *frames_;
+  return *prepared_;
 }
 
-const DepthPlan& DepthWork::plan_before_reach() {
-  if (plan_before_reach_) return *plan_before_reach_;
-  DepthPlan plan = first_plan_;
-  exclude_stations(frames().outliers, &plan);
-  plan_before_reach_ = std::move(plan);
-  return *plan_before_reach_;
+void DepthWork::require_maps(DepthStep step) {
+  if (!has(step)) return;
+  const auto missing = std::ranges::count_if(plan().maps, [&](const SweepReference& map) {
+    return !partial_.has(stage_of(step), map.station);
+  });
+  if (missing == 0) return;
+  throw Error(fmt::format("{}: step {} has to be done first: {} of its {} maps are missing",
+                          options_.room.string(), name_of(step), missing, plan().maps.size()));
 }
 
-const DepthPlan& DepthWork::plan() {
-  if (plan_) return *plan_;
-  DepthPlan plan = plan_before_reach();
-  if (has(DepthStep::kReach)) {
-    // Without cells, the lines do not tell how far away the scene is.
-    const OmegaHistogram near = sum_of_histograms(plan, merged(DepthStep::kReach));
-    plan = plan_depth(room_, options_, near_distance_m(plan, near));
-    exclude_stations(frames().outliers, &plan);
-  }
-  plan_ = std::move(plan);
-  return *plan_;
-}
-
-double DepthWork::nearest_per_m() {
-  if (!nearest_per_m_) {
-    nearest_per_m_ =
-        nearest_surfaces_per_m(plan(), sum_of_histograms(plan(), merged(DepthStep::kSurfaces)));
-  }
-  return *nearest_per_m_;
-}
-
-const GainFields& DepthWork::matching_gains() {
-  if (matching_gains_) return *matching_gains_;
-  const BlockResults solved(partial_.results(), "solved-colours", "");
-  const Block all;
-  if (!solved.done(all)) {
-    // The first does it for all: it takes time and memory.
-    require(DepthStep::kColours);
-    const FileLock lock(partial_.results() / "solving.lock", "", FileLock::Use::kAwaited);
-    solved.make(all, [&] {
-      return bytes_of(
-          solve_room_gains(room_, all_stations(room_.grid()), ratios(DepthStep::kColours)));
-    });
-  }
-  matching_gains_ = gain_fields_of(solved.result_of(all));
-  return *matching_gains_;
-}
-
-std::vector<MapSummary> DepthWork::map_summaries() {
-  std::vector<MapSummary> all;
-  const bool flow = options_.method == DepthMethod::kFlow;
-  for (const std::string& bytes : merged(flow ? DepthStep::kSweep : DepthStep::kFuse)) {
-    std::ranges::move(map_summaries_of(bytes), std::back_inserter(all));
-  }
-  return all;
-}
-
-std::vector<LeftOutSummary> DepthWork::left_out() {
-  std::vector<LeftOutSummary> all;
-  if (!has(DepthStep::kMoved)) return all;
-  require(DepthStep::kMoved);
-  const BlockResults moved = results(DepthStep::kMoved);
-  const int count = moved.complete_count().value();
-  for (int index = 1; index <= count; ++index) {  // one after the other, as they can be large
-    for (const auto& found : contradicted_stations_of(moved.result_of({index, count}))) {
-      const Line& line = room_.grid().lines[static_cast<size_t>(found.station.line)];
-      all.push_back({line.id, found.station.station,
-                     line.stations[static_cast<size_t>(found.station.station)].file, found.share});
+void DepthWork::make(DepthStep step, Block block) {
+  if (step == DepthStep::kPrepare) {
+    prepared_ = kept_preparation(room_, options_, partial_);
+    if (prepared_) {
+      warn_of(room_, prepared_->checks);
+    } else {
+      prepared_ = prepare_depth(room_, options_, valid_, &partial_);
     }
+    return;
   }
-  return all;
+  const Preparation& known = prepared();
+  const IndexRange share = block.share_of(known.plan.maps.size());
+  switch (step) {
+    case DepthStep::kPrepare:
+      return;
+    case DepthStep::kSweep:
+      if (options_.method == DepthMethod::kFlow) return make_flow_maps(share);
+      return sweep_maps(room_, known.plan, known.nearest_per_m, known.gains, valid_, share,
+                        &partial_);
+    case DepthStep::kChoose:
+      require_maps(DepthStep::kSweep);
+      return choose_maps(room_, known.plan, known.gains, valid_, share, &partial_);
+    case DepthStep::kFuse:
+      require_maps(DepthStep::kChoose);
+      return fuse_chosen_maps(room_, known.plan, known.gains, share, &partial_);
+    case DepthStep::kVolumes:
+      require_maps(has(DepthStep::kFuse) ? DepthStep::kFuse : DepthStep::kSweep);
+      return make_volumes(block.share_of(room_.grid().lines.size()));
+  }
 }
 
-GainFields DepthWork::room_gains() {
-  return solve_room_gains(room_, all_stations(room_.grid()), ratios(DepthStep::kGains));
+void DepthWork::make_flow_maps(IndexRange share) {
+  Progress progress("following the flow", static_cast<std::int64_t>(share.size()), "maps");
+  for (std::size_t i = share.begin; i < share.end; ++i) {
+    throw_if_interrupted();
+    const SweepReference& own = plan().maps[i];
+    if (!partial_.load(kFinalStage, own.station, own.position_m, size_)) {
+      partial_.store(kFinalStage,
+                     flow_map(room_, own.station, plan().reach_m, size_, prepared().gains));
+    }
+    progress.advance();
+  }
 }
 
-RatioParts DepthWork::ratios(DepthStep step) {
-  require(step);
-  const int count = results(step).complete_count().value();
-  return {count, [of_step = results(step), count](int part) {
-            return ratios_of(of_step.result_of({part + 1, count}));
-          }};
+void DepthWork::make_volumes(IndexRange lines) {
+  LineSearch search = [](int) { return Contradictions(); };
+  if (options_.leave_out_moving) {
+    search = contradiction_search(room_, plan(), prepared().gains,
+                                  [&](const SweepReference& map) { return final_map(map); });
+  }
+  write_volumes(room_, options_.method, plan(), partial_, lines, search);
 }
 
 InverseDistanceMap DepthWork::final_map(const SweepReference& reference) const {
-  return partial_.load_stored(kFinalStage, reference.station, reference.position_m,
-                              first_plan_.size);
+  return partial_.load_stored(kFinalStage, reference.station, reference.position_m, size_);
 }
 
 void DepthWork::install() {
-  require(DepthStep::kVolumes);
-  remove_other_volumes(room_, plan(), partial_);
-  // An interrupted move leaves the volumes that it replaces where the new ones were.
-  const BlockResults volumes = results(DepthStep::kVolumes);
-  if (options_.hold_out > 0) {
-    volumes.remove();
-    partial_.complete("");
-    return;
-  }
-  replace_estimated(options_.room, partial_.volumes(), [&](const std::string& keep_as) {
-    volumes.remove();
-    partial_.complete(keep_as);
-  });
+  if (options_.hold_out > 0) return partial_.complete("");
+  replace_estimated(options_.room, partial_.volumes(),
+                    [&](const std::string& keep_as) { partial_.complete(keep_as); });
 }
 
 }  // namespace raywalk::build_lf

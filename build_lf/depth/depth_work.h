@@ -1,38 +1,43 @@
-// The work of a depth run, step by step and block by block.
+// The work of a depth run, step by step.
 //
 // What a step leaves is kept in the room's working directory (PartialMaps) until the room has its
-// distances: maps, and for each block what else it found. A run of its own goes through the steps
-// as blocks do, with one block each, and so has the same result.
+// distances. It does not matter which process made it: blocks of a step, on any machines, leave the
+// maps that a run of its own would make, and that run makes what is missing.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
+#include <array>
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "build_lf/depth/contradictions.h"
+#include "build_lf/block.h"
 #include "build_lf/depth/depth_plan.h"
-#include "build_lf/depth/depth_steps.h"
-#include "build_lf/depth/depth_summary.h"
-#include "build_lf/depth/frame_checks.h"
 #include "build_lf/depth/partial_maps.h"
-#include "build_lf/gains/station_ratios.h"
-#include "build_lf/gains/surface_maps.h"
-#include "core/base/block.h"
-#include "core/files/block_results.h"
-#include "core/room/gain_fields.h"
+#include "build_lf/depth/preparation.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
 
-// What comparing neighbouring frames tells.
-struct ExaminedFrames {
-  FrameChecks checks;
-  std::vector<StationIndex> outliers;  // at a wrong position, or showing something that moved
+// In this order: each needs all of those before it.
+enum class DepthStep {
+  kPrepare,  // what is found before the maps, in one piece
+  kSweep,    // a map from the pictures of every station; with optical flow the finished map
+  kChoose,   // each pixel's surface among those around it
+  kFuse,     // the finished maps: neighbours vote
+  kVolumes,  // the room's distance volumes, without what single stations show and others contradict
 };
+
+inline constexpr std::array kDepthSteps{DepthStep::kPrepare, DepthStep::kSweep, DepthStep::kChoose,
+                                        DepthStep::kFuse, DepthStep::kVolumes};
+
+// "prepare", "sweep", ...
+std::string name_of(DepthStep step);
+// All names in order, with commas between.
+std::string depth_step_names();
+// Throws UsageError naming all.
+DepthStep depth_step_from_name(const std::string& name);
 
 class DepthWork {
  public:
@@ -44,65 +49,34 @@ class DepthWork {
   const Room& room() const { return room_; }  // without held-out stations
   const DepthOptions& options() const { return options_; }
   const std::filesystem::path& output() const { return output_; }  // for maps and summary
-  PartialMaps& partial() { return partial_; }
+  const PartialMaps& partial() const { return partial_; }
 
-  // Whether the run has the step; if not, it counts as complete.
+  // Whether the run has the step.
   bool has(DepthStep step) const;
-  // Does a block unless it is done; whether it was done now. Throws Error if what it needs of the
-  // steps before is missing, and as the steps do.
-  bool make(DepthStep step, Block block);
-  // Does all blocks that are missing, of the number of blocks that was begun.
-  void complete(DepthStep step);
-  // Which blocks are missing, for people; empty: none.
-  std::string missing(DepthStep step);
-  // Throws Error naming the step and the blocks that are missing.
-  void require(DepthStep step);
-  // The number of pieces of a step that are divided.
-  std::size_t pieces(DepthStep step);
-
-  // What complete steps tell. Each throws Error as require() does.
-  const ExaminedFrames& frames();
-  const DepthPlan& plan();
-  double nearest_per_m();              // the largest inverse distance that is swept
-  const GainFields& matching_gains();  // solved for by the first that asks, and kept
-  std::vector<MapSummary> map_summaries();
-  std::vector<LeftOutSummary> left_out();
-  GainFields room_gains();  // solved for
+  // Does a block of a step: what of it is not done. Throws Error if anything of the steps before is
+  // missing, and as the steps do; Interrupted.
+  void make(DepthStep step, Block block);
+  // Throws Error if the first step has not been done.
+  const Preparation& prepared();
+  const DepthPlan& plan() { return prepared().plan; }
   InverseDistanceMap final_map(const SweepReference& reference) const;
   // Moves the volumes into the room, or to the held-out ones, and removes the working directory.
   void install();
 
  private:
-  BlockResults results(DepthStep step);
-  std::string run(DepthStep step, Block block);
-  bool stores_all_maps(DepthStep step, Block block);
-  std::vector<std::string> merged(DepthStep step);
-  RatioParts ratios(DepthStep step);  // those that the blocks of a step left
-  const DepthPlan& plan_before_reach();
-  SurfaceMaps coarse_maps();
-  // Maps may be of other blocks, which need not all be done.
-  void require_maps(DepthStep step, const char* stage, const std::vector<int>& maps);
-  std::string make_flow_maps(IndexRange share);
-  std::string make_fused_maps(IndexRange share);
-  std::string compare_final_colours(Block block);
-  std::vector<std::uint64_t> maps_by_line();
-  Contradictions contradictions_of(int line);
-  MapSummary summary_of(const InverseDistanceMap& map);
+  // The stage of a step's maps; null: it has none.
+  const char* stage_of(DepthStep step) const;
+  void require_maps(DepthStep step);
+  void make_flow_maps(IndexRange share);
+  void make_volumes(IndexRange lines);
 
   DepthOptions options_;
   Room room_;
-  DepthPlan first_plan_;  // of all stations
+  PanoramaSize size_;  // of the maps
   cv::Mat valid_;
   std::filesystem::path output_;
   PartialMaps partial_;
-  std::optional<ExaminedFrames> frames_{};
-  std::optional<DepthPlan> plan_before_reach_{};
-  std::optional<DepthPlan> plan_{};
-  std::optional<double> nearest_per_m_{};
-  std::optional<GainFields> matching_gains_{};
-  // The block of contradictions that was read last.
-  std::optional<int> read_block_{};
-  std::vector<ContradictedStation> read_contradictions_{};
+  std::optional<Preparation> prepared_{};
 };
 
 }  // namespace raywalk::build_lf

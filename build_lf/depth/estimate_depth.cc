@@ -6,20 +6,25 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "build_lf/depth/depth_summary.h"
 #include "build_lf/depth/depth_truth.h"
-#include "build_lf/depth/depth_work.h"
 #include "build_lf/depth/map_images.h"
 #include "build_lf/depth/plane_sweep.h"
 #include "build_lf/gains/make_gains.h"
+#include "build_lf/gains/room_gains.h"
+#include "build_lf/gains/surface_maps.h"
 #include "build_lf/room_distances.h"
 #include "core/base/error.h"
+#include "core/base/parallel.h"
 #include "core/base/pick_evenly.h"
 #include "core/files/atomic_output.h"
 #include "core/files/json.h"
+#include "core/room/distance_record.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -69,8 +74,60 @@ void set_use(const fs::path& room, DepthSummary* summary) {
   }
 }
 
-void log_warnings(const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings) spdlog::warn("{}", warning);
+MapSummary map_summary(const InverseDistanceMap& map, const Line& line, double pixels_per_omega_m) {
+  MapSummary summary{line.id, map.station.station,
+                     line.stations[static_cast<size_t>(map.station.station)].file};
+  double total = 0.0;
+  for (size_t p = 0; p < map.confidence.size(); ++p) {
+    const double row = static_cast<double>(p % static_cast<size_t>(map.size.height));
+    const double weight = std::cos(angles_from_pixel({0.0, row}, map.size).phi_rad);
+    const double confidence = map.confidence[p] / 255.0;
+    total += weight;
+    summary.mean_confidence += weight * confidence;
+    if (map.confidence[p] < kMinConfidence) summary.low_share += weight;
+    if (map.omega[p] * pixels_per_omega_m >= 1.0) summary.parallax_share += weight;
+  }
+  summary.mean_confidence /= total;
+  summary.low_share /= total;
+  summary.parallax_share /= total;
+  return summary;
+}
+
+std::vector<MapSummary> map_summaries(DepthWork* work) {
+  const DepthPlan& plan = work->plan();
+  std::vector<MapSummary> summaries(plan.maps.size());
+  parallel_for(0, static_cast<int>(plan.maps.size()), 1, [&](int begin, int end) {
+    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+      const auto line = static_cast<size_t>(plan.maps[i].station.line);
+      summaries[i] = map_summary(work->final_map(plan.maps[i]), work->room().grid().lines[line],
+                                 plan.pixels_per_omega_m());
+    }
+  });
+  return summaries;
+}
+
+// Of a line's stations, from the pixels in its finished volume.
+void add_left_out(const Line& line, const DistanceVolume& volume,
+                  std::vector<LeftOutSummary>* summaries) {
+  const PanoramaSize size = volume.size();
+  const auto above = [&](int row) { return std::cos(row * kPi / size.height); };
+  std::map<int, double> shares;  // by station
+  const std::vector<std::int32_t> runs = volume.left_out().stored_runs(size);
+  for (size_t i = 0; i < runs.size(); i += 4) {
+    shares[runs[i]] += (above(runs[i + 2]) - above(runs[i + 3])) / (2.0 * size.width);
+  }
+  for (const auto& [station, share] : shares) {
+    summaries->push_back(
+        {line.id, station, line.stations[static_cast<size_t>(station)].file, share});
+  }
+}
+
+std::vector<LeftOutSummary> left_out(const Grid& grid, const std::vector<DistanceVolume>& volumes) {
+  std::vector<LeftOutSummary> summaries;
+  for (size_t l = 0; l < volumes.size(); ++l) {
+    if (volumes[l].maps() > 0) add_left_out(grid.lines[l], volumes[l], &summaries);
+  }
+  return summaries;
 }
 
 void add(const std::vector<std::string>& warnings, DepthSummary* summary) {
@@ -80,46 +137,32 @@ void add(const std::vector<std::string>& warnings, DepthSummary* summary) {
 // What the complete steps found.
 DepthSummary collected(DepthWork* work) {
   const DepthOptions& options = work->options();
-  const ExaminedFrames& frames = work->frames();
-  DepthSummary summary{.room = options.room.string(),
-                       .method = name_of(options.method),
-                       .size = work->plan().size,
-                       .stations = static_cast<int>(all_stations(work->room().grid()).size()),
-                       .every = options.every,
-                       .hold_out = options.hold_out,
-                       .valid_mask = options.valid_mask.value_or(fs::path()).string(),
-                       .reach_m = work->plan().reach_m,
-                       .largest_exposure_step = frames.checks.largest_exposure_step,
-                       .maps = work->map_summaries(),
-                       .leave_out_moving = options.leave_out_moving,
-                       .left_out = work->left_out(),
-                       .frame_findings = frames.checks.frames};
+  const FrameChecks& checks = work->prepared().checks;
+  const Grid& grid = work->room().grid();
+  DepthSummary summary{
+      .room = options.room.string(),
+      .method = name_of(options.method),
+      .size = work->plan().size,
+      .stations = static_cast<int>(all_stations(grid).size()),
+      .every = options.every,
+      .hold_out = options.hold_out,
+      .valid_mask = options.valid_mask.value_or(fs::path()).string(),
+      .reach_m = work->plan().reach_m,
+      .largest_exposure_step = checks.largest_exposure_step,
+      .maps = map_summaries(work),
+      .leave_out_moving = options.leave_out_moving,
+      .left_out = left_out(grid, open_distance_volumes(work->partial().volumes(), grid)),
+      .frame_findings = checks.frames};
   if (options.method == DepthMethod::kSweep) {
-    const double max_per_m = work->nearest_per_m();
+    const double max_per_m = work->prepared().nearest_per_m;
     summary.nearest_m = 1.0 / max_per_m;
     summary.layers = sweep_layers(max_per_m, summary.reach_m, summary.size).count;
   }
-  add(warnings_of(work->room(), frames.checks), &summary);
+  add(warnings_of(work->room(), checks), &summary);
   const auto parallax = parallax_warnings(summary.maps, work->plan().pixels_per_omega_m());
-  log_warnings(parallax);
+  for (const std::string& warning : parallax) spdlog::warn("{}", warning);
   add(parallax, &summary);
   return summary;
-}
-
-// Throws Error naming the blocks of every step that are missing. The shares of the later steps are
-// known only once the first are complete.
-void require_all_steps(DepthWork* work) {
-  for (const DepthStep step : {DepthStep::kLinks, DepthStep::kReach}) work->require(step);
-  std::string all;
-  for (const DepthStep step : kDepthSteps) {
-    const std::string missing = work->missing(step);
-    if (!missing.empty()) {
-      all += fmt::format("{}{}: {}", all.empty() ? "" : "; ", name_of(step), missing);
-    }
-  }
-  if (all.empty()) return;
-  throw Error(fmt::format("{}: these steps are not complete: {}; make them with --step and --block",
-                          work->options().room.string(), all));
 }
 
 // Puts the finished volumes where they are used, and reports.
@@ -130,7 +173,10 @@ DepthSummary finish(DepthWork* work, const std::optional<GivenDistances>& truth,
   if (truth) summary.truth = compare_with_truth(*truth, work->plan(), work->partial());
   const std::vector<InverseDistanceMap> shown = maps_to_show(work);
   std::optional<GainFields> gains;
-  if (work->has(DepthStep::kGains)) gains = work->room_gains();
+  if (options.gains && options.hold_out == 0) {
+    const Room estimated = work->room().with_distances(work->partial().volumes());
+    gains = solve_room_gains(estimated, all_stations(estimated.grid()), surface_maps_of(estimated));
+  }
   work->install();
   set_use(options.room, &summary);
   if (gains) {
@@ -151,44 +197,24 @@ DepthSummary finish(DepthWork* work, const std::optional<GivenDistances>& truth,
 
 DepthSummary estimate_depth(const DepthOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  DepthWork work(options, MapsUse::kWhole);
+  DepthWork work(options, MapsUse::kAlone);
   std::optional<GivenDistances> truth;
   if (options.compare_truth) truth = truth_of(options);
   for (const DepthStep step : kDepthSteps) {
-    if (!work.has(step)) continue;
-    work.complete(step);
-    // Before hours of work.
-    if (step == DepthStep::kLinks) log_warnings(warnings_of(work.room(), work.frames().checks));
+    if (work.has(step)) work.make(step, {});
   }
   return finish(&work, truth, start);
 }
 
-std::string estimate_block(const DepthOptions& options, DepthStep step, Block block) {
-  DepthWork work(options, MapsUse::kBlock);
-  const std::string name =
-      fmt::format("{}: step {}, block {}", options.room.string(), name_of(step), block.text());
-  if (!work.has(step)) return name + ": this run has no such step";
-  return name + (work.make(step, block) ? "" : ": was done before");
-}
-
-std::string merge_step(const DepthOptions& options, DepthStep step) {
-  DepthWork work(options, MapsUse::kMerge);
+std::string estimate_step(const DepthOptions& options, DepthStep step, Block block) {
+  const bool alone = step == DepthStep::kPrepare;
+  if (alone && block.count > 1) throw UsageError("--block: step prepare is done in one piece");
+  DepthWork work(options, alone ? MapsUse::kAlone : MapsUse::kShared);
   const std::string name = fmt::format("{}: step {}", options.room.string(), name_of(step));
   if (!work.has(step)) return name + ": this run has no such step";
-  work.require(step);
-  if (step == DepthStep::kLinks) log_warnings(warnings_of(work.room(), work.frames().checks));
-  if (step == DepthStep::kColours) work.matching_gains();
-  return name + " is complete";
-}
-
-DepthSummary merge_depth(const DepthOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
-  DepthWork work(options, MapsUse::kMerge);
-  std::optional<GivenDistances> truth;
-  if (options.compare_truth) truth = truth_of(options);
-  require_all_steps(&work);
-  log_warnings(warnings_of(work.room(), work.frames().checks));
-  return finish(&work, truth, start);
+  work.make(step, block);
+  if (block.count == 1) return name + " is done";
+  return fmt::format("{}, block {}/{} is done", name, block.index, block.count);
 }
 
 }  // namespace raywalk::build_lf

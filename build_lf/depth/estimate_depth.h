@@ -3,10 +3,10 @@
 
 #include <string>
 
+#include "build_lf/block.h"
 #include "build_lf/depth/depth_plan.h"
-#include "build_lf/depth/depth_steps.h"
 #include "build_lf/depth/depth_summary.h"
-#include "core/base/block.h"
+#include "build_lf/depth/depth_work.h"
 
 namespace raywalk::build_lf {
 
@@ -19,17 +19,10 @@ namespace raywalk::build_lf {
 // that does not match the room, and for output that cannot be written.
 DepthSummary estimate_depth(const DepthOptions& options);
 
-// Does a block of a step, which processes on any machines can do at once; what is done is not done
-// again. Returns a sentence for the terminal. Throws Error if what it needs of the steps before is
-// missing, and if the blocks that are there are of other options or of the room as it was.
-std::string estimate_block(const DepthOptions& options, DepthStep step, Block block);
-
-// Does what a step leaves to one process, once all of its blocks are done. The first that needs it
-// does it otherwise. Throws Error naming the blocks that are missing.
-std::string merge_step(const DepthOptions& options, DepthStep step);
-
-// Finishes what blocks did, with the result of estimate_depth(). Throws Error naming the blocks of
-// every step that are missing.
-DepthSummary merge_depth(const DepthOptions& options);
+// Does a step, or a block of it (not of kPrepare), which processes on any machines can do at once;
+// what is done is not done again. estimate_depth() then makes what is missing and finishes. Returns
+// a sentence for the terminal. Throws Error if anything of the steps before is missing, and if the
+// maps that are there are of other options or of the room as it was.
+std::string estimate_step(const DepthOptions& options, DepthStep step, Block block);
 
 }  // namespace raywalk::build_lf

@@ -1,10 +1,12 @@
 #include "build_lf/depth/finish_maps.h"
 
+#include <functional>
 #include <map>
 #include <memory_resource>
 #include <span>
 #include <utility>
 
+#include "build_lf/depth/file_memory.h"
 #include "build_lf/depth/map_fusion.h"
 #include "build_lf/depth/station_colours.h"
 #include "build_lf/depth/station_image.h"
@@ -14,7 +16,6 @@
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/base/usable_memory.h"
-#include "core/files/file_memory.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -138,7 +139,7 @@ std::vector<int> fused_with(const DepthPlan& plan, bool masked, int which) {
 
 void fuse_chosen_maps(const Room& room, const DepthPlan& plan,
                       const std::vector<std::vector<GainField>>& gains, IndexRange share,
-                      PartialMaps* partial, const SeeMap& see) {
+                      PartialMaps* partial) {
   // 1.5 pixels of parallax at the reach: both maps are off by up to half a layer, and their pixels
   // do not coincide.
   constexpr double kAgreePx = 1.5;
@@ -152,8 +153,7 @@ void fuse_chosen_maps(const Room& room, const DepthPlan& plan,
   for (auto i = static_cast<int>(share.begin); i < static_cast<int>(share.end); ++i) {
     throw_if_interrupted();
     const SweepReference& own = map_of(plan, i);
-    auto map = partial->load(kFinalStage, own.station, own.position_m, plan.size);
-    if (!map) {
+    if (!partial->load(kFinalStage, own.station, own.position_m, plan.size)) {
       const std::vector<int> voters = fused_with(plan, masked, i);
       const std::size_t near = masked ? voters_of(plan, i).size() : voters.size();
       options.fallback_maps = static_cast<int>(voters.size() - near);
@@ -164,10 +164,8 @@ void fuse_chosen_maps(const Room& room, const DepthPlan& plan,
         maps.push_back(stored_map(*partial, kChosenStage, plan, voter));
         ranges.push_back(known.at(voter));
       }
-      map = fuse_maps(maps, 0, options, ranges);
-      partial->store(kFinalStage, *map);
+      partial->store(kFinalStage, fuse_maps(maps, 0, options, ranges));
     }
-    see(*map);
     progress.advance();
   }
 }

@@ -2,12 +2,11 @@
 // is stored as soon as it is finished.
 #pragma once
 
-#include <functional>
 #include <vector>
 
+#include "build_lf/block.h"
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/partial_maps.h"
-#include "core/base/block.h"
 
 namespace raywalk::build_lf {
 
@@ -33,14 +32,11 @@ void choose_maps(const Room& room, const DepthPlan& plan,
 // Room::masked().
 std::vector<int> fused_with(const DepthPlan& plan, bool masked, int which);
 
-using SeeMap = std::function<void(const InverseDistanceMap&)>;
-
 // Fuses the chosen maps `share` of the plan with their neighbours by their distances and colours
 // and stores the results as kFinalStage. Where frames have masks, masked pixels are filled in from
-// other stations. `see` is called with every finished map, in order. The chosen maps of
-// fused_with() must be stored.
+// other stations. The chosen maps of fused_with() must be stored.
 void fuse_chosen_maps(const Room& room, const DepthPlan& plan,
                       const std::vector<std::vector<GainField>>& gains, IndexRange share,
-                      PartialMaps* partial, const SeeMap& see);
+                      PartialMaps* partial);
 
 }  // namespace raywalk::build_lf

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <iterator>
 #include <limits>
-#include <set>
 #include <span>
 #include <system_error>
 
@@ -24,6 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kLockFile = "lock";
 constexpr const char* kFingerprintFile = "inputs.sha256";
+constexpr const char* kInstalled = "installed";
 
 fs::path made_directory(const fs::path& directory) {
   make_directories(directory);
@@ -33,8 +33,8 @@ fs::path made_directory(const fs::path& directory) {
 fs::path working_directory(const fs::path& room, MapsUse use) {
   fs::path directory = room / "distances.partial";
   std::error_code error;
-  if (use == MapsUse::kMerge && !fs::exists(directory, error)) {
-    throw Error(fmt::format("{}: there is nothing to merge; make the blocks of all steps first",
+  if (use == MapsUse::kShared && !fs::exists(directory / kFingerprintFile, error)) {
+    throw Error(fmt::format("{}: no maps have been begun; run depth with --step prepare first",
                             room.string()));
   }
   return made_directory(directory);
@@ -78,16 +78,25 @@ std::vector<SweepReference> maps_of_line(const DepthPlan& plan, std::size_t line
 
 }  // namespace
 
-PartialMaps::PartialMaps(const fs::path& room, const std::string& fingerprint, MapsUse use)
+PartialMaps::PartialMaps(const fs::path& room, const std::string& fingerprint, MapsUse use,
+                         const std::string& volumes)
     : room_(room),
       directory_(working_directory(room, use)),
-      volumes_(directory_ / "volumes"),
+      volumes_(directory_ / volumes),
       lock_(directory_ / kLockFile,
             "another raywalk-build-lf is estimating this room's distances; wait for it to finish",
-            use == MapsUse::kBlock ? FileLock::Use::kShared : FileLock::Use::kAlone) {
-  if (lock_.alone()) prepare(fingerprint, use);
-  if (use == MapsUse::kBlock) lock_.share();
-  if (!is_of(fingerprint)) throw_other_inputs();
+            use == MapsUse::kShared ? FileLock::Use::kShared : FileLock::Use::kAlone) {
+  if (use == MapsUse::kAlone) {
+    prepare(fingerprint);
+    return;
+  }
+  lock_.share();
+  made_directory(volumes_);
+  if (is_of(fingerprint)) return;
+  throw Error(fmt::format(
+      "{}: holds unfinished maps of other options or of the room as it was; give the same options, "
+      "or begin with --step prepare",
+      directory_.string()));
 }
 
 PartialMaps::~PartialMaps() {
@@ -95,17 +104,16 @@ PartialMaps::~PartialMaps() {
   if (removable_) fs::remove_all(directory_, ignored);
 }
 
-void PartialMaps::prepare(const std::string& fingerprint, MapsUse use) {
+void PartialMaps::prepare(const std::string& fingerprint) {
   std::error_code error;
-  const fs::path inputs = directory_ / kFingerprintFile;
   if (!is_of(fingerprint)) {
-    if (use != MapsUse::kWhole && fs::exists(inputs, error)) throw_other_inputs();
     for (const fs::directory_entry& entry : fs::directory_iterator(directory_)) {
       if (entry.path().filename() != kLockFile) fs::remove_all(entry.path(), error);
     }
-    write_file_atomically(inputs, fingerprint);
-    removable_ = use == MapsUse::kWhole;
+    write_file_atomically(directory_ / kFingerprintFile, fingerprint);
+    removable_ = true;
   }
+  fs::remove_all(directory_ / kInstalled);
   made_directory(volumes_);
   // What killed runs left unfinished; nobody is writing now.
   for (const fs::directory_entry& entry : fs::directory_iterator(volumes_)) {
@@ -117,13 +125,6 @@ bool PartialMaps::is_of(const std::string& fingerprint) const {
   const fs::path inputs = directory_ / kFingerprintFile;
   std::error_code error;
   return fs::exists(inputs, error) && read_file(inputs) == fingerprint;
-}
-
-void PartialMaps::throw_other_inputs() const {
-  throw Error(fmt::format(
-      "{}: holds unfinished maps of other options or of the room as it was; give the same options, "
-      "or remove it",
-      directory_.string()));
 }
 
 fs::path PartialMaps::file_of(const std::string& stage, StationIndex station) const {
@@ -179,9 +180,13 @@ InverseDistanceMap PartialMaps::load_stored(const std::string& stage, StationInd
 
 void PartialMaps::complete(const std::string& keep_as) {
   const fs::path distances = room_ / "distances";
+  // Under another name first: a run that is killed after the exchange leaves the previous distances
+  // there, which are not taken for the new ones.
+  const fs::path installed = directory_ / kInstalled;
+  rename_or_throw(volumes_, installed);
   std::error_code error;
   if (!fs::exists(distances, error)) {
-    rename_or_throw(volumes_, distances);
+    rename_or_throw(installed, distances);
   } else {
     // The kept directory gets its new name before it loses the old one, so that a crash cannot lose
     // it.
@@ -191,24 +196,30 @@ void PartialMaps::complete(const std::string& keep_as) {
       fs::remove_all(room_ / keep_as, error);
       rename_or_throw(kept, room_ / keep_as);
     }
-    if (!exchange(volumes_, distances)) {
+    if (!exchange(installed, distances)) {
       rename_or_throw(distances, directory_ / "replaced");
-      rename_or_throw(volumes_, distances);
+      rename_or_throw(installed, distances);
     }
   }
   fs::remove_all(directory_, error);
 }
 
 void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
-                   const PartialMaps& partial, const std::vector<std::size_t>& lines,
-                   const std::function<Contradictions(int line)>& contradictions_of) {
+                   const PartialMaps& partial, IndexRange lines,
+                   const LineSearch& contradictions_of) {
   const double half_pixel_per_m = 0.5 / plan.pixels_per_omega_m();
   std::int64_t count = 0;
-  for (const std::size_t l : lines) count += std::ssize(maps_of_line(plan, l));
-  Progress progress("writing", count, "maps");
-  for (const std::size_t l : lines) {
+  for (std::size_t l = lines.begin; l < lines.end; ++l) count += std::ssize(maps_of_line(plan, l));
+  Progress progress("finishing lines", count, "maps");
+  for (std::size_t l = lines.begin; l < lines.end; ++l) {
     const std::vector<SweepReference> of_line = maps_of_line(plan, l);
     if (of_line.empty()) continue;
+    const Line& line = room.grid().lines[l];
+    const fs::path volume = partial.volumes() / (line.id + ".h5");
+    if (fs::exists(volume)) {
+      for (std::size_t i = 0; i < of_line.size(); ++i) progress.advance();
+      continue;
+    }
     DistanceMaps maps{{}, plan.size, "estimated by " + name_of(method), {}};
     for (const SweepReference& reference : of_line) {
       maps.stations.push_back(reference.station.station);
@@ -222,18 +233,7 @@ void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
     };
     maps.left_out = left_out_of(contradictions);
     maps.compressed = room.volume(static_cast<int>(l)).form().compressed();
-    const Line& line = room.grid().lines[l];
-    write_distance_volume(partial.volumes() / (line.id + ".h5"), line, maps, &progress);
-  }
-}
-
-void remove_other_volumes(const Room& room, const DepthPlan& plan, const PartialMaps& partial) {
-  std::set<fs::path> names;
-  for (const SweepReference& reference : plan.maps) {
-    names.insert(room.grid().lines[static_cast<std::size_t>(reference.station.line)].id + ".h5");
-  }
-  for (const fs::directory_entry& entry : fs::directory_iterator(partial.volumes())) {
-    if (!names.contains(entry.path().filename())) fs::remove_all(entry.path());
+    write_distance_volume(volume, line, maps, &progress);
   }
 }
 

@@ -1,15 +1,14 @@
 // The working directory `<room>/distances.partial` of a depth run, which replaces
 // `<room>/distances` when complete. A stopped run leaves its finished maps there, to be resumed.
-// Runs that do a block of a step each share it.
+// Processes that do a block of a step each share it.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
-#include <vector>
 
+#include "build_lf/block.h"
 #include "build_lf/depth/contradictions.h"
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/inverse_distance_map.h"
@@ -21,19 +20,19 @@ namespace raywalk::build_lf {
 inline constexpr const char* kFinalStage = "final";
 
 enum class MapsUse {
-  kWhole,  // a run of its own; starts over where the maps are of other inputs
-  kBlock,  // one of several processes that share the directory
-  kMerge,  // alone, after them
+  kAlone,   // starts over where the maps are of other inputs
+  kShared,  // one of several processes, after one that had the directory alone
 };
 
 class PartialMaps {
  public:
   // Creates or reuses the directory and locks it; maps with another fingerprint (room, settings)
-  // are removed by kWhole. Throws Error if another run holds the lock, the maps of blocks have
-  // another fingerprint, or the room cannot be written.
+  // are removed by kAlone. `volumes`: the directory of the volumes in it. Throws Error if another
+  // run holds the lock, the room cannot be written and, for kShared, if there are no maps or ones
+  // with another fingerprint.
   PartialMaps(const std::filesystem::path& room, const std::string& fingerprint,
-              MapsUse use = MapsUse::kWhole);
-  // Removes the directory if a run of its own began it and failed before its first map.
+              MapsUse use = MapsUse::kAlone, const std::string& volumes = "volumes");
+  // Removes the directory if this run began it and failed before its first map.
   ~PartialMaps();
   PartialMaps(const PartialMaps&) = delete;
   PartialMaps& operator=(const PartialMaps&) = delete;
@@ -56,8 +55,6 @@ class PartialMaps {
   // The directory itself: what is written there under names of temporary_beside() is in nobody's
   // way.
   const std::filesystem::path& directory() const { return directory_; }
-  // The directory of results that are not maps (core/files/block_results.h).
-  std::filesystem::path results() const { return directory_ / "blocks"; }
   // The existing directory to write the volumes to.
   const std::filesystem::path& volumes() const { return volumes_; }
   // Moves the volumes to `<room>/distances`, atomically if the file system can exchange
@@ -66,10 +63,8 @@ class PartialMaps {
   void complete(const std::string& keep_as);
 
  private:
-  // By the one who has the directory alone.
-  void prepare(const std::string& fingerprint, MapsUse use);
+  void prepare(const std::string& fingerprint);
   bool is_of(const std::string& fingerprint) const;
-  [[noreturn]] void throw_other_inputs() const;
   std::filesystem::path file_of(const std::string& stage, StationIndex station) const;
 
   std::filesystem::path room_;
@@ -79,15 +74,11 @@ class PartialMaps {
   bool removable_ = false;  // nothing is in the directory that took time
 };
 
-// Writes the finished maps of lines that have any to partial.volumes(), and what views leave out of
-// each line's stations, which `contradictions_of` tells. Throws Error if a map is damaged or cannot
-// be written, and Interrupted.
+// Writes the finished maps of those of the lines that have any, and are not written yet, to
+// partial.volumes(), and what views leave out of each line's stations, which `contradictions_of`
+// finds. Throws Error if a map is damaged or cannot be written, and Interrupted.
 void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
-                   const PartialMaps& partial, const std::vector<std::size_t>& lines,
-                   const std::function<Contradictions(int line)>& contradictions_of);
-
-// Removes all other volumes from partial.volumes(): an interrupted run can have left there what it
-// replaced.
-void remove_other_volumes(const Room& room, const DepthPlan& plan, const PartialMaps& partial);
+                   const PartialMaps& partial, IndexRange lines,
+                   const LineSearch& contradictions_of);
 
 }  // namespace raywalk::build_lf

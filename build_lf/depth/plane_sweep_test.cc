@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "build_lf/depth/depth_test_room.h"
+#include "build_lf/depth/file_memory.h"
 #include "build_lf/depth/semi_global.h"
-#include "core/files/file_memory.h"
 #include "core/files/test_directory.h"
 
 namespace raywalk::build_lf {

@@ -39,14 +39,13 @@ class StoredMapsTest : public ::testing::Test {
 
   DepthTestRoom room_{spec()};
   DepthPlan plan_ = plan_without_z0(room_.room());
-  std::function<Contradictions(int)> no_contradictions_ = [](int) { return Contradictions(); };
+  LineSearch no_contradictions_ = [](int) { return Contradictions(); };
 };
 
 TEST_F(StoredMapsTest, AreReadBackAsTheRoomsDistances) {
   PartialMaps partial(room_.room().directory(), "inputs");
   store_maps(&partial);
-  write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial, {0, 1, 2, 3},
-                no_contradictions_);
+  write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial, {0, 4}, no_contradictions_);
   partial.complete("");
   const Room room = Room::open(room_.room().directory());
   EXPECT_EQ(room.distances(2).maps(), 0);
@@ -76,7 +75,7 @@ TEST_F(StoredMapsTest, DamagedMapIsNamedAndItsLineNotWritten) {
   }
   EXPECT_THAT(
       [&] {
-        write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial, {0, 1, 2, 3},
+        write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial, {0, 4},
                       no_contradictions_);
       },
       ThrowsMessage<Error>(HasSubstr("run the command again")));

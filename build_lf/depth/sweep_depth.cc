@@ -7,14 +7,12 @@
 #include <memory_resource>
 #include <span>
 
+#include "build_lf/depth/file_memory.h"
 #include "build_lf/depth/semi_global.h"
-#include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/base/usable_memory.h"
-#include "core/files/file_memory.h"
-#include "core/files/packed_values.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk::build_lf {
@@ -105,14 +103,6 @@ double sweep_limit_per_m(const DepthPlan& plan) { return 1.0 / (kNearestPerReach
 
 }  // namespace
 
-OmegaHistogram::OmegaHistogram(double limit_per_m, std::string_view bytes)
-    : limit_per_m_(limit_per_m) {
-  PackedReader reader(bytes);
-  share_ = reader.next_all<std::int64_t>();
-  if (share_.size() != kBins) throw Error("a histogram of distances is damaged");
-  for (const std::int64_t share : share_) total_ += share;
-}
-
 void OmegaHistogram::add(const InverseDistanceMap& map) {
   constexpr int kConfident = 64;
   const auto rows = static_cast<size_t>(map.size.height);
@@ -129,11 +119,6 @@ void OmegaHistogram::add(const InverseDistanceMap& map) {
   }
 }
 
-void OmegaHistogram::add(const OmegaHistogram& other) {
-  for (size_t bin = 0; bin < share_.size(); ++bin) share_[bin] += other.share_[bin];
-  total_ += other.total_;
-}
-
 double OmegaHistogram::exceeded_by(double share) const {
   int bin = kBins - 1;
   for (std::int64_t nearer = 0; bin > 0; --bin) {
@@ -143,34 +128,22 @@ double OmegaHistogram::exceeded_by(double share) const {
   return limit_per_m_ * (bin + 1) / kBins;
 }
 
-std::string OmegaHistogram::bytes() const {
-  PackedWriter writer;
-  writer.add_all(share_);
-  return writer.bytes();
-}
-
 PanoramaSize coarse_size(const DepthPlan& plan) {
   constexpr int kReduction = 4;
   return {plan.size.width / kReduction, plan.size.height / kReduction};
 }
 
 OmegaHistogram near_surfaces(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
-                             IndexRange share, const std::filesystem::path& scratch) {
+                             const std::filesystem::path& scratch) {
   const GainFields gains = unit_gain_fields(room.grid());
   OmegaHistogram histogram(sweep_limit_per_m(plan));
   StationSweep sweep(room, plan, coarse_size(plan), sweep_limit_per_m(plan), gains, valid, true,
                      scratch);
-  for (const SweepReference& reference : maps_of(plan, share)) {
+  for (const SweepReference& reference : plan.maps) {
     throw_if_interrupted();
     histogram.add(sweep.map_at(reference));
   }
   return histogram;
-}
-
-OmegaHistogram sum_of_histograms(const DepthPlan& plan, const std::vector<std::string>& parts) {
-  OmegaHistogram sum(sweep_limit_per_m(plan));
-  for (const std::string& part : parts) sum.add(OmegaHistogram(sweep_limit_per_m(plan), part));
-  return sum;
 }
 
 double near_distance_m(const DepthPlan& plan, const OmegaHistogram& histogram) {
@@ -185,13 +158,13 @@ double near_distance_m(const DepthPlan& plan, const OmegaHistogram& histogram) {
 }
 
 OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
-                                 IndexRange share, PartialMaps* partial) {
+                                 PartialMaps* partial) {
   const GainFields gains = unit_gain_fields(room.grid());
   OmegaHistogram histogram(sweep_limit_per_m(plan));
   StationSweep sweep(room, plan, coarse_size(plan), sweep_limit_per_m(plan), gains, valid, true,
                      partial->directory());
-  sweep_all(plan, share, "looking for the nearest surfaces", kCoarseStage, &sweep, partial,
-            [&](const InverseDistanceMap& map) { histogram.add(map); });
+  sweep_all(plan, {0, plan.maps.size()}, "looking for the nearest surfaces", kCoarseStage, &sweep,
+            partial, [&](const InverseDistanceMap& map) { histogram.add(map); });
   return histogram;
 }
 

@@ -3,35 +3,27 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <string>
-#include <string_view>
 #include <vector>
 
+#include "build_lf/block.h"
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/inverse_distance_map.h"
 #include "build_lf/depth/partial_maps.h"
-#include "core/base/block.h"
 #include "core/room/gain_fields.h"
 
 namespace raywalk::build_lf {
 
 // How much of the sphere shows surfaces at which inverse distance, from 0 to a limit, over many
-// maps. The weights are whole numbers, so that the
-// sum of the histograms of parts is that of the whole, in any order.
+// maps. The weights are whole numbers, so that their sum is exact.
 class OmegaHistogram {
  public:
   explicit OmegaHistogram(double limit_per_m) : limit_per_m_(limit_per_m), share_(kBins) {}
-  // Of what bytes() gave. Throws Error for other bytes.
-  OmegaHistogram(double limit_per_m, std::string_view bytes);
 
   // Counts the confident pixels of a map.
   void add(const InverseDistanceMap& map);
-  // Adds another one of the same limit.
-  void add(const OmegaHistogram& other);
   // The largest inverse distance of the bin above which less than `share` of the solid angle lies.
   double exceeded_by(double share) const;
   bool empty() const { return total_ == 0; }
-  std::string bytes() const;
 
  private:
   static constexpr int kBins = 1024;
@@ -46,27 +38,23 @@ inline constexpr const char* kSweptStage = "swept";
 inline constexpr const char* kCoarseStage = "coarse";
 PanoramaSize coarse_size(const DepthPlan& plan);
 
-// What a coarse sweep of the maps `share` of the plan is confident of, as far as is looked for:
-// down to a distance of a quarter of the reach, where the longest baseline is four times the
-// distance. Coarse sweeps compare colours with those around them, as exposures need not agree yet.
-// Nothing is stored; `scratch` is a directory for values that memory does not hold. Throws Error if
-// the disk does not either.
+// What a coarse sweep of the plan's maps is confident of, as far as is looked for: down to a
+// distance of a quarter of the reach, where the longest baseline is four times the distance. Coarse
+// sweeps compare colours with those around them, as exposures need not agree yet. Nothing is
+// stored; `scratch` is a directory for values that memory does not hold. Throws Error if the disk
+// does not either.
 OmegaHistogram near_surfaces(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
-                             IndexRange share, const std::filesystem::path& scratch);
-
-// The sum of the bytes of the histograms of parts.
-OmegaHistogram sum_of_histograms(const DepthPlan& plan, const std::vector<std::string>& parts);
+                             const std::filesystem::path& scratch);
 
 // The distance, metres, within which a quarter of that lies; infinity if there is nothing, or it is
 // not to be told from infinity. `histogram`: of all maps.
 double near_distance_m(const DepthPlan& plan, const OmegaHistogram& histogram);
 
-// A coarse sweep of the maps `share` of the plan, at a quarter of the maps' width; they are stored.
-// Processes one station at a time, with the memory of one and of the pictures around it; what half
-// of the usable memory does not hold lies in files of the maps' directory. Throws Error if the disk
-// is full.
+// A coarse sweep of the plan's maps, at a quarter of their width; they are stored. Processes one
+// station at a time, with the memory of one and of the pictures around it; what half of the usable
+// memory does not hold lies in files of the maps' directory. Throws Error if the disk is full.
 OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
-                                 IndexRange share, PartialMaps* partial);
+                                 PartialMaps* partial);
 
 // The largest inverse distance, 1/m, to sweep, beyond which nearly nothing of the scene lies.
 // `histogram`: of all coarse maps.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
 #include <opencv2/core.hpp>
 
 #include "build_lf/gains/gain_significance.h"
@@ -192,9 +191,9 @@ void solve_window(const GainWindow& window, std::span<const StationIndex> statio
 }  // namespace
 
 GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stations,
-                            const RatioParts& parts, int most_at_once) {
+                            const SurfaceMaps& maps, int most_at_once) {
   RatioFile file(room.directory(), stations.size());
-  const std::vector<WholeRatio> ratios = collect_ratios(parts, &file);
+  const std::vector<WholeRatio> ratios = measure_ratios(room, stations, maps, &file);
   WholeGains whole;
   for (size_t c = 0; c < 3; ++c) {
     whole[c] = whole_gains(ratios, c, static_cast<int>(stations.size()));
@@ -212,21 +211,6 @@ GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stat
     progress.advance();
   }
   return fields;
-}
-
-GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stations,
-                            const SurfaceMaps& maps, int most_at_once) {
-  const int count = parts_of(stations.size());
-  std::unique_ptr<Progress> progress;
-  const auto compare = [&](int part) {
-    if (part == 0) progress = comparison_progress(stations.size());
-    const IndexRange share = Block{part + 1, count}.share_of(stations.size());
-    std::vector<StationRatios> ratios =
-        compare_stations(room, stations, maps, share, progress.get());
-    if (part == count - 1) progress.reset();  // before the next one begins
-    return ratios;
-  };
-  return solve_room_gains(room, stations, RatioParts{count, compare}, most_at_once);
 }
 
 }  // namespace raywalk::build_lf

@@ -16,8 +16,8 @@
 namespace raywalk::build_lf {
 
 // The gains of `stations` (increasing; others have none): what the surfaces say, if that is beyond
-// its error (gain_significance.h). `parts`: what compare_stations() found. The result depends
-// neither on how the ratios are divided nor on the number of threads.
+// its error (gain_significance.h), after comparing them by the surfaces in `maps`. The result does
+// not depend on the number of threads.
 //
 // Gains of whole pictures are solved for together. Those of their patches are solved for in windows
 // of at most `most_at_once` stations and some around them (gain_solver.h), so that memory is
@@ -25,10 +25,6 @@ namespace raywalk::build_lf {
 // room's directory, some 200 kB per station. Throws Error if that cannot be written; Interrupted.
 //
 // Ratios determine gains only up to a common factor: the mean logarithm is 0 in every channel.
-GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stations,
-                            const RatioParts& parts, int most_at_once = 1500);
-
-// The same, after comparing the stations by the surfaces in `maps`.
 GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stations,
                             const SurfaceMaps& maps, int most_at_once = 1500);
 

@@ -16,8 +16,8 @@
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/parallel.h"
+#include "core/base/progress.h"
 #include "core/base/robust_sigma.h"
-#include "core/files/packed_values.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -137,10 +137,8 @@ std::vector<StationRatios> RatioFile::get(int to) const {
   return ratios;
 }
 
-std::vector<StationRatios> compare_stations(const Room& room,
-                                            std::span<const StationIndex> stations,
-                                            const SurfaceMaps& maps, IndexRange share,
-                                            Progress* progress) {
+std::vector<WholeRatio> measure_ratios(const Room& room, std::span<const StationIndex> stations,
+                                       const SurfaceMaps& maps, RatioFile* file) {
   constexpr size_t kOwn = 4;
   constexpr size_t kOthers = 6;
   std::map<StationIndex, int> number;
@@ -148,78 +146,31 @@ std::vector<StationRatios> compare_stations(const Room& room,
     number.emplace(station, static_cast<int>(number.size()));
   }
   const NearestMaps nearest = places_of(room, maps);
-  std::vector<std::vector<StationRatios>> of_station(share.size());
+  std::vector<std::vector<WholeRatio>> of_station(stations.size());
+  Progress progress("comparing surfaces", std::ssize(stations), "stations");
   constexpr int kStationsPerTask = 8;
-  parallel_for(0, static_cast<int>(share.size()), kStationsPerTask, [&](int begin, int end) {
+  parallel_for(0, static_cast<int>(stations.size()), kStationsPerTask, [&](int begin, int end) {
     Surfaces surfaces(room, maps);
     for (int i = begin; i < end; ++i) {
-      const size_t place = share.begin + static_cast<size_t>(i);
-      const StationIndex to = stations[place];
+      const StationIndex to = stations[static_cast<size_t>(i)];
+      std::vector<StationRatios> ratios;
       for (const int partner : nearest.around(to, position_of(room, to), kOwn, kOthers)) {
         const StationIndex from = maps.stations[static_cast<size_t>(partner)];
         const auto from_number = number.find(from);
         if (from_number == number.end()) continue;
         std::vector<PatchRatio> patches = compare_surfaces(
             surfaces.picture(from), *surfaces.map(from), surfaces.picture(to), surfaces.map(to));
-        of_station[static_cast<size_t>(i)].push_back(
-            {from_number->second, static_cast<int>(place), std::move(patches)});
+        ratios.push_back({from_number->second, i, std::move(patches)});
       }
-      progress->advance();
+      std::ranges::transform(ratios, std::back_inserter(of_station[static_cast<size_t>(i)]),
+                             whole_ratio);
+      file->put(i, ratios);
+      progress.advance();
     }
   });
-  std::vector<StationRatios> all;
-  for (std::vector<StationRatios>& ratios : of_station) {
-    std::ranges::move(ratios, std::back_inserter(all));
-  }
-  return all;
-}
-
-std::unique_ptr<Progress> comparison_progress(std::size_t stations) {
-  return std::make_unique<Progress>("comparing surfaces", static_cast<std::int64_t>(stations),
-                                    "stations");
-}
-
-std::string bytes_of(const std::vector<StationRatios>& ratios) {
-  PackedWriter writer;
-  for (const StationRatios& of_pair : ratios) {
-    writer.add(of_pair.from);
-    writer.add(of_pair.to);
-    writer.add_all(of_pair.patches);
-  }
-  return writer.bytes();
-}
-
-std::vector<StationRatios> ratios_of(std::string_view bytes) {
-  static_assert(sizeof(PatchRatio) == 8 * sizeof(float), "nothing between its members");
-  std::vector<StationRatios> ratios;
-  for (PackedReader reader(bytes); !reader.at_end();) {
-    StationRatios& of_pair = ratios.emplace_back();
-    of_pair.from = reader.next<int>();
-    of_pair.to = reader.next<int>();
-    of_pair.patches = reader.next_all<PatchRatio>();
-  }
-  return ratios;
-}
-
-int parts_of(std::size_t stations) {
-  constexpr std::size_t kStationsPerPart = 500;  // some 100 MB
-  return static_cast<int>(
-      std::max<std::size_t>(1, (stations + kStationsPerPart - 1) / kStationsPerPart));
-}
-
-std::vector<WholeRatio> collect_ratios(const RatioParts& parts, RatioFile* file) {
   std::vector<WholeRatio> all;
-  for (int part = 0; part < parts.count; ++part) {
-    std::vector<StationRatios> ratios = parts.read(part);
-    for (auto begin = ratios.begin(); begin != ratios.end();) {
-      const int to = begin->to;
-      const auto end = std::find_if(begin, ratios.end(),
-                                    [&](const StationRatios& other) { return other.to != to; });
-      std::transform(begin, end, std::back_inserter(all), whole_ratio);
-      file->put(to, std::span(begin, end));
-      begin = end;
-    }
-  }
+  for (const std::vector<WholeRatio>& ratios : of_station)
+    std::ranges::copy(ratios, std::back_inserter(all));
   return all;
 }
 

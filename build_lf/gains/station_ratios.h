@@ -3,18 +3,12 @@
 
 #include <array>
 #include <filesystem>
-#include <functional>
-#include <memory>
 #include <mutex>
 #include <span>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "build_lf/gains/patch_ratios.h"
 #include "build_lf/gains/surface_maps.h"
-#include "core/base/block.h"
-#include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/panorama/gain_graph.h"
 #include "core/room/gain_fields.h"
@@ -67,34 +61,11 @@ struct WholeRatio {
   bool known = false;  // whether any patch was compared
 };
 
-// Compares the stations `share` of the list (increasing) each with the nearest stations that have a
-// map, on its own line, where the views are most alike, and on others, which tie the lines
-// together. Ordered by `to`; the result does not depend on the number of threads. Advances
-// `progress` by one for each; throws Interrupted. Memory grows with the share, by some 200 kB per
-// station.
-std::vector<StationRatios> compare_stations(const Room& room,
-                                            std::span<const StationIndex> stations,
-                                            const SurfaceMaps& maps, IndexRange share,
-                                            Progress* progress);
-// The progress of comparing so many stations, which may be several shares.
-std::unique_ptr<Progress> comparison_progress(std::size_t stations);
-
-// Ratios as bytes and back. Throws Error for other bytes.
-std::string bytes_of(const std::vector<StationRatios>& ratios);
-std::vector<StationRatios> ratios_of(std::string_view bytes);
-
-// The ratios of all stations, in parts that are handed out one at a time: read(part) for part 0 to
-// count - 1. Together they are ordered by `to`, and those of one `to` are in one part.
-struct RatioParts {
-  int count = 0;
-  std::function<std::vector<StationRatios>(int part)> read;
-};
-
-// The least number of equal parts that are small beside the memory of a computer.
-int parts_of(std::size_t stations);
-
-// Puts the ratios into `file`. Returns those of whole pictures, by increasing `to`. Throws Error as
-// RatioFile and `parts` do.
-std::vector<WholeRatio> collect_ratios(const RatioParts& parts, RatioFile* file);
+// Compares `stations` (increasing) each with the nearest stations that have a map, on its own line,
+// where the views are most alike, and on others, which tie the lines together. Puts the ratios into
+// `file`; returns those of whole pictures, by increasing `to`. The result does not depend on the
+// number of threads. Throws Error as RatioFile does; Interrupted.
+std::vector<WholeRatio> measure_ratios(const Room& room, std::span<const StationIndex> stations,
+                                       const SurfaceMaps& maps, RatioFile* file);
 
 }  // namespace raywalk::build_lf

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "build_lf/free_space.h"
@@ -14,7 +13,6 @@
 #include "build_lf/refine/developed_station.h"
 #include "build_lf/refine/refine_plan.h"
 #include "build_lf/volume_writer.h"
-#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
@@ -37,7 +35,7 @@ constexpr const char* kRefinedOrigin = "refined";
 // A run: the captured room without what is held out, and what is made of it.
 class Refinement {
  public:
-  Refinement(const RefineOptions& options, FileLock::Use use)
+  explicit Refinement(const RefineOptions& options)
       : options_(options),
         captured_(opened(options)),
         room_(options.hold_out == 0 ? captured_
@@ -45,7 +43,7 @@ class Refinement {
         kept_(stations_to_develop(room_, options.stations)),
         refined_(room_.subset(kept_)),
         width_(developed_width(room_.panorama(), options.width)),
-        partial_(options.out, fingerprint(), options.replace, use) {
+        partial_(options.out, fingerprint(), options.replace) {
     for (int line = 0; line < static_cast<int>(kept_.size()); ++line) {
       for (const int station : kept_[static_cast<std::size_t>(line)]) {
         stations_.push_back({line, station});
@@ -53,32 +51,21 @@ class Refinement {
     }
   }
 
-  std::size_t stations() const { return stations_.size(); }
-  PartialRoom& partial() { return partial_; }
-
-  // Develops those of a share that are not; returns how many that were.
-  int develop(IndexRange share) {
-    require_space(share);
+  // Develops those that are not.
+  void develop() {
+    require_space();
     const std::unique_ptr<const Exposure> exposure =
         room_.gains().empty() ? nullptr : std::make_unique<const Exposure>(room_);
     SourceViews views(room_);
-    Progress progress("developing", static_cast<std::int64_t>(share.size()), "stations");
-    int developed = 0;
-    for (const StationIndex station : std::span(stations_).subspan(share.begin, share.size())) {
+    Progress progress("developing", std::ssize(stations_), "stations");
+    for (const StationIndex station : stations_) {
       throw_if_interrupted();
       if (!fs::exists(file_of(station))) {
         store_developed(file_of(station),
                         develop_station(room_, exposure.get(), station, width_, &views));
-        ++developed;
       }
       progress.advance();
     }
-    return developed;
-  }
-
-  bool is_complete(IndexRange share) const {
-    const auto part = std::span(stations_).subspan(share.begin, share.size());
-    return std::ranges::all_of(part, [&](StationIndex at) { return fs::exists(file_of(at)); });
   }
 
   // Makes the room of what is developed.
@@ -136,13 +123,12 @@ class Refinement {
            fmt::format("{}-{}{}", station.line, station.station, kDevelopedExtension);
   }
 
-  void require_space(IndexRange share) const {
+  void require_space() const {
     const std::uint64_t pixels = static_cast<std::uint64_t>(width_) * (width_ / 2);
     constexpr std::uint64_t kDevelopedBytes = 8, kStoredBytes = 8;  // of a pixel
-    const auto part = std::span(stations_).subspan(share.begin, share.size());
     const auto there = static_cast<std::uint64_t>(
-        std::ranges::count_if(part, [&](StationIndex at) { return fs::exists(file_of(at)); }));
-    const std::uint64_t all = share.size() * pixels * (kDevelopedBytes + kStoredBytes);
+        std::ranges::count_if(stations_, [&](StationIndex at) { return fs::exists(file_of(at)); }));
+    const std::uint64_t all = stations_.size() * pixels * (kDevelopedBytes + kStoredBytes);
     const std::uint64_t developed = there * pixels * kDevelopedBytes;
     build_lf::require_space(partial_.directory(), {.needed = all - developed, .there = developed},
                             free_bytes(partial_.directory()));
@@ -195,32 +181,8 @@ class Refinement {
 }  // namespace
 
 void refine_room(const RefineOptions& options) {
-  Refinement refinement(options, FileLock::Use::kAlone);
-  refinement.develop({0, refinement.stations()});
-  refinement.complete();
-}
-
-std::string refine_block(const RefineOptions& options, Block block) {
-  Refinement refinement(options, FileLock::Use::kShared);
-  refinement.partial().note_blocks(block.count);
-  const IndexRange share = block.share_of(refinement.stations());
-  const int developed = refinement.develop(share);
-  return fmt::format("{}: block {}: {}, {}", options.out.string(), block.text(),
-                     counted(share.size(), "station"),
-                     developed == 0 ? "all developed before" : "developed");
-}
-
-void merge_refined(const RefineOptions& options) {
-  Refinement refinement(options, FileLock::Use::kAlone);
-  if (!refinement.is_complete({0, refinement.stations()})) {
-    const std::string blocks = refinement.partial().missing_blocks([&](Block block) {
-      return !refinement.is_complete(block.share_of(refinement.stations()));
-    });
-    throw Error(fmt::format(
-        "{}: not all stations are developed{}; develop them with --block and "
-        "merge again",
-        refinement.partial().directory().string(), blocks.empty() ? "" : ": " + blocks));
-  }
+  Refinement refinement(options);
+  refinement.develop();
   refinement.complete();
 }
 

@@ -3,9 +3,7 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 
-#include "core/base/block.h"
 #include "core/room/ray_form.h"
 
 namespace raywalk::build_lf {
@@ -25,13 +23,5 @@ struct RefineOptions {
 // for options out of range; Error as Room::open and pack_room do, and if the room has no distances
 // or is itself a refined one.
 void refine_room(const RefineOptions& options);
-
-// Develops the stations of one block, which processes on any machines can do at once. Returns a
-// sentence for the terminal.
-std::string refine_block(const RefineOptions& options, Block block);
-
-// Makes the room of what blocks developed. Throws Error saying how many stations, and which blocks,
-// are missing.
-void merge_refined(const RefineOptions& options);
 
 }  // namespace raywalk::build_lf

@@ -3,13 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <csignal>
 #include <opencv2/imgproc.hpp>
+#include <thread>
 
 #include "build_lf/depth/depth_test_room.h"
 #include "build_lf/depth/station_image.h"
 #include "build_lf/room_verify.h"
 #include "core/base/error.h"
-#include "core/files/test_directory.h"
+#include "core/base/interrupt.h"
+#include "core/files/atomic_output.h"
 #include "core/room/refined_record.h"
 #include "core/room/tile_cache.h"
 
@@ -36,6 +40,24 @@ class RefineRoomTest : public testing::Test {
     const RefineOptions options = options_of(room);
     refine_room(options);
     return Room::open(options.out);
+  }
+  // Starts a run and stops it when it has stored something in a folder.
+  static void stop_once_stored(const RefineOptions& options, const fs::path& stations) {
+    std::signal(SIGINT, [](int) {});
+    {
+      const WatchInterrupts watch;
+      std::thread stopper([&] {
+        std::error_code none_yet;
+        for (int tries = 0; tries < 20'000; ++tries) {
+          if (fs::directory_iterator(stations, none_yet) != fs::directory_iterator()) break;
+          std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        std::raise(SIGINT);
+      });
+      EXPECT_THROW(refine_room(options), Interrupted);
+      stopper.join();
+    }
+    std::signal(SIGINT, SIG_DFL);
   }
   // PSNR of a station's picture against the scene, which shows detail of a pixel of its width.
   static double psnr_of(const Room& room, StationIndex station, const SyntheticScene& scene) {
@@ -142,32 +164,13 @@ TEST_F(RefineRoomTest, WhatMovedIsTakenFromOtherStations) {
   EXPECT_GT(psnr_of(room, {0, 2}, scene.scene), 34.0);  // that of station 8
 }
 
-TEST_F(RefineRoomTest, BlocksMakeTheSameRoom) {
-  DepthTestRoom captured(spec());
-  captured.give_distances(spec().scene, {64, 32}, 8);
-  RefineOptions options = options_of(captured.room());
-  refine_room(options);
-  const auto whole = checksums_of_files(options.out);
-  fs::remove_all(options.out);
-  EXPECT_THAT(refine_block(options, {.index = 2, .count = 3}), HasSubstr("4 stations, developed"));
-  EXPECT_THAT(error_of([&] { merge_refined(options); }), HasSubstr("1 and 3"));
-  EXPECT_FALSE(fs::exists(options.out));
-  for (const int index : {1, 3}) refine_block(options, {.index = index, .count = 3});
-  EXPECT_THAT(refine_block(options, {.index = 2, .count = 3}), HasSubstr("developed before"));
-  merge_refined(options);
-  EXPECT_EQ(checksums_of_files(options.out), whole);
-  EXPECT_FALSE(fs::exists(options.out.string() + ".partial"));
-  EXPECT_THAT(error_of([&] { refine_room(options); }), HasSubstr("exists"));
-  options.replace = true;
-  EXPECT_NO_THROW(refine_room(options));
-}
-
 TEST_F(RefineRoomTest, AStoppedRunIsResumed) {
   DepthTestRoom captured(spec());
   captured.give_distances(spec().scene, {64, 32}, 8);
   const RefineOptions options = options_of(captured.room());
-  refine_block(options, {.index = 1, .count = 2});
   const fs::path stations = options.out.string() + ".partial/stations";
+  stop_once_stored(options, stations);
+  ASSERT_FALSE(fs::is_empty(stations));
   const fs::path first = *fs::directory_iterator(stations);
   const auto written = fs::last_write_time(first);
   // Another width is another room.

@@ -63,10 +63,10 @@ std::string step_name(CalibrationStep step) {
   return kNames[static_cast<std::size_t>(step)];
 }
 
-Calibration::Calibration(CalibrationOptions options, CalibrationAccess access)
+Calibration::Calibration(CalibrationOptions options)
     : options_(with_directories(std::move(options))),
       captured_(read_capture_set(options_.input)),
-      lock_(access == CalibrationAccess::kAlone ? locked(options_.out) : nullptr),
+      lock_(locked(options_.out)),
       records_(options_.out) {}
 
 bool Calibration::has(CalibrationStep step) const {
@@ -91,20 +91,11 @@ double Calibration::seconds(CalibrationStep step) const {
   return record ? record->seconds : 0.0;
 }
 
-template <typename Work>
-void Calibration::record(CalibrationStep step, const Work& work) {
+void Calibration::run(CalibrationStep step) {
   const std::string inputs = fingerprint(step);
   records_.forget(step_name(step));
-  const double seconds = times_of(work).wall_s;
+  const double seconds = times_of([&] { do_step(step); }).wall_s;
   records_.note(step_name(step), inputs, seconds, outputs_of(step));
-}
-
-void Calibration::run(CalibrationStep step) {
-  record(step, [&] { do_step(step); });
-}
-
-void Calibration::merge(CalibrationStep step) {
-  record(step, [&] { merge_step(step); });
 }
 
 void Calibration::do_step(CalibrationStep step) {

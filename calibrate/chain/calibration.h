@@ -18,7 +18,6 @@
 #include "calibrate/poses/solve_poses.h"
 #include "calibrate/rectify/rectify_set.h"
 #include "calibrate/stitch/stitch_set.h"
-#include "core/base/block.h"
 #include "core/files/file_lock.h"
 
 namespace raywalk::calibrate {
@@ -47,18 +46,11 @@ struct CalibrationOptions {
   std::optional<std::filesystem::path> pose_table{};
 };
 
-// Who may work in the directory of a calibration at the same time.
-enum class CalibrationAccess {
-  kAlone,
-  kBlocks,  // others too: only blocks are done
-};
-
 class Calibration {
  public:
-  // Reads the capture, creates OUT and, for kAlone, locks it. Throws Error as read_capture_set
-  // does, for a directory that cannot be written, and for one that another process has locked.
-  explicit Calibration(CalibrationOptions options,
-                       CalibrationAccess access = CalibrationAccess::kAlone);
+  // Reads the capture, creates OUT and locks it. Throws Error as read_capture_set does, for a
+  // directory that cannot be written, and for one that another process has locked.
+  explicit Calibration(CalibrationOptions options);
 
   const CalibrationOptions& options() const { return options_; }
   const std::filesystem::path& out() const { return options_.out; }
@@ -72,15 +64,7 @@ class Calibration {
   // Runs the step, even if it is done, and records it. Throws Error where an earlier step's result
   // is missing (naming that step) and as the step itself does.
   void run(CalibrationStep step);
-  // Does a block of the step `stitch`, `poses` or `rectify`, and returns a line that says what it
-  // did. Records nothing. Throws Error as the step itself does.
-  std::string run_block(CalibrationStep step, Block block) const;
-  // Of `rectify`: a block of the comparison of light, and their merging (rectify_blocks.h).
-  std::string run_light_block(Block block) const;
-  void merge_light() const;
-  // As run(), from what blocks of the step left. Throws Error also naming blocks that are missing.
-  void merge(CalibrationStep step);
-  // Duration of the step's last run, seconds; of a merged one without its blocks.
+  // Duration of the step's last run, seconds.
   double seconds(CalibrationStep step) const;
   void forget(CalibrationStep step) { records_.forget(step_name(step)); }
   StepRecords& records() { return records_; }
@@ -117,9 +101,6 @@ class Calibration {
   void run_grid();
   void run_rectify();
   void do_step(CalibrationStep step);
-  void merge_step(CalibrationStep step);
-  template <typename Work>
-  void record(CalibrationStep step, const Work& work);
 
   CalibrationOptions options_;
   CaptureSet captured_{};

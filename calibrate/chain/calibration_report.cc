@@ -204,9 +204,9 @@ void write_calibration_until(const Calibration& calibration, CalibrationStep las
   write_calibration(calibration, runs, ordered_json::array());
 }
 
-void run_reported(Calibration* calibration, CalibrationStep step, bool merge) {
+void run_reported(Calibration* calibration, CalibrationStep step) {
   try {
-    merge ? calibration->merge(step) : calibration->run(step);
+    calibration->run(step);
   } catch (const Error&) {
     const bool reported = step == CalibrationStep::kPoses;
     if (reported && !step_document(*calibration, step).is_null()) {

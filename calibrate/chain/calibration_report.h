@@ -36,8 +36,8 @@ nlohmann::ordered_json write_calibration(const Calibration& calibration,
 // The same with all steps up to this one: later ones may have other inputs.
 void write_calibration_until(const Calibration& calibration, CalibrationStep last);
 
-// Runs the step, or merges its blocks, and throws as these do. Logs the warnings of its document.
-// Where the poses fail but have left their document, writes the report first.
-void run_reported(Calibration* calibration, CalibrationStep step, bool merge = false);
+// Runs the step, and throws as it does. Logs the warnings of its document. Where the poses fail but
+// have left their document, writes the report first.
+void run_reported(Calibration* calibration, CalibrationStep step);
 
 }  // namespace raywalk::calibrate

@@ -13,7 +13,6 @@
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/parallel.h"
-#include "core/command_line/command_options.h"
 #include "core/command_line/config_option.h"
 
 namespace raywalk::calibrate {
@@ -34,18 +33,8 @@ void print_result(const Calibration& calibration, CalibrationStep step) {
              escaped((calibration.out() / "index.html").string()));
 }
 
-void run_block(const StepArguments& arguments, CalibrationStep step) {
-  set_thread_count(arguments.threads);
-  const Calibration calibration(options_of(arguments), CalibrationAccess::kBlocks);
-  if (!calibration.has(step)) {
-    fmt::print("{}: nothing to do\n", step_name(step));
-    return;
-  }
-  fmt::print("{}\n", escaped(calibration.run_block(step, *arguments.blocks.block)));
-}
-
-void run_or_merge(Calibration* calibration, const StepArguments& arguments, CalibrationStep step) {
-  run_reported(calibration, step, arguments.blocks.merge);
+void run_and_print(Calibration* calibration, CalibrationStep step) {
+  run_reported(calibration, step);
   write_calibration_until(*calibration, step);
   print_result(*calibration, step);
 }
@@ -53,18 +42,11 @@ void run_or_merge(Calibration* calibration, const StepArguments& arguments, Cali
 Calibration run_step(const StepArguments& arguments, CalibrationStep step) {
   set_thread_count(arguments.threads);
   Calibration calibration(options_of(arguments));
-  run_or_merge(&calibration, arguments, step);
+  run_and_print(&calibration, step);
   return calibration;
 }
 
 void run_stitch(const StepArguments& arguments) {
-  const BlockArguments& blocks = arguments.blocks;
-  if ((blocks.block || blocks.merge) && !arguments.lens_file.empty()) {
-    throw UsageError(
-        "blocks use the lens of the calibration; take over the file first with "
-        "raywalk-calibrate lens INPUT --lens FILE");
-  }
-  if (blocks.block) return run_block(arguments, CalibrationStep::kStitch);
   set_thread_count(arguments.threads);
   Calibration calibration(options_of(arguments));
   if (!calibration.has(CalibrationStep::kStitch)) {
@@ -73,15 +55,7 @@ void run_stitch(const StepArguments& arguments) {
   }
   // A lens file on the command line replaces the step lens.
   if (calibration.options().lens_file) calibration.run(CalibrationStep::kLens);
-  run_or_merge(&calibration, arguments, CalibrationStep::kStitch);
-}
-
-void run_poses(const StepArguments& arguments) {
-  if (arguments.blocks.block) {
-    run_block(arguments, CalibrationStep::kPoses);
-  } else {
-    run_step(arguments, CalibrationStep::kPoses);
-  }
+  run_and_print(&calibration, CalibrationStep::kStitch);
 }
 
 void run_mask(const StepArguments& arguments) {
@@ -104,25 +78,7 @@ void run_grid(const StepArguments& arguments) {
                   calibration.out().string()));
 }
 
-void compare_light(const StepArguments& arguments) {
-  const BlockArguments& blocks = arguments.blocks;
-  if (!blocks.block && !blocks.merge) {
-    throw UsageError(
-        "--light is the first half of rectify in blocks; give --block I/N or --merge with it");
-  }
-  set_thread_count(arguments.threads);
-  const Calibration calibration(options_of(arguments), CalibrationAccess::kBlocks);
-  if (blocks.block) {
-    fmt::print("{}\n", escaped(calibration.run_light_block(*blocks.block)));
-    return;
-  }
-  calibration.merge_light();
-  fmt::print("rectify: the light is merged\n");
-}
-
 void run_rectify(const StepArguments& arguments) {
-  if (arguments.light) return compare_light(arguments);
-  if (arguments.blocks.block) return run_block(arguments, CalibrationStep::kRectify);
   const Calibration calibration = run_step(arguments, CalibrationStep::kRectify);
   const nlohmann::ordered_json rectified = step_document(calibration, CalibrationStep::kRectify);
   fmt::print("{}\n", escaped(rectified.at("pack_command").get<std::string>()));
@@ -152,11 +108,8 @@ void add_stitch(CLI::App* app) {
                                    "Lens file to use (default: result of the step lens)"),
                ConfigKind::kLens);
   add_stitch_options(command, arguments.get());
-  add_block_options(command, &arguments->blocks, "frames");
   command->footer(
       "Example:\n  raywalk-calibrate stitch hall\n"
-      "  raywalk-calibrate stitch hall --block 3/16\n"
-      "  raywalk-calibrate stitch hall --merge\n"
       "An interrupted run is resumed by the same command.");
   command->callback([arguments] { run_stitch(*arguments); });
 }
@@ -177,15 +130,11 @@ void add_poses(CLI::App* app) {
   CLI::App* command = app->add_subcommand("poses", "Solve the poses of the panoramas with COLMAP");
   const Arguments arguments = add_step(command);
   add_poses_options(command, arguments.get());
-  add_block_options(command, &arguments->blocks, "parts of the grid");
   command->footer(
       "Example:\n  raywalk-calibrate poses hall --keyframes-mm 100\n"
-      "  raywalk-calibrate poses hall --block 3/16\n"
-      "  raywalk-calibrate poses hall --merge\n"
-      "A block solves its share of the parts of a grid of more than --part-stations stations.\n"
       "Frames of a gt.csv beside poses.csv are solved with the stations, all of them.\n"
       "An interrupted run is resumed by the same command.");
-  command->callback([arguments] { run_poses(*arguments); });
+  command->callback([arguments] { run_step(*arguments, CalibrationStep::kPoses); });
 }
 
 void add_grid(CLI::App* app) {
@@ -209,16 +158,8 @@ void add_rectify(CLI::App* app) {
                       "Poses to use: a table file,x,y,z,yaw,pitch,roll in metres and degrees "
                       "(default: result of the step grid)");
   add_rectify_options(command, arguments.get());
-  add_block_options(command, &arguments->blocks, "frames (with --light: pairs of frames)");
-  command->add_flag("--light", arguments->light,
-                    "Only compare the light of the frames, in blocks: all of them and their merge "
-                    "come before the blocks of the frames (not needed with --no-gain)");
   command->footer(
       "Example:\n  raywalk-calibrate rectify hall\n"
-      "  raywalk-calibrate rectify hall --light --block 3/16\n"
-      "  raywalk-calibrate rectify hall --light --merge\n"
-      "  raywalk-calibrate rectify hall --block 3/16\n"
-      "  raywalk-calibrate rectify hall --merge\n"
       "  raywalk-build-lf pack --frames hall/calibration/poses.csv --out hall.lf\n"
       "Masks of frames are turned with them. Frames of a gt.csv beside poses.csv are listed in "
       "the\n"

@@ -28,8 +28,6 @@ struct StepArguments {
   bool no_balance = false;
   bool no_gain = false;
   std::string work{};  // COLMAP's directory
-  BlockArguments blocks{};
-  bool light = false;  // of rectify: only the comparison of light
   LineToleranceArguments lines{};
   int threads = 0;
 };

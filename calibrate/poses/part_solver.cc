@@ -57,7 +57,6 @@ class PartSolver {
 
   PartSolution solve() {
     const ColmapProgram colmap = ColmapProgram::find();
-    solution_.colmap = colmap.version();
     fs::path lock_file = directory_;
     lock_file += ".lock";
     make_directories(directory_of(lock_file));

@@ -2,16 +2,35 @@
 // adjustment.
 #pragma once
 
+#include <map>
+#include <string>
 #include <vector>
 
-#include "calibrate/poses/part_solution.h"
+#include "calibrate/base/frame_poses.h"
 #include "calibrate/poses/pose_parts.h"
+#include "calibrate/poses/refine_poses.h"
 #include "calibrate/poses/solve_poses.h"
 
 namespace raywalk::calibrate {
 
 // A scene point has to be seen from so many frames: with two, one direction is not checked.
 inline constexpr int kLeastFrames = 3;
+
+// The poses of one part.
+struct PartSolution {
+  // Of the frames at home.
+  std::map<int, int> features{};
+  std::map<int, int> matches{};  // verified, with all other frames
+  int matched_pairs = 0;         // of faces; every pair counts in one part only
+  // By line: evidence of its pairs of neighbours (motion_evidence).
+  std::vector<std::vector<double>> evidence{};
+  // Near the nominal poses, with sigmas; those of the largest connected group of frames, at home or
+  // not. Empty if nothing was solved.
+  RefinedPoses refined{};
+  std::vector<StepTime> times{};
+
+  bool solved() const { return !refined.points.observations.empty(); }
+};
 
 // What a solution works on. Refers to the set and the options that it was made from.
 struct PoseProblem {

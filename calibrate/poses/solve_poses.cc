@@ -9,7 +9,6 @@
 #include "calibrate/poses/frame_links.h"
 #include "calibrate/poses/join_parts.h"
 #include "calibrate/poses/matching_faces.h"
-#include "calibrate/poses/part_solution.h"
 #include "calibrate/poses/part_solver.h"
 #include "calibrate/poses/poses_figures.h"
 #include "calibrate/poses/rail_motion.h"
@@ -18,8 +17,6 @@
 #include "core/base/median.h"
 #include "core/base/timing.h"
 #include "core/files/atomic_output.h"
-#include "core/files/block_results.h"
-#include "core/files/fingerprint.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -210,96 +207,19 @@ PoseProblem valid_problem(const CaptureSet& panoramas, const PosesOptions& optio
   return problem;
 }
 
-// Hash of all that the parts depend on; COLMAP's release is compared when they are merged.
-std::string fingerprint_of(const PoseProblem& problem) {
-  std::string text = fmt::format("poses 1 {} {} {}\n", problem.face_px, problem.parts.size(),
-                                 problem.options.part_stations);
-  const auto append = [&text](const auto& numbers) {
-    for (const double number : numbers.reshaped()) text += fmt::format(" {:.17g}", number);
-  };
-  if (problem.options.mask) text += "mask " + sha256_of_pixels(*problem.options.mask) + "\n";
-  if (problem.options.lenses) {
-    append(problem.options.lenses->front_position_m);
-    append(problem.options.lenses->back_position_m);
-  }
-  for (const int frame : problem.keyframes) {
-    const CaptureFrame& of = problem.set.frames[static_cast<std::size_t>(frame)];
-    const FramePose& start = *problem.start[static_cast<std::size_t>(frame)];
-    text +=
-        fmt::format("\n{} {} {} {}", of.name, of.line, of.file.string(), stamp_of(of.file).text());
-    if (of.mask) text += " mask " + of.mask->string() + " " + stamp_of(*of.mask).text();
-    append(of.nominal_m);
-    append(start.position_m);
-    append(start.world_from_camera);
-  }
-  return sha256_hex(text);
-}
-
-BlockResults results_of(const PoseProblem& problem) {
-  return {problem.options.out / "blocks", "poses", fingerprint_of(problem)};
-}
-
-// Returns whether the part was solved now.
-bool make_part(const PoseProblem& problem, const BlockResults& results, std::size_t part) {
-  const Block as_block{static_cast<int>(part + 1), static_cast<int>(problem.parts.size())};
-  return results.make(as_block, [&] {
-    spdlog::info("{}: {} frames, {} with those around them", part_name(problem, part),
-                 problem.parts[part].home.size(), problem.parts[part].frames.size());
-    return bytes_of(solve_part(problem, part));
-  });
-}
-
-std::vector<PartSolution> read_parts(const PoseProblem& problem, const BlockResults& results) {
-  std::vector<PartSolution> solutions;
-  for (const std::string& bytes : results.merged()) {
-    solutions.push_back(read_part_solution(bytes, problem.set.frames.size(),
-                                           problem.set.lines.size(),
-                                           part_name(problem, solutions.size())));
-    if (solutions.back().colmap == solutions.front().colmap) continue;
-    throw Error(fmt::format(
-        "{} was solved with COLMAP {}, but part 1 with {}; use one release on all machines, remove "
-        "{} and make the blocks again",
-        part_name(problem, solutions.size() - 1), solutions.back().colmap, solutions.front().colmap,
-        (problem.options.out / "blocks" / "poses").string()));
-  }
-  return solutions;
-}
-
-PosesResult merge_parts(const PoseProblem& problem, const BlockResults& results) {
-  PosesResult result = PoseMerger(problem).merge(read_parts(problem, results));
-  results.remove();
-  return result;
-}
-
 }  // namespace
 
 PosesResult solve_poses(const CaptureSet& panoramas, const PosesOptions& options) {
   const PoseProblem problem = valid_problem(panoramas, options);
-  if (problem.parts.size() == 1) {
-    std::vector<PartSolution> solutions;
-    solutions.push_back(solve_part(problem, 0));
-    return PoseMerger(problem).merge(std::move(solutions));
-  }
-  const BlockResults results = results_of(problem);
+  std::vector<PartSolution> solutions;
   for (std::size_t part = 0; part < problem.parts.size(); ++part) {
-    make_part(problem, results, part);
+    if (problem.parts.size() > 1) {
+      spdlog::info("{}: {} frames, {} with those around them", part_name(problem, part),
+                   problem.parts[part].home.size(), problem.parts[part].frames.size());
+    }
+    solutions.push_back(solve_part(problem, part));
   }
-  return merge_parts(problem, results);
-}
-
-PoseBlock solve_pose_block(const CaptureSet& panoramas, const PosesOptions& options, Block block) {
-  const PoseProblem problem = valid_problem(panoramas, options);
-  const BlockResults results = results_of(problem);
-  PoseBlock done{.parts = problem.parts.size(), .share = block.share_of(problem.parts.size())};
-  for (std::size_t part = done.share.begin; part < done.share.end; ++part) {
-    if (make_part(problem, results, part)) ++done.made;
-  }
-  return done;
-}
-
-PosesResult merge_poses(const CaptureSet& panoramas, const PosesOptions& options) {
-  const PoseProblem problem = valid_problem(panoramas, options);
-  return merge_parts(problem, results_of(problem));
+  return PoseMerger(problem).merge(std::move(solutions));
 }
 
 }  // namespace raywalk::calibrate

@@ -4,9 +4,8 @@
 // others; the world frame and the scale are those of the stations alone.
 //
 // A large grid is solved in parts (pose_parts.h), which are then joined and adjusted together
-// (join_parts.h). The parts depend on the capture and the options alone; blocks of the work are
-// shares of the parts, and give what one run gives up to what COLMAP's own results differ by from
-// run to run, also with one thread: its matching starts from random numbers that cannot be set.
+// (join_parts.h). COLMAP's own results differ from run to run, also with one thread: its matching
+// starts from random numbers that cannot be set.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +17,6 @@
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/poses/align_poses.h"
-#include "core/base/block.h"
 #include "core/geometry/fisheye_lens.h"
 
 namespace raywalk::calibrate {
@@ -93,28 +91,10 @@ struct PosesResult {
 };
 
 // Writes poses.json and poses-report.json. Works in the directory colmap/, from which
-// an interrupted run is resumed and which may be deleted afterwards; parts that are done are kept
-// in blocks/ until all are. Throws Error if there is no
+// an interrupted run is resumed and which may be deleted afterwards. Throws Error if there is no
 // supported COLMAP, COLMAP fails (quoting its log), nothing can be solved (naming the reason: too
 // few matches, a mirrored camera, …; poses-report.json is still written), or the
 // mask has another size; UsageError for options out of range; Interrupted.
 PosesResult solve_poses(const CaptureSet& panoramas, const PosesOptions& options);
-
-// What a block did.
-struct PoseBlock {
-  std::size_t parts = 0;  // of the whole grid
-  IndexRange share{};     // the block's parts
-  std::size_t made = 0;   // the number of those that were not done before
-};
-
-// Solves the block's share of the parts and keeps them in `out`/blocks until they are merged.
-// Throws as solve_poses, and Error if another process works at one of these parts in the same
-// directory.
-PoseBlock solve_pose_block(const CaptureSet& panoramas, const PosesOptions& options, Block block);
-
-// Does what solve_poses does after the parts are solved, without COLMAP, and removes what the
-// blocks kept. Throws Error naming the parts that are missing, as blocks of as many as there are
-// parts, and if parts were solved by different releases of COLMAP.
-PosesResult merge_poses(const CaptureSet& panoramas, const PosesOptions& options);
 
 }  // namespace raywalk::calibrate

@@ -150,7 +150,7 @@ TEST_F(SolvePoses, RecoversHowTwoRailsCross) {
   EXPECT_LT(relative_error(again.poses, truth, 1, 5).position_m, 0.5e-3);
 }
 
-TEST_F(SolvePoses, PartsAreSolvedInBlocksAndMerged) {
+TEST_F(SolvePoses, PartsAreJoined) {
   const TestDirectory directory;
   const FramePoses truth = corner_truth();
   const CaptureSet set = captured(directory.path(), [](int, cv::Mat*) {});
@@ -158,27 +158,13 @@ TEST_F(SolvePoses, PartsAreSolvedInBlocksAndMerged) {
   options.part_stations = 4;
   options.threads = 1;
   options.face_px = 160;
-  const PoseBlock last = solve_pose_block(set, options, {2, 2});
-  EXPECT_EQ(last.parts, 2U);
-  EXPECT_EQ(last.share, (IndexRange{1, 2}));
-  EXPECT_EQ(last.made, 1U);
-  EXPECT_EQ(solve_pose_block(set, options, {2, 2}).made, 0U) << "what is done is not done again";
-  EXPECT_EQ(solve_pose_block(set, options, {1, 3}).made, 0U) << "more blocks than parts";
-  try {
-    merge_poses(set, options);
-    FAIL() << "merged";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("1 of 2 blocks is missing: 1"));
-  }
-  EXPECT_EQ(solve_pose_block(set, options, {1, 2}).made, 1U);
-  const PosesResult result = merge_poses(set, options);
+  const PosesResult result = solve_poses(set, options);
   EXPECT_EQ(std::count(result.poses.begin(), result.poses.end(), std::nullopt), 0);
   for (const int other : {2, 5, 6}) {
     const PoseDifference error = relative_error(result.poses, truth, 1, other);
     EXPECT_LT(error.position_m, 2e-3) << other;
     EXPECT_LT(error.rotation_rad * kResidualPx_per_rad, 1.5) << other;
   }
-  EXPECT_FALSE(std::filesystem::exists(directory / "out/blocks"));
   EXPECT_LT(largest_difference(read_frame_poses(directory / "out/poses.json", set), result.poses)
                 .position_m,
             1e-9);

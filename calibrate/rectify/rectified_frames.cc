@@ -196,41 +196,4 @@ void write_rectified_frames(const CaptureSet& panoramas, const FramePoses& poses
   move_into_place(partial, directory, any_masked(inputs, frames));
 }
 
-std::string rectified_fingerprint(const CaptureSet& panoramas, const FramePoses& poses,
-                                  const std::vector<LightGain>& gains, const cv::Mat& mask,
-                                  const std::optional<FisheyeSource>& fisheye) {
-  return fingerprint_of({panoramas, mask, fisheye}, poses, gains);
-}
-
-void write_rectified_block(const CaptureSet& panoramas, const FramePoses& poses,
-                           const std::vector<LightGain>& gains, const cv::Mat& mask,
-                           const std::optional<FisheyeSource>& fisheye, Block block,
-                           const fs::path& folder) {
-  const std::vector<int> posed = posed_frames(poses);
-  const IndexRange share = block.share_of(posed.size());
-  const std::vector<int> frames(posed.begin() + static_cast<std::ptrdiff_t>(share.begin),
-                                posed.begin() + static_cast<std::ptrdiff_t>(share.end));
-  make_directories(folder / "masks");
-  write_missing({panoramas, mask, fisheye}, poses, gains, frames, folder);
-}
-
-void install_rectified_frames(const CaptureSet& panoramas, const FramePoses& poses,
-                              const cv::Mat& mask, const std::optional<FisheyeSource>& fisheye,
-                              const fs::path& folder, const fs::path& out) {
-  const RectifyInputs inputs{panoramas, mask, fisheye};
-  const fs::path directory = out / kDirectory;
-  const std::vector<int> frames = posed_frames(poses);
-  // An interrupted merge may have moved them.
-  const fs::path& made = fs::exists(folder) ? folder : directory;
-  for (const int frame : frames) {
-    const FrameFiles files = files_of(inputs, frame, made);
-    if (are_there(files)) continue;
-    throw Error(
-        fmt::format("{} is missing, though its block is done; remove {} and make the blocks "
-                    "again",
-                    files.picture.string(), folder.parent_path().string()));
-  }
-  if (fs::exists(folder)) move_into_place(folder, directory, any_masked(inputs, frames));
-}
-
 }  // namespace raywalk::calibrate

@@ -12,7 +12,6 @@
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/rectify/exposure_gains.h"
 #include "calibrate/stitch/fisheye_source.h"
-#include "core/base/block.h"
 
 namespace raywalk::calibrate {
 
@@ -32,21 +31,5 @@ void write_rectified_frames(const CaptureSet& panoramas, const FramePoses& poses
                             const std::vector<LightGain>& gains, const cv::Mat& mask,
                             const std::filesystem::path& out,
                             const std::optional<FisheyeSource>& fisheye = std::nullopt);
-
-// The same in blocks of the frames with a pose, whose files are collected in a folder that is of
-// these inputs alone: the hash of all that they depend on; one block, which keeps the files that
-// are there already; and, when all blocks are done, the replacement of OUT/rectified by the folder.
-// Throw as write_rectified_frames; the last one also for a frame that is missing.
-std::string rectified_fingerprint(const CaptureSet& panoramas, const FramePoses& poses,
-                                  const std::vector<LightGain>& gains, const cv::Mat& mask,
-                                  const std::optional<FisheyeSource>& fisheye);
-void write_rectified_block(const CaptureSet& panoramas, const FramePoses& poses,
-                           const std::vector<LightGain>& gains, const cv::Mat& mask,
-                           const std::optional<FisheyeSource>& fisheye, Block block,
-                           const std::filesystem::path& folder);
-void install_rectified_frames(const CaptureSet& panoramas, const FramePoses& poses,
-                              const cv::Mat& mask, const std::optional<FisheyeSource>& fisheye,
-                              const std::filesystem::path& folder,
-                              const std::filesystem::path& out);
 
 }  // namespace raywalk::calibrate

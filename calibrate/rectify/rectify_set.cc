@@ -224,26 +224,13 @@ RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
   make_directories(options.out);
   const cv::Mat mask = options.mask.value_or(cv::Mat());
   std::optional<ExposureResult> exposure;
-  if (options.equalise_gain) {
-    const LightComparison light(panoramas, poses, mask);
-    exposure = light.exposures(light.compare({0, light.pairs()}));
-  }
-  write_rectified_frames(panoramas, poses, gains_of(exposure, panoramas.frames.size()), mask,
-                         options.out, options.fisheye);
-  return finish_rectified(panoramas, poses, options, std::move(exposure));
-}
-
-std::vector<LightGain> gains_of(const std::optional<ExposureResult>& exposure, std::size_t frames) {
-  return exposure ? exposure->gains : std::vector<LightGain>(frames, LightGain{1.0, 1.0, 1.0});
-}
-
-RectifyResult finish_rectified(const CaptureSet& panoramas, const FramePoses& poses,
-                               const RectifyOptions& options,
-                               std::optional<ExposureResult> exposure) {
-  const cv::Mat mask = options.mask.value_or(cv::Mat());
-  const FramePoses start = options.start.empty() ? nominal_poses(panoramas) : options.start;
+  if (options.equalise_gain) exposure = compare_light(panoramas, poses, mask);
   RectifyResult result;
-  result.gains = gains_of(exposure, panoramas.frames.size());
+  result.gains = exposure
+                     ? exposure->gains
+                     : std::vector<LightGain>(panoramas.frames.size(), LightGain{1.0, 1.0, 1.0});
+  write_rectified_frames(panoramas, poses, result.gains, mask, options.out, options.fisheye);
+  const FramePoses start = options.start.empty() ? nominal_poses(panoramas) : options.start;
   result.exposure = std::move(exposure);
   if (result.exposure) spdlog::info("{}", exposure_summary(*result.exposure));
   const auto rows = rectified_rows(panoramas, poses, !mask.empty(), false);

@@ -65,14 +65,6 @@ struct RectifyResult {
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
                           const RectifyOptions& options);
 
-// What rectify_set does after the frames are written. `exposure`: nullopt if it was not measured.
-RectifyResult finish_rectified(const CaptureSet& panoramas, const FramePoses& poses,
-                               const RectifyOptions& options,
-                               std::optional<ExposureResult> exposure);
-
-// By frame; 1 if the exposures were not measured.
-std::vector<LightGain> gains_of(const std::optional<ExposureResult>& exposure, std::size_t frames);
-
 // The --line-tolerance-mm with which raywalk-build-lf pack finds these frames on `lines` lines; 0:
 // its default is sufficient. nullopt if none is, neither that with which the capture's lines were
 // found (`given`) nor one up to half the stations' spacing. Its --same-station-mm is that of

@@ -10,7 +10,6 @@
 #include <opencv2/core.hpp>
 
 #include "calibrate/rectify/rectified_frames.h"
-#include "calibrate/rectify/rectify_blocks.h"
 #include "capture/simulated/virtual_room/virtual_room.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -367,48 +366,6 @@ TEST_F(RectifySetTest, InterruptedWorkIsResumed) {
   EXPECT_NE(fs::last_write_time(in_out("rectified/x0_0.png")), made);
   EXPECT_FALSE(fs::exists(in_out("rectified.partial")));
   EXPECT_FALSE(fs::exists(in_out("rectified/inputs.txt")));
-}
-
-TEST_F(RectifySetTest, BlocksGiveTheBytesOfOneRun) {
-  RectifyOptions equalised = options();
-  equalised.equalise_gain = true;
-  // Without the validation line.
-  FramePoses poses = *poses_;
-  for (std::size_t i = 2 * kStations; i < poses.size(); ++i) poses[i].reset();
-  const auto outputs = [&] {
-    std::map<std::string, std::string> bytes;
-    for (const auto& entry : fs::recursive_directory_iterator(in_out(""))) {
-      if (entry.is_regular_file()) bytes[entry.path().string()] = read_file(entry.path());
-    }
-    return bytes;
-  };
-  const auto refusal = [](const auto& work) -> std::string {
-    try {
-      work();
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
-  };
-  rectify_set(*set_, poses, equalised);
-  const auto of_one_run = outputs();
-  ASSERT_GT(of_one_run.size(), 12U);
-  fs::remove_all(in_out(""));
-  EXPECT_GT(compare_light_block(*set_, poses, equalised, {2, 2}), 5U);
-  EXPECT_THAT(refusal([&] { merge_light(*set_, poses, equalised); }),
-              HasSubstr("rectify-light: 1 of 2 blocks is missing: 1"));
-  EXPECT_THAT(refusal([&] {
-                rectify_block(*set_, poses, equalised, {1, 2});
-              }),
-              HasSubstr("--light --merge"));
-  compare_light_block(*set_, poses, equalised, {1, 2});
-  merge_light(*set_, poses, equalised);
-  for (const int index : {3, 1}) rectify_block(*set_, poses, equalised, {index, 3});
-  EXPECT_THAT(refusal([&] { merge_rectified(*set_, poses, equalised); }),
-              HasSubstr("1 of 3 blocks is missing: 2"));
-  EXPECT_EQ(rectify_block(*set_, poses, equalised, {2, 3}), 3U);
-  merge_rectified(*set_, poses, equalised);
-  EXPECT_EQ(outputs(), of_one_run);
 }
 
 }  // namespace

@@ -17,7 +17,6 @@
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
-#include "core/files/block_results.h"
 #include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
 #include "core/files/json.h"
@@ -136,58 +135,7 @@ class SetStitcher {
     finish(stitcher);
   }
 
-  std::size_t run_block(Block block) {
-    const std::string fingerprint = fingerprint_of(set_, camera_, options_, width_);
-    folder_ = folder_of_blocks(fingerprint);
-    std::size_t made = 0;
-    results_of(fingerprint).make(block, [&] {
-      measure(fingerprint);
-      make_folder();
-      const IndexRange share = block.share_of(set_.frames.size());
-      std::vector<int> missing = missing_frames();
-      std::erase_if(missing, [&](int frame) {
-        const auto index = static_cast<std::size_t>(frame);
-        return index < share.begin || index >= share.end;
-      });
-      stitch(Stitcher(camera_, width_, stitcher_options(), record_.balance.fit.balance), missing);
-      made = missing.size();
-      return json_text(stitch_document(record_));
-    });
-    return made;
-  }
-
-  void merge() {
-    const std::string fingerprint = fingerprint_of(set_, camera_, options_, width_);
-    const BlockResults results = results_of(fingerprint);
-    const std::string document = results.merged().front();
-    const fs::path made = folder_of_blocks(fingerprint);
-    // An interrupted merge may have moved them.
-    if (fs::exists(made)) {
-      remove_panoramas();
-      write_file_atomically(record_file(), document);
-      fs::rename(made, folder_);
-    }
-    const auto record = read_stitch_record(record_file());
-    if (!record || record->fingerprint != fingerprint || !missing_frames().empty()) {
-      throw Error(
-          fmt::format("{}: panoramas of the blocks are missing; remove {} and make the "
-                      "blocks again",
-                      folder_.string(), (blocks_folder() / "stitch").string()));
-    }
-    record_ = *record;
-    finish(Stitcher(camera_, width_, stitcher_options(), record_.balance.fit.balance));
-    results.remove();
-  }
-
  private:
-  fs::path blocks_folder() const { return options_.out / "blocks"; }
-  BlockResults results_of(const std::string& fingerprint) const {
-    return {blocks_folder(), "stitch", fingerprint};
-  }
-  // Removed with the results of the blocks.
-  fs::path folder_of_blocks(const std::string& fingerprint) const {
-    return blocks_folder() / "stitch" / (fingerprint + ".panoramas");
-  }
   fs::path record_file() const { return options_.out / "stitch.json"; }
 
   StitcherOptions stitcher_options() const {
@@ -286,19 +234,6 @@ CaptureSet stitch_set(const CaptureSet& set, const std::optional<DualFisheyeCame
     if (frame.mask) frame.mask = stitcher.mask_of(frame);
   }
   return panoramas;
-}
-
-std::size_t stitch_block(const CaptureSet& set, const std::optional<DualFisheyeCamera>& camera,
-                         const StitchOptions& options, Block block) {
-  const DualFisheyeCamera fitting = fitting_camera(set, camera);
-  make_directories(options.out);
-  return SetStitcher(set, fitting, options).run_block(block);
-}
-
-void merge_stitched(const CaptureSet& set, const std::optional<DualFisheyeCamera>& camera,
-                    const StitchOptions& options) {
-  const DualFisheyeCamera fitting = fitting_camera(set, camera);
-  SetStitcher(set, fitting, options).merge();
 }
 
 }  // namespace raywalk::calibrate

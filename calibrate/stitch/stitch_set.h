@@ -1,14 +1,12 @@
 // The step `stitch`: stitches the dual-fisheye frames of a capture to panoramas.
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
 #include <limits>
 #include <optional>
 
 #include "calibrate/base/capture_set.h"
 #include "calibrate/stitch/stitcher.h"
-#include "core/base/block.h"
 #include "core/files/lens_file.h"
 
 namespace raywalk::calibrate {
@@ -35,16 +33,5 @@ struct StitchOptions {
 // bright outside of the image circles (a panorama among the frames). Interrupted.
 CaptureSet stitch_set(const CaptureSet& set, const std::optional<DualFisheyeCamera>& camera,
                       const StitchOptions& options);
-
-// Makes the block's share of the frames of a dual-fisheye set and keeps them in options.out/blocks
-// until they are merged. Every block measures the balance, which is quick and gives the same.
-// Returns the number of panoramas made now. Throws as stitch_set.
-std::size_t stitch_block(const CaptureSet& set, const std::optional<DualFisheyeCamera>& camera,
-                         const StitchOptions& options, Block block);
-
-// Writes what stitch_set writes, to the byte, from what the blocks kept, which is removed. Throws
-// Error naming the blocks that are missing, and as stitch_set.
-void merge_stitched(const CaptureSet& set, const std::optional<DualFisheyeCamera>& camera,
-                    const StitchOptions& options);
 
 }  // namespace raywalk::calibrate

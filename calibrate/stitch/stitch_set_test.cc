@@ -203,42 +203,6 @@ TEST_F(StitchSetTest, ResumesAnInterruptedRun) {
   EXPECT_NE(read_file(panorama(1)), first);
 }
 
-TEST_F(StitchSetTest, BlocksGiveTheBytesOfOneRun) {
-  CaptureSet set = line(3);
-  cv::Mat mask(camera_.picture.height, camera_.picture.width, CV_8UC1, cv::Scalar(255));
-  mask(cv::Rect(0, 0, 100, 100)).setTo(0);
-  write_image(directory_ / "mask.png", mask);
-  set.frames[2].mask = directory_ / "mask.png";
-  stitch_set(set, camera_, options());
-  const auto outputs = [&] {
-    std::vector<std::string> bytes;
-    for (const char* file :
-         {"stitch.json", "figures/stitch_panorama.png", "panoramas/x0_0.png", "panoramas/x0_1.png",
-          "panoramas/x0_2.png", "panoramas/masks/x0_2.png"}) {
-      bytes.push_back(read_file(directory_ / "out" / file));
-    }
-    return bytes;
-  };
-  const std::vector<std::string> of_one_run = outputs();
-  // Of other options.
-  StitchOptions other = options();
-  other.balance = false;
-  stitch_set(set, camera_, other);
-  EXPECT_EQ(stitch_block(set, camera_, options(), {2, 2}), 2U);
-  EXPECT_EQ(stitch_block(set, camera_, options(), {2, 2}), 0U);
-  try {
-    merge_stitched(set, camera_, options());
-    FAIL() << "merged";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("1 of 2 blocks is missing: 1"));
-  }
-  EXPECT_EQ(stitch_block(set, camera_, options(), {1, 2}), 1U);
-  EXPECT_NE(outputs(), of_one_run) << "nothing changes before all are merged";
-  merge_stitched(set, camera_, options());
-  EXPECT_EQ(outputs(), of_one_run);
-  EXPECT_FALSE(fs::exists(directory_ / "out/blocks"));
-}
-
 TEST_F(StitchSetTest, PanoramasAreReturnedUnchanged) {
   CaptureSet set = line(2);
   set.layout = FrameLayout::kPanorama;

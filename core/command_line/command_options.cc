@@ -17,17 +17,6 @@ constexpr const char* kCommonGroup = "Options";  // CLI11's name of the first gr
 constexpr double kLeastDistance_mm = 1e-6;
 constexpr double kLargestDistance_mm = 1e6;
 
-std::optional<Block> parse_block(std::string_view text) {
-  const std::size_t slash = text.find('/');
-  if (slash == std::string_view::npos) return std::nullopt;
-  const std::optional<int> index = parse_whole_number(text.substr(0, slash));
-  const std::optional<int> count = parse_whole_number(text.substr(slash + 1));
-  if (!index || !count || *index < 1 || *index > *count || *count > kMostBlocks) {
-    return std::nullopt;
-  }
-  return Block{*index, *count};
-}
-
 void add_quiet_to(CLI::App* command, const std::function<void(bool)>& silence) {
   command
       ->add_flag_function(
@@ -41,29 +30,6 @@ void add_quiet_to(CLI::App* command, const std::function<void(bool)>& silence) {
 }
 
 }  // namespace
-
-void add_block_options(CLI::App* command, BlockArguments* arguments, const std::string& pieces) {
-  CLI::Option* block =
-      command
-          ->add_option_function<std::string>(
-              "--block",
-              [arguments](const std::string& text) { arguments->block = parse_block(text); },
-              fmt::format("Do only block I of N of the {}, on any machine that sees the files; "
-                          "--merge puts the blocks together",
-                          pieces))
-          ->type_name("I/N")
-          ->check(CLI::Validator(
-              [](const std::string& text) {
-                return parse_block(text)
-                           ? std::string()
-                           : fmt::format("{} is not I/N with 1 <= I <= N <= {}", text, kMostBlocks);
-              },
-              ""));
-  command
-      ->add_flag("--merge", arguments->merge,
-                 "Put together what all blocks left, and name those that are missing")
-      ->excludes(block);
-}
 
 void add_threads_option(CLI::App* command, int* threads) {
   command->add_option("--threads", *threads, "Threads to use; 0 = all cores")

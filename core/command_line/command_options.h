@@ -4,7 +4,6 @@
 #include <functional>
 #include <string>
 
-#include "core/base/block.h"
 #include "core/geometry/grid.h"
 
 namespace CLI {
@@ -33,11 +32,6 @@ GridTolerance tolerance_of(const LineToleranceArguments& arguments);
 
 // Adds the flag -f, --force; `description` says what it replaces.
 void add_force_flag(CLI::App* command, bool* force, const std::string& description);
-
-// Adds the options --block I/N and --merge, which exclude each other. `pieces` says in words what
-// is divided: "lines", "views". Another text than I/N with 1 <= I <= N is an error of the command
-// line.
-void add_block_options(CLI::App* command, BlockArguments* arguments, const std::string& pieces);
 
 // Adds the flag -q, --quiet to the program and to all of its commands; `silence` is called, before
 // any work, where it is given. Its argument tells whether standard output is silenced too: not

@@ -24,23 +24,6 @@ TEST(ThreadsOptionTest, TakesANumberOfThreads) {
   EXPECT_THROW(app.parse("--threads many"), CLI::ParseError);
 }
 
-TEST(BlockOptionsTest, TakeABlockOrMerge) {
-  BlockArguments arguments;
-  CLI::App app("", "raywalk-test");
-  add_block_options(&app, &arguments, "lines");
-  app.parse("");
-  EXPECT_FALSE(arguments.block || arguments.merge);
-  app.parse("--block 3/16");
-  EXPECT_EQ(arguments.block, (Block{3, 16}));
-  for (const char* wrong :
-       {"0/4", "5/4", "-1/4", "3", "3/", "/4", "1/0", "1/2/3", "1.5/2", "1/100001", "a/b"}) {
-    EXPECT_THROW(app.parse(std::string("--block ") + wrong), CLI::ParseError) << wrong;
-  }
-  EXPECT_THROW(app.parse("--merge --block 1/2"), CLI::ParseError);
-  app.parse("--merge");
-  EXPECT_TRUE(arguments.merge);
-}
-
 TEST(LineToleranceOptionsTest, GiveMetres) {
   LineToleranceArguments arguments;
   CLI::App app("", "raywalk-test");

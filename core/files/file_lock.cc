@@ -35,11 +35,6 @@ bool is_file_of_name(int fd, const std::filesystem::path& file) {
 constexpr auto kRetryEvery = std::chrono::milliseconds(20);
 constexpr auto kWaitAtMost = std::chrono::seconds(10);
 
-void wait_a_little() {
-  throw_if_interrupted();
-  std::this_thread::sleep_for(kRetryEvery);
-}
-
 }  // namespace
 
 FileLock::FileLock(const std::filesystem::path& file, const std::string& busy, Use use)
@@ -50,8 +45,6 @@ FileLock::FileLock(const std::filesystem::path& file, const std::string& busy, U
   try {
     if (use == Use::kShared) {
       wait_to_share(true);
-    } else if (use == Use::kAwaited) {
-      while (!try_alone()) wait_a_little();
     } else if (!try_alone()) {
       throw Error(busy_);
     }
@@ -82,7 +75,8 @@ void FileLock::wait_to_share(bool may_be_alone) {
     if (may_be_alone && try_alone()) return;
     if (lock(LOCK_SH)) return;
     if (std::chrono::steady_clock::now() > give_up) throw Error(busy_);
-    wait_a_little();
+    throw_if_interrupted();
+    std::this_thread::sleep_for(kRetryEvery);
   }
 }
 

@@ -13,7 +13,7 @@ namespace raywalk {
 
 class FileLock {
  public:
-  enum class Use { kAlone, kShared, kAwaited };
+  enum class Use { kAlone, kShared };
 
   // Creates the file if it is missing and locks it. Throws Error: "cannot write <directory>: ..."
   // if it cannot be created, "<directory>: <busy>" if another process holds the lock or has just
@@ -21,8 +21,7 @@ class FileLock {
   //
   // kShared: the lock is held alone() if nobody else has it, so that the folder can be prepared,
   // until share(); else it is shared with those who share it. A process that prepares is waited
-  // for, 10 s at most. kAwaited: alone, waiting for as long as
-  // another process holds the lock. Both throw Interrupted while they wait.
+  // for, 10 s at most; throws Interrupted meanwhile.
   FileLock(const std::filesystem::path& file, const std::string& busy, Use use = Use::kAlone);
   ~FileLock();
   FileLock(const FileLock&) = delete;

@@ -44,7 +44,6 @@ struct PathArguments {
   ViewFrame frame{};
   ViewFlags flags{};
   Demand demand{};
-  BlockArguments blocks{};
   int threads = 0;
   // Whether the flag of this name was given.
   std::function<bool(const char*)> given{};
@@ -75,7 +74,7 @@ void require_consistent(const PathArguments& arguments) {
 }
 
 PathRequest request_of(const PathArguments& arguments) {
-  PathRequest request{.table = arguments.path, .blocks = arguments.blocks};
+  PathRequest request{.table = arguments.path};
   if (!arguments.smooth.empty()) {
     request.movement = arguments.movement;
     request.movement->pace = kPaces.at(arguments.smooth);
@@ -97,7 +96,7 @@ void run(const PathArguments& arguments) {
                           .crf = arguments.crf};
   if (!arguments.video.empty()) {
     require_film_settings(film, arguments.video);
-    if (!arguments.blocks.block) find_ffmpeg();  // it encodes at merging
+    find_ffmpeg();
   }
   const Room room = Room::open(arguments.room);
   const ViewMode mode = chosen_mode(arguments.flags, arguments.demand, room);
@@ -173,7 +172,6 @@ void add_path(CLI::App* app) {
   add_flat_flags(command, &arguments->frame);
   add_stereo_flags(command, &arguments->frame);
   add_threads_option(command, &arguments->threads);
-  add_block_options(command, &arguments->blocks, "views");
   add_movement_flags(command, arguments.get());
   command->footer(
       "Examples:\n  raywalk-render path room.lf path.csv --generation two-sided --out views\n"
@@ -181,8 +179,6 @@ void add_path(CLI::App* app) {
       "  raywalk-render path room.lf path.csv --smooth eased --seconds 10 --video walk.mp4\n"
       "  raywalk-render path room.lf path.csv --smooth constant --fov-deg 90 --size 1920x1080 "
       "--video flat.mp4\n"
-      "  raywalk-render path room.lf path.csv --out views --block 3/16\n"
-      "  raywalk-render path room.lf path.csv --out views --merge\n"
       "An interrupted run to --out is resumed by the same command; a film starts anew.");
   command->callback([arguments] { run(*arguments); });
 }

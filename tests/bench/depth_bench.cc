@@ -85,12 +85,12 @@ void bench_depth(benchmark::State& state) {
     PeakOwnMemory memory;
     const GainFields fields = unit_gain_fields(room.grid());
     const Times times = times_of([&] {
-      const IndexRange all{0, plan.maps.size()};
+      const build_lf::IndexRange all{0, plan.maps.size()};
       const double max_per_m = build_lf::nearest_surfaces_per_m(
-          plan, build_lf::sweep_coarse_maps(room, plan, {}, all, &partial));
+          plan, build_lf::sweep_coarse_maps(room, plan, {}, &partial));
       build_lf::sweep_maps(room, plan, max_per_m, fields, {}, all, &partial);
       build_lf::choose_maps(room, plan, fields, {}, all, &partial);
-      build_lf::fuse_chosen_maps(room, plan, fields, all, &partial, [](const auto&) {});
+      build_lf::fuse_chosen_maps(room, plan, fields, all, &partial);
     });
     peak_bytes = std::max(peak_bytes, memory.growth_bytes());
     seconds.push_back(times.wall_s);

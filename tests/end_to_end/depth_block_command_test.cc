@@ -1,6 +1,6 @@
 // End-to-end test of blocks of raywalk-build-lf depth, which a cluster may start twice.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <signal.h>
 
 #include <chrono>
@@ -15,8 +15,6 @@
 namespace raywalk::build_lf {
 namespace {
 
-using ::testing::HasSubstr;
-using ::testing::Not;
 namespace fs = std::filesystem;
 
 // Two copies of a room: one for a single run, one for blocks.
@@ -70,13 +68,12 @@ class DepthBlockCommandTest : public ::testing::Test {
     EXPECT_EQ(other.wait(), 0) << log("other");
     standing.signal(SIGCONT);
     EXPECT_EQ(standing.wait(), 0) << log("standing");
-    EXPECT_THAT(log("standing"), Not(HasSubstr("was done before")));
   }
 
   void expect_result_of_one_run() const {
-    const CommandResult merged = run_command(
-        fmt::format("{} depth {} --every 3 --merge", RAYWALK_BUILD_LF, blocks_.string()));
-    ASSERT_EQ(merged.exit_code, 0) << merged.errors;
+    const CommandResult finished =
+        run_command(fmt::format("{} depth {} --every 3", RAYWALK_BUILD_LF, blocks_.string()));
+    ASSERT_EQ(finished.exit_code, 0) << finished.errors;
     const CommandResult plain = depth(room_.room(), "--every 3");
     ASSERT_EQ(plain.exit_code, 0) << plain.errors;
     EXPECT_EQ(result_files_of(blocks_), result_files_of(room_.room().directory()));
@@ -89,8 +86,11 @@ class DepthBlockCommandTest : public ::testing::Test {
 };
 
 TEST_F(DepthBlockCommandTest, TwoProcessesAtABlockLeaveTheRoomOfOneRun) {
-  for (const std::string step :
-       {"links", "surfaces", "colours", "sweep", "choose", "fuse", "moved", "volumes", "gains"}) {
+  EXPECT_EQ(run_command(fmt::format("{} depth {} --every 3 --step prepare", RAYWALK_BUILD_LF,
+                                    blocks_.string()))
+                .exit_code,
+            0);
+  for (const std::string step : {"sweep", "choose", "fuse", "volumes"}) {
     if (step == "sweep") {
       sweep_beside_one_that_stands("1/2");
     } else {

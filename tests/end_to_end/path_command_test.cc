@@ -58,26 +58,6 @@ TEST_F(RenderPathTest, OtherSettingsAreRefused) {
   expect_error(run_command(command() + "--overlap-deg 9"), 1, "overlap_deg", 3);
 }
 
-// The same block twice at a time, as a cluster may start it.
-TEST_F(RenderPathTest, BlocksAreMergedByCommandsOfTheirOwn) {
-  const std::string usual = "path " + room() + " " + file("path.csv") + " --generation initial ";
-  const std::string blocks = usual + "--out " + file("merged") + " ";
-  ASSERT_EQ(render(usual + "-q --out " + file("views")).exit_code, 0);
-  const CommandResult twice =
-      run_command(std::string(RAYWALK_RENDER) + " " + blocks + "--block 2/2 & " + RAYWALK_RENDER +
-                  " " + blocks + "--block 2/2; wait $!");
-  EXPECT_EQ(twice.exit_code, 0) << twice.errors;
-  const CommandResult early = render(blocks + "--merge");
-  EXPECT_EQ(early.exit_code, 1);
-  EXPECT_THAT(early.errors, HasSubstr("1 of 2 blocks is missing: 1"));
-  EXPECT_THAT(render(blocks + "--block 1/2").output, HasSubstr("block 1/2 is done"));
-  EXPECT_EQ(render(blocks + "--merge").exit_code, 0);
-  EXPECT_EQ(run_command("diff -r " + file("views") + " " + file("merged")).exit_code, 0);
-  for (const char* wrong : {"--block 3/2", "--block 1/2 --merge"}) {
-    EXPECT_EQ(render(blocks + wrong).exit_code, 2) << wrong;
-  }
-}
-
 TEST_F(RenderPathTest, AFilmIsWholeOrNothing) {
   const std::string film = file("walk.mp4");
   const std::string usual = "path " + room() + " " + file("path.csv") + " --generation initial ";

@@ -1,4 +1,4 @@
-#include "core/files/file_memory.h"
+#include "build_lf/depth/file_memory.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -13,7 +13,7 @@
 #include "core/base/test_error.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 namespace fs = std::filesystem;
@@ -64,4 +64,4 @@ TEST(FileMemoryTest, ReportsAFullDisk) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <memory_resource>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // Every allocation is a file of its own, without a name, mapped into memory: the kernel writes
 // pages out and reads them again as it needs the room. Slower than memory, but never too small, and
@@ -27,4 +27,4 @@ class FileMemory : public std::pmr::memory_resource {
   std::filesystem::path directory_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

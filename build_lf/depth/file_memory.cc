@@ -1,4 +1,4 @@
-#include "core/files/file_memory.h"
+#include "build_lf/depth/file_memory.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -12,7 +12,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 // Reserves the blocks of an empty file and maps them; MAP_FAILED with errno.
@@ -48,4 +48,4 @@ bool FileMemory::do_is_equal(const std::pmr::memory_resource& other) const noexc
   return this == &other;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf
