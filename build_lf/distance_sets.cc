@@ -13,7 +13,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/directory_moves.h"
+#include "core/files/output_folder.h"
 #include "core/room/connection_errors.h"
 
 namespace raywalk::build_lf {

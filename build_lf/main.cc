@@ -22,7 +22,7 @@
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
 #include "core/command_line/program.h"
-#include "core/files/number.h"
+#include "core/files/words.h"
 #include "core/room/refined_record.h"
 
 namespace raywalk::build_lf {

@@ -8,7 +8,7 @@
 #include "build_lf/test_capture.h"
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_contents.h"
+#include "core/files/test_directory.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {

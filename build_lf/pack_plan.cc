@@ -9,6 +9,7 @@
 #include <span>
 #include <system_error>
 
+#include "build_lf/reused_lines.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
@@ -17,7 +18,6 @@
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
 #include "core/files/image_header.h"
-#include "core/files/sha256.h"
 #include "core/files/turned_pictures.h"
 #include "core/geometry/line_gaps.h"
 #include "core/geometry/plausible_size.h"
@@ -177,37 +177,6 @@ PanoramaSize common_map_size(const std::map<std::string, fs::path>& maps, Panora
   return common;
 }
 
-std::string stamp_lines(const fs::path& file) {
-  return file.string() + "\n" + stamp_of(file).text() + "\n";
-}
-
-std::string fingerprint_of(const PackOptions& options, const std::string& list,
-                           const PackPlan& plan) {
-  std::string text = fmt::format("room format {}\n", kRoomFormatVersion);
-  const GridTolerance& tolerance = options.tolerance;
-  if (tolerance.off_line_m) text += fmt::format("tolerance {}\n", *tolerance.off_line_m);
-  if (tolerance.same_station_m) text += fmt::format("same station {}\n", *tolerance.same_station_m);
-  if (options.form.compressed()) text += fmt::format("compress {}\n", name_of(options.form));
-  text += list;
-  std::vector<const StationSource*> sources;
-  for (const std::vector<StationSource>& line : plan.sources) {
-    for (const StationSource& source : line) sources.push_back(&source);
-  }
-  std::vector<std::string> stamps(sources.size());
-  Progress progress("comparing the times of", static_cast<std::int64_t>(sources.size()), "frames",
-                    Progress::Shown::kIfLong);
-  check_in_parallel(static_cast<int>(sources.size()), [&](int i) {
-    const StationSource& source = *sources[static_cast<std::size_t>(i)];
-    std::string& stamp = stamps[static_cast<std::size_t>(i)];
-    stamp = stamp_lines(source.panorama);
-    if (source.distance_map) stamp += stamp_lines(*source.distance_map);
-    if (source.mask) stamp += stamp_lines(*source.mask);
-    progress.advance();
-  });
-  for (const std::string& stamp : stamps) text += stamp;
-  return sha256_hex(text);
-}
-
 Grid grid_of(const std::vector<Frame>& frames, const PackOptions& options) {
   std::vector<StationPose> poses;
   poses.reserve(frames.size());
@@ -261,8 +230,7 @@ fs::path default_room_name(const fs::path& frames) {
 }
 
 PackPlan plan_pack(const PackOptions& options) {
-  const std::string list = read_file_or_stdin(options.frames);
-  const std::vector<Frame> frames = parse_frame_list(list, options.frames);
+  const std::vector<Frame> frames = read_frame_list(options.frames);
   require_frames_and_masks(frames);
   std::map<std::string, fs::path> maps;
   if (options.distances) maps = find_distance_maps(frames, *options.distances);
@@ -284,7 +252,12 @@ PackPlan plan_pack(const PackOptions& options) {
     }
   }
   plan.form = options.form;
-  plan.fingerprint = fingerprint_of(options, list, plan);
+  std::string text;
+  for (std::size_t i = 0; i < plan.grid.lines.size(); ++i) {
+    const LineInputs& inputs = plan.inputs.emplace_back(line_inputs(plan, i));
+    text += inputs.rays + inputs.distances + "\n";
+  }
+  plan.fingerprint = sha256_hex(text);
   return plan;
 }
 

@@ -35,15 +35,23 @@ struct StationSource {
   std::string where{};                                // "poses.csv:12", for errors
 };
 
+// What the volumes of a line are made from, as SHA-256 over everything that determines their bytes:
+// format, form of the rays, id and positions of the line, panorama size, attitudes, and name, size
+// and modification time of every file.
+struct LineInputs {
+  std::string rays{};
+  std::string distances{};  // empty: the line has no maps
+};
+
 struct PackPlan {
   PanoramaSize panorama;
   PanoramaSize distance_map;  // 0 x 0 if there are no maps
   Grid grid;
   RayForm form{};
   std::vector<std::vector<StationSource>> sources;  // [line][station]
-  // SHA-256 over everything that determines the result: the list, the options, and name, size and
-  // modification time of every file. A stopped run can only be resumed with the same fingerprint.
-  std::string fingerprint;
+  std::vector<LineInputs> inputs{};                 // [line]
+  // SHA-256 over the inputs. A stopped run can only be resumed with the same fingerprint.
+  std::string fingerprint{};
 
   bool has_maps(std::size_t line) const;
   // Bytes of a line's volumes and of all volumes, without headers. Of compressed rays an estimate:

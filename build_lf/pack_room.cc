@@ -14,8 +14,8 @@
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
-#include "core/files/output_path.h"
-#include "core/files/sha256.h"
+#include "core/files/fingerprint.h"
+#include "core/files/output_folder.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/room.h"
 

@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/output_path.h"
+#include "core/files/output_folder.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -12,7 +12,7 @@
 #include "build_lf/test_capture.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_contents.h"
+#include "core/files/test_directory.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/room.h"
 #include "core/room/tile_cache.h"

@@ -16,10 +16,8 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
 #include "core/files/fingerprint.h"
-#include "core/files/json_text.h"
-#include "core/files/sha256.h"
+#include "core/files/json.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/room.h"
 
@@ -35,15 +33,11 @@ std::string file_text(const fs::path& file) {
   return fmt::format("{}\n{}\n", file.filename().string(), stamp_of(file).text());
 }
 
-// Volumes without compression are named as before there was any.
-std::string form_text(const RayForm& form) {
-  return form.compressed() ? "compress " + name_of(form) + "\n" : "";
-}
-
 std::string rays_text(const Line& line, const std::vector<StationSource>& sources,
-                      PanoramaSize panorama) {
-  std::string text = fmt::format("rays {} {} {} {} {}\n", kRoomFormatVersion, kVolumeFormatVersion,
-                                 line.id, panorama.width, panorama.height);
+                      const PackPlan& plan) {
+  std::string text =
+      fmt::format("rays {} {} {} {} {} {}\n", kRoomFormatVersion, kVolumeFormatVersion, line.id,
+                  plan.panorama.width, plan.panorama.height, name_of(plan.form));
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const StationSource& source = sources[i];
     const auto& position_m = line.stations[i].position_m;
@@ -60,9 +54,10 @@ std::string rays_text(const Line& line, const std::vector<StationSource>& source
 }
 
 std::string distances_text(const Line& line, const std::vector<StationSource>& sources,
-                           PanoramaSize map) {
-  std::string text =
-      fmt::format("distances {} {} {} {}\n", kRoomFormatVersion, line.id, map.width, map.height);
+                           const PackPlan& plan) {
+  const PanoramaSize map = plan.distance_map;
+  std::string text = fmt::format("distances {} {} {} {} {}\n", kRoomFormatVersion, line.id,
+                                 map.width, map.height, plan.form.compressed());
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const StationSource& source = sources[i];
     if (!source.distance_map) continue;
@@ -149,13 +144,9 @@ fs::path line_inputs_path(const fs::path& room) { return room / "inputs.json"; }
 LineInputs line_inputs(const PackPlan& plan, std::size_t line) {
   throw_if_interrupted();
   const Line& of_grid = plan.grid.lines[line];
-  LineInputs inputs;
-  const std::string form = form_text(plan.form);
-  inputs.rays = sha256_hex(form + rays_text(of_grid, plan.sources[line], plan.panorama));
+  LineInputs inputs{.rays = sha256_hex(rays_text(of_grid, plan.sources[line], plan))};
   if (plan.has_maps(line)) {
-    const std::string lossless = form.empty() ? "" : "compressed\n";
-    inputs.distances =
-        sha256_hex(lossless + distances_text(of_grid, plan.sources[line], plan.distance_map));
+    inputs.distances = sha256_hex(distances_text(of_grid, plan.sources[line], plan));
   }
   return inputs;
 }
@@ -163,7 +154,7 @@ LineInputs line_inputs(const PackPlan& plan, std::size_t line) {
 void write_line_inputs(const fs::path& room, const PackPlan& plan) {
   nlohmann::ordered_json lines = nlohmann::ordered_json::object();
   for (std::size_t i = 0; i < plan.grid.lines.size(); ++i) {
-    const LineInputs inputs = line_inputs(plan, i);
+    const LineInputs& inputs = plan.inputs[i];
     nlohmann::ordered_json line = {{"rays", inputs.rays}};
     if (!inputs.distances.empty()) line["distances"] = inputs.distances;
     lines[plan.grid.lines[i].id] = std::move(line);
@@ -181,7 +172,7 @@ ReusedVolumes reuse_volumes(const fs::path& earlier, const PackPlan& plan,
     const std::string& id = plan.grid.lines[i].id;
     const auto of_earlier = from->inputs.find(id);
     if (of_earlier == from->inputs.end()) continue;
-    const LineInputs inputs = line_inputs(plan, i);
+    const LineInputs& inputs = plan.inputs[i];
     const fs::path rays = line_volume_path(room, id);
     if (of_earlier->second.rays == inputs.rays && !fs::exists(rays) && is_intact(*from, id)) {
       take_over(line_volume_path(from->directory, id), rays);

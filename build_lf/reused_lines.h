@@ -13,14 +13,6 @@
 
 namespace raywalk::build_lf {
 
-// What the volumes of a line are made from, as SHA-256 over everything that determines their bytes:
-// format, form of the rays, id and positions of the line, panorama size, attitudes, and name, size
-// and modification time of every file.
-struct LineInputs {
-  std::string rays{};
-  std::string distances{};  // empty: the line has no maps
-};
-
 // Where a room keeps them.
 std::filesystem::path line_inputs_path(const std::filesystem::path& room);
 

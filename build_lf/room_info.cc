@@ -13,6 +13,7 @@
 #include "core/base/counted.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
+#include "core/files/json.h"
 #include "core/room/refined_record.h"
 
 namespace raywalk::build_lf {
@@ -283,7 +284,7 @@ std::string json_of(const RoomInfo& info) {
       {"bytes", info.bytes},
       {"lines", std::move(lines)},
       {"cells", std::move(cells)}};
-  return root.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return json_text(root);
 }
 
 }  // namespace raywalk::build_lf

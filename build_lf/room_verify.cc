@@ -13,7 +13,7 @@
 #include "build_lf/station_data.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
-#include "core/files/sha256.h"
+#include "core/files/fingerprint.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/refined_record.h"
 #include "core/room/tile_cache.h"

@@ -7,8 +7,8 @@
 #include <opencv2/imgproc.hpp>
 #include <span>
 
+#include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
-#include "core/files/sha256.h"
 #include "core/panorama/panorama_rotation.h"
 #include "core/room/line_volume.h"
 

@@ -13,7 +13,7 @@
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
-#include "core/files/nearest_word.h"
+#include "core/files/words.h"
 #include "core/room/tile_cache.h"
 #include "python/arrays.h"
 #include "python/bindings.h"

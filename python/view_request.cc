@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/files/nearest_word.h"
+#include "core/files/words.h"
 #include "core/view/view_options.h"
 
 namespace py = pybind11;

@@ -4,7 +4,6 @@
 
 #include "core/base/error.h"
 #include "core/files/csv.h"
-#include "core/files/row_names.h"
 #include "core/view/view_plan.h"
 
 namespace raywalk::render {

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/base/error.h"
-#include "core/files/number.h"
+#include "core/files/words.h"
 #include "core/panorama/panorama_rotation.h"
 
 namespace raywalk::render {

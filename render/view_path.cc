@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
-#include "core/files/output_path.h"
+#include "core/files/output_folder.h"
 #include "core/judge/trade/dial_json.h"
 #include "core/room/room_fingerprint.h"
 #include "render/picture/write_picture.h"

@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "core/base/error.h"
-#include "core/files/nearest_word.h"
+#include "core/files/words.h"
 #include "core/geometry/position_tolerance.h"
 
 namespace raywalk::build_lf {

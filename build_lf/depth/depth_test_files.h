@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "core/files/test_contents.h"
+#include "core/files/test_directory.h"
 
 namespace raywalk::build_lf {
 

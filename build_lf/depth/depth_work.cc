@@ -13,8 +13,8 @@
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
+#include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
-#include "core/files/sha256.h"
 #include "core/room/kept_stations.h"
 
 namespace raywalk::build_lf {

@@ -23,7 +23,7 @@
 #include "core/base/parallel.h"
 #include "core/base/pick_evenly.h"
 #include "core/files/atomic_output.h"
-#include "core/files/json_text.h"
+#include "core/files/json.h"
 #include "core/room/distance_record.h"
 
 namespace raywalk::build_lf {

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/files/nameless_file.h"
+#include "core/files/atomic_output.h"
 
 namespace raywalk::build_lf {
 namespace {

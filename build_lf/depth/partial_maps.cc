@@ -13,8 +13,8 @@
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
-#include "core/files/directory_moves.h"
-#include "core/files/sha256.h"
+#include "core/files/fingerprint.h"
+#include "core/files/output_folder.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -52,7 +52,7 @@ class PartialMaps {
   InverseDistanceMap load_stored(const std::string& stage, StationIndex station,
                                  const Eigen::Vector3d& position_m, PanoramaSize size) const;
 
-  // The directory itself: what is written there under names of temporary_names.h is in nobody's
+  // The directory itself: what is written there under names of temporary_beside() is in nobody's
   // way.
   const std::filesystem::path& directory() const { return directory_; }
   // The existing directory to write the volumes to.

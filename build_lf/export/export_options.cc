@@ -5,7 +5,7 @@
 #include <array>
 
 #include "core/base/error.h"
-#include "core/files/output_path.h"
+#include "core/files/output_folder.h"
 
 namespace raywalk::build_lf {
 namespace {

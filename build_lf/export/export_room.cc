@@ -2,16 +2,18 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "build_lf/export/export_colmap.h"
-#include "build_lf/export/export_folder.h"
 #include "build_lf/export/export_frames.h"
 #include "build_lf/export/export_points.h"
 #include "build_lf/export/exported_stations.h"
 #include "build_lf/free_space.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/output_folder.h"
 #include "core/reconstruction/panorama_faces.h"
 #include "core/room/room.h"
 
@@ -19,6 +21,18 @@ namespace raywalk::build_lf {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kMarker = "export.json";
+constexpr const char* kSignature = "\"raywalk-export\"";
+
+bool is_part_of_export(const fs::path& relative, bool is_folder) {
+  constexpr std::array kExtensions{".png", ".jpg", ".bin", ".txt", ".csv", ".json", ".ply"};
+  constexpr std::array kFolders{"images", "masks", "distances", "confidence", "sparse"};
+  const bool in_folder = std::ranges::find(kFolders, *relative.begin()) != kFolders.end();
+  if (is_folder) return in_folder;
+  const bool known = std::ranges::find(kExtensions, relative.extension()) != kExtensions.end();
+  return known && (in_folder || !relative.has_parent_path());
+}
 
 void require_ranges(const ExportOptions& options) {
   if (options.every < 1) throw UsageError("--every: give 1 or more");
@@ -44,7 +58,8 @@ std::uint64_t least_bytes(const Room& room, std::size_t stations, const ExportOp
 }
 
 std::string export_folder(const Room& room, const ExportOptions& options, const fs::path& out) {
-  ExportFolder folder(out, options.replace);
+  OutputFolder folder(out, options.replace,
+                      {"an exported room", kMarker, kSignature, is_part_of_export});
   const std::vector<ExportedStation> stations = exported_stations(room, options.every);
   const fs::path& directory = folder.directory();
   require_space(directory, {.needed = least_bytes(room, stations.size(), options)},
@@ -54,7 +69,12 @@ std::string export_folder(const Room& room, const ExportOptions& options, const 
                      : options.format == ExportFormat::kNerfstudio ? &write_nerfstudio
                                                                    : &write_frames;
   std::string written = write(room, stations, options, directory);
-  folder.complete(name_of(options.format), static_cast<int>(stations.size()));
+  write_file_atomically(
+      directory / kMarker,
+      fmt::format("{{\n  \"format\": {},\n  \"format_version\": 1,\n  \"kind\": \"{}\",\n"
+                  "  \"stations\": {}\n}}\n",
+                  kSignature, name_of(options.format), stations.size()));
+  folder.complete();
   return written;
 }
 
@@ -68,7 +88,8 @@ std::string export_room(const ExportOptions& options) {
   if (options.format != ExportFormat::kPly) {
     return fmt::format("{}: {}", out.string(), export_folder(room, options, out));
   }
-  require_free_file(out, options.replace, kPointsSignature);
+  if (!options.replace) require_absent(out, "--out");
+  require_replaceable_file(out, "an export", kPointsSignature);
   return fmt::format("{}: {} points", out.string(), write_points(room, options, out));
 }
 

@@ -9,7 +9,7 @@
 
 #include "build_lf/gains/patch_ratios.h"
 #include "build_lf/gains/surface_maps.h"
-#include "core/files/nameless_file.h"
+#include "core/files/atomic_output.h"
 #include "core/panorama/gain_graph.h"
 #include "core/room/gain_fields.h"
 #include "core/room/room.h"
@@ -23,7 +23,7 @@ struct StationRatios {
   std::vector<PatchRatio> patches;
 };
 
-// The ratios of all stations, some 200 kB each, in a file (nameless_file.h). Can be used by several
+// The ratios of all stations, some 200 kB each, in a NamelessFile. Can be used by several
 // threads at once.
 class RatioFile {
  public:

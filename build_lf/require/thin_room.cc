@@ -13,8 +13,8 @@
 #include "core/base/pick_evenly.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
-#include "core/files/folder_size.h"
-#include "core/files/sha256.h"
+#include "core/files/fingerprint.h"
+#include "core/files/output_folder.h"
 #include "core/judge/held_out/recreated_station.h"
 #include "core/room/omega_map.h"
 

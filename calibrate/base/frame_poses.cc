@@ -10,9 +10,9 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
 #include "core/files/csv.h"
 #include "core/files/frame_list.h"
+#include "core/files/json.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -132,8 +132,7 @@ ordered_json frame_poses_json(const CaptureSet& set, const FramePoses& poses) {
 void write_frame_poses(const fs::path& file, const CaptureSet& set, const FramePoses& poses) {
   const ordered_json document{{"format_version", kFormatVersion},
                               {"frames", frame_poses_json(set, poses)}};
-  write_file_atomically(
-      file, document.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  write_file_atomically(file, json_text(document));
 }
 
 FramePoses read_frame_poses(const fs::path& file, const CaptureSet& set,

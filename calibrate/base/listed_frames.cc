@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <map>
-#include <set>
 
 #include "core/base/error.h"
 #include "core/files/frame_list.h"
@@ -15,10 +14,6 @@ namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool are_unique(const std::vector<std::string>& names) {
-  return std::set<std::string>(names.begin(), names.end()).size() == names.size();
-}
 
 std::vector<StationPose> stations_of(const std::vector<Frame>& frames) {
   std::vector<StationPose> stations;
@@ -56,22 +51,6 @@ void require_listed_once(const std::vector<Frame>& stations, const std::vector<F
   }
 }
 
-// Names unlike those of the stations, which do not depend on gt.csv.
-std::vector<std::string> held_out_names(std::span<const std::string> files,
-                                        const std::vector<std::string>& of_stations,
-                                        const fs::path& list) {
-  const auto are_new = [&](std::vector<std::string> names) {
-    names.insert(names.end(), of_stations.begin(), of_stations.end());
-    return are_unique(names);
-  };
-  for (std::vector<std::string> names : {names_of_stems(files), names_of_paths(files)}) {
-    if (are_new(names)) return names;
-  }
-  throw Error(list.string() +
-              ": a file differs from another of it or of poses.csv only in its extension; rename "
-              "one of them");
-}
-
 CaptureFrame captured(const Frame& listed, const std::string& name, int line) {
   return {.name = name,
           .line = line,
@@ -95,7 +74,8 @@ void add_held_out(const fs::path& list, const std::vector<Frame>& stations,
   if (!fs::exists(fs::symlink_status(list))) return;
   const std::vector<Frame> listed = read_frame_list(list, {"distance"});
   require_listed_once(stations, listed);
-  const std::vector<std::string> names = held_out_names(files_of(listed), names_of_stations, list);
+  // Unlike those of the stations, which do not depend on gt.csv.
+  const std::vector<std::string> names = frame_names(files_of(listed), list, names_of_stations);
   for (std::size_t row = 0; row < listed.size(); ++row) {
     set->frames.push_back(captured(listed[row], names[row], kHeldOut));
   }

@@ -3,7 +3,6 @@
 
 #include "calibrate/chain/calibration.h"
 #include "core/files/fingerprint.h"
-#include "core/files/sha256.h"
 
 namespace raywalk::calibrate {
 namespace {

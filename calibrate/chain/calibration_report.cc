@@ -10,7 +10,7 @@
 #include "core/base/number_text.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
-#include "core/files/json_text.h"
+#include "core/files/json.h"
 #include "core/report/report.h"
 
 namespace raywalk::calibrate {

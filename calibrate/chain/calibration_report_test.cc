@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calibrate/base/test_capture_folder.h"
-#include "core/files/json_text.h"
+#include "core/files/json.h"
 
 namespace raywalk::calibrate {
 namespace {

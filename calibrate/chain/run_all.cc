@@ -12,8 +12,8 @@
 #include "core/base/median.h"
 #include "core/base/timing.h"
 #include "core/files/atomic_output.h"
-#include "core/files/json_text.h"
-#include "core/files/sha256.h"
+#include "core/files/fingerprint.h"
+#include "core/files/json.h"
 
 namespace raywalk::calibrate {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
 #include "core/files/fingerprint.h"
+#include "core/files/json.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -101,9 +101,7 @@ void StepRecords::write() const {
                    {"outputs", record.outputs}};
   }
   const ordered_json document{{"format_version", kRecordsFormatVersion}, {"steps", steps}};
-  write_file_atomically(
-      records_file(out_),
-      document.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  write_file_atomically(records_file(out_), json_text(document));
 }
 
 }  // namespace raywalk::calibrate

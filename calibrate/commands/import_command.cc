@@ -10,7 +10,7 @@
 #include "calibrate/import/import_poses.h"
 #include "core/base/error.h"
 #include "core/command_line/command_options.h"
-#include "core/files/number.h"
+#include "core/files/words.h"
 
 namespace raywalk::calibrate {
 namespace {

@@ -16,7 +16,7 @@
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
-#include "core/files/json_text.h"
+#include "core/files/json.h"
 
 namespace raywalk::calibrate {
 namespace {

@@ -17,7 +17,8 @@
 #include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
-#include "core/files/output_path.h"
+#include "core/files/json.h"
+#include "core/files/output_folder.h"
 #include "core/geometry/line_gaps.h"
 
 namespace raywalk::calibrate {
@@ -186,7 +187,7 @@ std::string record_text(const ImportOptions& options, const ImportedPoses& poses
                               {"scale", axes.scale},
                               {"rotation", rotation},
                               {"translation_m", {t.x(), t.y(), t.z()}}};
-  return document.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return json_text(document);
 }
 
 std::string summary_of(const ImportedPoses& poses, const GridAxes& axes, const Grid& grid,

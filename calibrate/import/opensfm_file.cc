@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
+#include "core/files/json.h"
 #include "core/reconstruction/z_up_axes.h"
 
 namespace raywalk::calibrate {

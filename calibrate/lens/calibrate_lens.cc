@@ -9,7 +9,7 @@
 #include "calibrate/lens/lens_report.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/json_text.h"
+#include "core/files/json.h"
 
 namespace raywalk::calibrate {
 namespace {

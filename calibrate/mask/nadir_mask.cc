@@ -13,7 +13,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
-#include "core/files/json_text.h"
+#include "core/files/json.h"
 
 namespace raywalk::calibrate {
 namespace {

@@ -16,7 +16,7 @@
 #include "core/base/timing.h"
 #include "core/files/atomic_output.h"
 #include "core/files/file_lock.h"
-#include "core/files/sha256.h"
+#include "core/files/fingerprint.h"
 
 namespace raywalk::calibrate {
 namespace {

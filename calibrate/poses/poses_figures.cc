@@ -9,7 +9,7 @@
 
 #include "calibrate/poses/frame_links.h"
 #include "core/files/atomic_output.h"
-#include "core/files/json_text.h"
+#include "core/files/json.h"
 
 namespace raywalk::calibrate {
 namespace {

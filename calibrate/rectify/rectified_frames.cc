@@ -18,7 +18,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
-#include "core/files/sha256.h"
+#include "core/files/output_folder.h"
 #include "core/panorama/panorama_rotation.h"
 
 namespace raywalk::calibrate {
@@ -151,12 +151,7 @@ int at_once(const RectifyInputs& inputs) {
 void move_into_place(const fs::path& partial, const fs::path& directory, bool masked) {
   fs::remove(partial / "inputs.txt");
   if (!masked) fs::remove(partial / "masks");
-  fs::path old = directory;
-  old += ".old";
-  fs::remove_all(old);
-  if (fs::exists(directory)) fs::rename(directory, old);
-  fs::rename(partial, directory);
-  fs::remove_all(old);
+  raywalk::move_into_place(partial, directory);
 }
 
 bool any_masked(const RectifyInputs& inputs, const std::vector<int>& frames) {

@@ -11,7 +11,7 @@
 #include "calibrate/rectify/rectified_frames.h"
 #include "core/base/number_text.h"
 #include "core/files/atomic_output.h"
-#include "core/files/json_text.h"
+#include "core/files/json.h"
 
 namespace raywalk::calibrate {
 namespace {

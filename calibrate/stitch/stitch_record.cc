@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
-#include "core/files/checked_json.h"
+#include "core/files/json.h"
 
 namespace raywalk::calibrate {
 namespace {

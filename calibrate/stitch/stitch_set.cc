@@ -19,8 +19,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
-#include "core/files/json_text.h"
-#include "core/files/sha256.h"
+#include "core/files/json.h"
 
 namespace raywalk::calibrate {
 namespace {

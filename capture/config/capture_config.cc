@@ -7,14 +7,11 @@
 
 #include "capture/config/capture_schema.h"
 #include "core/base/error.h"
-#include "core/files/atomic_output.h"
 #include "core/files/shipped_configs.h"
-#include "core/files/yaml_document.h"
 
 namespace raywalk::capture {
 namespace {
 
-constexpr std::size_t kMaxConfigBytes = std::size_t{1} << 20;
 constexpr int kLargestUnit = 247;  // Modbus over Serial Line 1.02, section 2.2
 constexpr int kTcpDevice = 255;    // Modbus Messaging on TCP/IP 1.0b, 4.4.2: the device itself
 
@@ -187,7 +184,7 @@ void require_camera(const CaptureConfig& config) {
 CaptureConfig read_capture_config(const std::filesystem::path& file) {
   CaptureConfig config;
   config.file = file;
-  capture_schema(&config).load(file);
+  config.lines = capture_schema(&config).load(file);
   std::filesystem::path& map = config.slider.register_map;
   if (!map.empty()) map = config_path(map, ConfigKind::kSlider, file.parent_path());
   require_grid(config);
@@ -202,11 +199,10 @@ CaptureConfig read_capture_config(const std::filesystem::path& file) {
 }
 
 void refuse_setting(const CaptureConfig& config, std::string_view key, const std::string& what) {
-  const std::string message = fmt::format("'{}' {}", key, what);
-  if (config.file.empty()) throw UsageError(message);
-  const std::string source = config.file.string();
-  const YAML::Node document = load_yaml_document(read_file(config.file, kMaxConfigBytes), source);
-  throw UsageError(yaml_place_of_key(document, source, key) + message);
+  const auto line = config.lines.find(std::string(key));
+  const std::string place = line == config.lines.end() ? "" : fmt::format(":{}", line->second);
+  throw UsageError(fmt::format("{}{}{}'{}' {}", config.file.string(), place,
+                               config.file.empty() ? "" : ": ", key, what));
 }
 
 }  // namespace raywalk::capture

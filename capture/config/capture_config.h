@@ -6,6 +6,7 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -76,7 +77,8 @@ struct RunConfig {
 };
 
 struct CaptureConfig {
-  std::filesystem::path file{};  // the file it was read from; empty: none
+  std::filesystem::path file{};        // the file it was read from; empty: none
+  std::map<std::string, int> lines{};  // of the keys that it sets
   CaptureGrid grid{};
   std::vector<ValidationLine> validation{};
   CaptureScene scene{};

@@ -2,7 +2,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
+#include "core/files/json.h"
 
 namespace raywalk::capture {
 namespace {

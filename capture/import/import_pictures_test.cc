@@ -11,7 +11,7 @@
 #include "capture/session/session_reader.h"
 #include "capture/session/test_session.h"
 #include "core/files/atomic_output.h"
-#include "core/files/sha256.h"
+#include "core/files/fingerprint.h"
 #include "core/files/test_directory.h"
 
 namespace raywalk::capture {

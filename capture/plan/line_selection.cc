@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "core/base/error.h"
-#include "core/files/sha256.h"
+#include "core/files/fingerprint.h"
 
 namespace raywalk::capture {
 namespace {

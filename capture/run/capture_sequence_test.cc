@@ -19,7 +19,7 @@
 #include "capture/slider/fake_slider.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/sha256.h"
+#include "core/files/fingerprint.h"
 #include "core/files/test_directory.h"
 
 namespace raywalk::capture {

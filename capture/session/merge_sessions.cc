@@ -19,7 +19,7 @@
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/files/file_lock.h"
-#include "core/files/output_path.h"
+#include "core/files/output_folder.h"
 #include "core/session/frame_faults.h"
 #include "core/session/session_file.h"
 

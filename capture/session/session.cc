@@ -14,7 +14,7 @@
 #include "capture/session/session_times.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/sha256.h"
+#include "core/files/fingerprint.h"
 
 namespace raywalk::capture {
 namespace {

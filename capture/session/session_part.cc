@@ -7,7 +7,7 @@
 
 #include "capture/plan/line_selection.h"
 #include "core/base/error.h"
-#include "core/files/checked_json.h"
+#include "core/files/json.h"
 #include "core/session/frame_faults.h"
 #include "core/session/session_file.h"
 

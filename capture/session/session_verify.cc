@@ -15,7 +15,7 @@
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
-#include "core/files/sha256.h"
+#include "core/files/fingerprint.h"
 
 namespace raywalk::capture {
 namespace {

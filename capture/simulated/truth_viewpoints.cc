@@ -7,7 +7,6 @@
 #include "capture/simulated/virtual_room/hash_random.h"
 #include "core/base/error.h"
 #include "core/files/csv.h"
-#include "core/files/row_names.h"
 
 namespace raywalk::capture {
 namespace {

@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <set>
+#include <string>
 #include <vector>
 
 #include "capture/simulated/jpeg_encoder.h"
-#include "capture/simulated/output_directory.h"
 #include "capture/simulated/room_stations.h"
 #include "capture/simulated/station_picture.h"
 #include "capture/simulated/truth_files.h"
@@ -14,11 +15,26 @@
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
+#include "core/files/output_folder.h"
 
 namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
+
+// Tells the capture of a virtual room from photographs in folders of the same names.
+constexpr const char* kMarker = "virtual-room.json";
+constexpr const char* kSignature = "raywalk-virtual-room";
+
+bool is_part_of_capture(const fs::path& relative, bool is_folder) {
+  static const std::set<fs::path> folders{"capture", "dist", "gt", "ods", "people", "thin"};
+  static const std::set<fs::path> files{kMarker, "poses.csv", "true_poses.csv", "gt.csv",
+                                        "gt_thin.csv"};
+  if (relative.has_parent_path()) {
+    return !is_folder && (relative.extension() == ".png" || relative.extension() == ".jpg");
+  }
+  return (is_folder ? folders : files).contains(relative);
+}
 
 PanoramaSize size_of(const VirtualRoomSettings& settings) {
   return {settings.output.width_px, settings.output.width_px / 2};
@@ -42,8 +58,9 @@ class CaptureWriter {
         stations_(room_stations(room.plan(), room.settings())),
         truths_(options.views ? read_truth_viewpoints(*options.views)
                               : truth_viewpoints(room.plan(), options.truth_views)),
-        out_(options.out, options.replace),
-        distances_(out_.make("dist")) {}
+        out_(options.out, options.replace,
+             {"a virtual room's capture", kMarker, kSignature, is_part_of_capture}),
+        distances_(made("dist")) {}
 
   std::string write() {
     Progress progress("capturing", static_cast<std::int64_t>(stations_.size() + truths_.size()),
@@ -51,8 +68,9 @@ class CaptureWriter {
     write_truths(&progress);
     write_stations(&progress);
     throw_if_interrupted();
-    out_.mark();
-    out_.commit();
+    write_file_atomically(out_.directory() / kMarker,
+                          fmt::format("{{\"format\": \"{}\"}}\n", kSignature));
+    out_.complete();
     const PanoramaSize size = size_of(room_.settings());
     return fmt::format("{}: {} panoramas of {} x {} on {} lines, {} true views, {} distance maps",
                        options_.out.string(), stations_.size(), size.width, size.height,
@@ -60,19 +78,24 @@ class CaptureWriter {
   }
 
  private:
+  fs::path made(const char* folder) const {
+    make_directories(out_.directory() / folder);
+    return out_.directory() / folder;
+  }
+
   // True views first, so that a viewpoint inside furniture is reported early.
   void write_truths(Progress* progress) {
     if (truths_.empty()) return;
-    out_.make("gt");
-    if (options_.thin) out_.make("thin");
-    write_truth_views(room_, truths_, size_of(room_.settings()), out_.path(), options_.thin,
+    made("gt");
+    if (options_.thin) made("thin");
+    write_truth_views(room_, truths_, size_of(room_.settings()), out_.directory(), options_.thin,
                       progress);
     maps_ += static_cast<int>(truths_.size());
     if (options_.ods_ipd_mm > 0.0) write_stereo_truths();
   }
 
   void write_stereo_truths() {
-    const fs::path directory = out_.make("ods");
+    const fs::path directory = made("ods");
     Progress progress("capturing stereo", static_cast<std::int64_t>(truths_.size()), "views");
     for (const TruthViewpoint& viewpoint : truths_) {
       write_image(directory / (viewpoint.name + ".png"),
@@ -84,7 +107,7 @@ class CaptureWriter {
 
   void write_stations(Progress* progress) {
     const VirtualRoomSettings& settings = room_.settings();
-    const fs::path directory = out_.make("capture");
+    const fs::path directory = made("capture");
     std::string table = "file,x,y,z\n", true_table = "file,x,y,z,yaw,pitch,roll\n";
     int moment = 0;
     for (const RoomStation& station : stations_) {
@@ -99,15 +122,15 @@ class CaptureWriter {
       true_table += name + pose_fields(station.true_pose) + "\n";
       progress->advance();
     }
-    write_file_atomically(out_.path() / "poses.csv", table);
+    write_file_atomically(out_.directory() / "poses.csv", table);
     const PoseSettings& jitter = settings.pose;
     if (jitter.position_jitter_mm > 0.0 || jitter.attitude_jitter_deg > 0.0) {
-      write_file_atomically(out_.path() / "true_poses.csv", true_table);
+      write_file_atomically(out_.directory() / "true_poses.csv", true_table);
     }
   }
 
   void write_people(const RoomStation& station, int moment) {
-    write_image(out_.make("people") / (station.name + ".png"),
+    write_image(made("people") / (station.name + ".png"),
                 room_.people_mask(moment, station.true_pose, size_of(room_.settings())));
   }
 
@@ -124,7 +147,7 @@ class CaptureWriter {
   const CaptureOptions& options_;
   std::vector<RoomStation> stations_;
   std::vector<TruthViewpoint> truths_;
-  OutputDirectory out_;
+  OutputFolder out_;
   fs::path distances_;
   int maps_ = 0;
 };

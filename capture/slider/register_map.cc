@@ -8,8 +8,7 @@
 
 #include "capture/slider/register_map_text.h"
 #include "core/base/error.h"
-#include "core/files/nearest_word.h"
-#include "core/files/number.h"
+#include "core/files/words.h"
 
 namespace raywalk::capture {
 namespace {

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
-#include "core/files/number.h"
+#include "core/files/words.h"
 
 namespace raywalk {
 namespace {

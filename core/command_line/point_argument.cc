@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include "core/files/number.h"
+#include "core/files/words.h"
 
 namespace raywalk {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/command_line/program_reference.h"
-#include "core/files/number.h"
+#include "core/files/words.h"
 
 namespace raywalk {
 namespace {

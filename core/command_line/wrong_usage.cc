@@ -6,8 +6,7 @@
 #include <optional>
 
 #include "core/base/error.h"
-#include "core/files/nearest_word.h"
-#include "core/files/number.h"
+#include "core/files/words.h"
 
 namespace raywalk {
 namespace {

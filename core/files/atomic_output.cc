@@ -1,60 +1,53 @@
 #include "core/files/atomic_output.h"
 
 #include <fcntl.h>
-#include <sys/stat.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
+#include <chrono>
+#include <csignal>
 #include <cstdio>
+#include <memory>
+#include <mutex>
+#include <regex>
+#include <set>
 #include <system_error>
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/files/temporary_names.h"
+#include "core/files/fingerprint.h"
 
 namespace raywalk {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kReadBlockBytes = std::size_t{1} << 20;
-constexpr std::size_t kEndBytes = std::size_t{4} << 10;  // asked for where the end is expected
 constexpr const char* kStandardInput = "-";
+constexpr std::size_t kReadBlockBytes = std::size_t{1} << 16;
+// Linux limits a name to 255 bytes; a temporary name adds far less than 100 to the stem.
+constexpr std::size_t kMaxStemBytes = 100;
+constexpr auto kForeignAge = std::chrono::hours(24);
+
+struct Closer {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using OpenFile = std::unique_ptr<std::FILE, Closer>;
 
 // The message of an errno value.
 std::string reason(int error_number) { return std::generic_category().message(error_number); }
 
-[[noreturn]] void throw_write_error(const fs::path& target, int error_number) {
-  throw Error("cannot write " + target.string() + ": " + reason(error_number));
+[[noreturn]] void throw_write_error(const fs::path& target, const std::string& why) {
+  throw Error("cannot write " + target.string() + ": " + why);
 }
-
-// Owns a file descriptor.
-class Descriptor {
- public:
-  Descriptor(const fs::path& file, int flags) : fd_(open(file.c_str(), flags | O_CLOEXEC, 0666)) {}
-  // Takes over an open descriptor.
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-
-  bool valid() const { return fd_ >= 0; }
-  int get() const { return fd_; }
-  // Closes now; false on failure: network file systems report failed writes here.
-  bool close() { return ::close(std::exchange(fd_, -1)) == 0; }
-
- private:
-  int fd_;
-};
 
 fs::path follow_link(fs::path target) {
   std::error_code error;
   if (!fs::is_symlink(target, error)) return target;
   fs::path resolved = fs::weakly_canonical(target, error);
-  if (error) throw Error("cannot write " + target.string() + ": " + error.message());
+  if (error) throw_write_error(target, error.message());
   return resolved;
 }
 
@@ -65,20 +58,80 @@ void check_target(const fs::path& target) {
   std::error_code error;
   const fs::file_status status = fs::status(target, error);
   if (fs::is_directory(status)) {
-    throw Error("cannot write " + target.string() + ": it is a directory; name a file in it");
+    throw_write_error(target, "it is a directory; name a file in it");
   }
   if (fs::exists(status) && !fs::is_regular_file(status)) {
-    throw Error("cannot write " + target.string() + ": it is not a regular file");
+    throw_write_error(target, "it is not a regular file");
   }
   const fs::path directory = directory_of(target);
   if (!fs::is_directory(directory, error)) {
-    throw Error("cannot write " + target.string() + ": " + directory.string() +
-                " is not an existing directory; create it first");
+    throw_write_error(target,
+                      directory.string() + " is not an existing directory; create it first");
   }
-  if (access(directory.c_str(), W_OK | X_OK) != 0) throw_write_error(target, errno);
+  if (access(directory.c_str(), W_OK | X_OK) != 0) throw_write_error(target, reason(errno));
 }
 
-// Why something that exists cannot be read.
+// fsync of a file or directory; 0 or an errno value. Some file systems cannot sync a directory and
+// return EINVAL (fsync(2)); no data is lost.
+int sync_to_disk(const fs::path& path) {
+  const OpenFile file(std::fopen(path.c_str(), "re"));
+  return file && (fsync(fileno(file.get())) == 0 || errno == EINVAL) ? 0 : errno;
+}
+
+// Process ids mean something only until the system is restarted, and only within one container (PID
+// namespace): this tells them apart.
+const std::string& system_id() {
+  static const std::string id = [] {
+    std::error_code error;
+    const fs::path boot = "/proc/sys/kernel/random/boot_id";
+    const std::string boot_id = fs::exists(boot, error) ? read_file(boot) : "";
+    const std::string text = boot_id + fs::read_symlink("/proc/self/ns/pid", error).string();
+    return sha256_hex(text).substr(0, 8);
+  }();
+  return id;
+}
+
+// Whether a temporary was left by a process that does not run any more. Of this process's id, it is
+// of an earlier process: the directory is looked through before this one makes any in it.
+bool is_abandoned(const std::string& system, pid_t process, const fs::path& path) {
+  if (system == system_id()) {
+    const bool is_running = kill(process, 0) == 0 || errno == EPERM;
+    return process == getpid() || !is_running;
+  }
+  std::error_code error;
+  const fs::file_time_type changed = fs::last_write_time(path, error);
+  return !error && fs::file_time_type::clock::now() - changed > kForeignAge;
+}
+
+void remove_abandoned_temporaries(const fs::path& directory) {
+  static const std::regex pattern(R"(\..*\.([0-9a-f]{8})-([0-9]{1,9})\.[0-9]+\.partial(\.[^.]*)?)");
+  std::error_code error;
+  for (fs::directory_iterator entry(directory, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    std::smatch parts;
+    // The search for the word is much faster than the pattern, and directories may be large.
+    if (name.find(".partial") == std::string::npos || !std::regex_match(name, parts, pattern)) {
+      continue;
+    }
+    if (!is_abandoned(parts[1], static_cast<pid_t>(std::stol(parts[2])), entry->path())) continue;
+    std::error_code stays;
+    fs::remove_all(entry->path(), stays);
+  }
+}
+
+// The first time that this process writes to the directory.
+void clean_once(const fs::path& directory) {
+  static std::mutex mutex;
+  static std::set<fs::path> cleaned;
+  std::error_code error;
+  const fs::path canonical = fs::canonical(directory, error);
+  if (error) return;
+  const std::lock_guard lock(mutex);
+  if (cleaned.insert(canonical).second) remove_abandoned_temporaries(canonical);
+}
+
+// Why something cannot be read.
 std::string what_is(fs::file_type type) {
   constexpr const char* kAdvice = "; give a regular file";
   switch (type) {
@@ -95,65 +148,32 @@ std::string what_is(fs::file_type type) {
   }
 }
 
-std::string read_up_to(const Descriptor& descriptor, const std::string& name,
+// `expected`: its size as far as it is known; pipes have none, and a file may be growing.
+std::string read_up_to(std::FILE* file, const std::string& name, std::size_t expected,
                        std::size_t max_bytes) {
-  if (!descriptor.valid()) throw Error("cannot read " + name + ": " + reason(errno));
-  // The size is only used to reserve memory: pipes have none, and a file may be growing.
-  struct stat status = {};
-  const bool sized = fstat(descriptor.get(), &status) == 0 && status.st_size > 0;
-  const std::size_t expected = sized ? static_cast<std::size_t>(status.st_size) : kReadBlockBytes;
-
   std::string bytes;
-  std::size_t block = std::min(expected, max_bytes);
-  while (bytes.size() < max_bytes) {
+  std::size_t block = std::max(kReadBlockBytes, expected + 1);  // one more finds the end
+  while (file != nullptr && bytes.size() < max_bytes && std::feof(file) == 0) {
     const std::size_t before = bytes.size();
-    bytes.resize(before + std::min(block, max_bytes - before));
-    const ssize_t count = read(descriptor.get(), bytes.data() + before, bytes.size() - before);
-    const int error = errno;
-    bytes.resize(before + static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
-    if (count < 0 && error == EINTR) continue;
-    if (count < 0) throw Error("cannot read " + name + ": " + reason(error));
-    if (count == 0) break;
-    block = sized && bytes.size() == expected ? kEndBytes : kReadBlockBytes;
+    bytes.resize(std::min(max_bytes, before + block));
+    const std::size_t count = std::fread(bytes.data() + before, 1, bytes.size() - before, file);
+    bytes.resize(before + count);
+    if (std::ferror(file) != 0) break;
+    block = std::max(kReadBlockBytes, bytes.size());
+  }
+  if (file == nullptr || std::ferror(file) != 0) {
+    throw Error("cannot read " + name + ": " + reason(errno));
   }
   return bytes;
 }
 
-std::string read_limited(const Descriptor& descriptor, const std::string& name,
-                         std::size_t max_bytes) {
-  // Reads one byte more than allowed to detect a file that is too large.
-  std::string bytes = read_up_to(descriptor, name, std::max(max_bytes, max_bytes + 1));
-  if (bytes.size() > max_bytes) {
-    throw Error(name + ": larger than " + std::to_string(max_bytes) +
-                " bytes; is it the right file?");
-  }
-  return bytes;
-}
-
-// fsync of a file or directory; 0 or an errno value. Some file systems cannot sync a directory and
-// return EINVAL (fsync(2)); no data is lost.
-int sync_to_disk(const fs::path& path) {
-  const Descriptor descriptor(path, O_RDONLY);
-  if (!descriptor.valid()) return errno;
-  return fsync(descriptor.get()) == 0 || errno == EINVAL ? 0 : errno;
-}
-
-// 0 or an errno value.
-int write_all(int fd, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = write(fd, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return errno;
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
-  }
-  return 0;
+void require_at_most(std::size_t max_bytes, const std::string& bytes, const std::string& name) {
+  if (bytes.size() <= max_bytes) return;
+  throw Error(name + ": larger than " + std::to_string(max_bytes) +
+              " bytes; is it the right file?");
 }
 
 }  // namespace
-
-fs::path directory_of(const fs::path& file) {
-  return file.has_parent_path() ? file.parent_path() : fs::path(".");
-}
 
 AtomicFile::AtomicFile(fs::path target) : target_(follow_link(std::move(target))) {
   check_target(target_);
@@ -166,18 +186,22 @@ AtomicFile::~AtomicFile() {
 }
 
 void AtomicFile::commit() {
-  if (const int error = sync_to_disk(temporary_)) throw_write_error(target_, error);
-  if (std::rename(temporary_.c_str(), target_.c_str()) != 0) throw_write_error(target_, errno);
+  if (const int error = sync_to_disk(temporary_)) throw_write_error(target_, reason(error));
+  if (std::rename(temporary_.c_str(), target_.c_str()) != 0) {
+    throw_write_error(target_, reason(errno));
+  }
   committed_ = true;
-  if (const int error = sync_to_disk(directory_of(target_))) throw_write_error(target_, error);
+  const int error = sync_to_disk(directory_of(target_));
+  if (error != 0) throw_write_error(target_, reason(error));
 }
 
 void write_file_atomically(const fs::path& target, std::span<const std::byte> bytes) {
   AtomicFile output(target);
-  Descriptor descriptor(output.temporary_path(), O_WRONLY | O_CREAT | O_EXCL);
-  if (!descriptor.valid()) throw_write_error(target, errno);
-  if (const int error = write_all(descriptor.get(), bytes)) throw_write_error(target, error);
-  if (!descriptor.close()) throw_write_error(target, errno);
+  OpenFile file(std::fopen(output.temporary_path().c_str(), "wxe"));
+  if (!file || std::fwrite(bytes.data(), 1, bytes.size(), file.get()) != bytes.size() ||
+      std::fclose(file.release()) != 0) {  // network file systems report failed writes here
+    throw_write_error(target, reason(errno));
+  }
   output.commit();
 }
 
@@ -185,11 +209,40 @@ void write_file_atomically(const fs::path& target, std::string_view text) {
   write_file_atomically(target, std::as_bytes(std::span(text)));
 }
 
+fs::path directory_of(const fs::path& file) {
+  return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
+
 void make_directories(const fs::path& directory) {
   std::error_code error;
   fs::create_directories(directory, error);
   if (error) throw Error("cannot make " + directory.string() + ": " + error.message());
 }
+
+fs::path temporary_beside(const fs::path& target) {
+  static std::atomic<unsigned> counter{0};
+  clean_once(directory_of(target));
+  fs::path temporary;
+  do {
+    temporary = directory_of(target) / fmt::format(".{}.{}-{}.{}.partial{}",
+                                                   target.stem().string().substr(0, kMaxStemBytes),
+                                                   system_id(), getpid(), counter.fetch_add(1),
+                                                   target.extension().string());
+  } while (fs::exists(fs::symlink_status(temporary)));
+  return temporary;
+}
+
+NamelessFile::NamelessFile(const fs::path& directory) {
+  // Under a name that is known to be left over if the program is killed before the next line.
+  const fs::path path = temporary_beside(directory / "values");
+  descriptor_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (descriptor_ < 0) {
+    throw Error(fmt::format("{}: cannot write there: {}", directory.string(), reason(errno)));
+  }
+  ::unlink(path.c_str());
+}
+
+NamelessFile::~NamelessFile() { ::close(descriptor_); }
 
 void require_regular_file(const fs::path& file) {
   std::error_code error;
@@ -200,13 +253,17 @@ void require_regular_file(const fs::path& file) {
 }
 
 std::string read_file(const fs::path& file, std::size_t max_bytes) {
-  require_regular_file(file);
-  return read_limited(Descriptor(file, O_RDONLY), file.string(), max_bytes);
+  // One byte more than allowed shows that a file is too large.
+  std::string bytes = read_file_prefix(file, std::max(max_bytes, max_bytes + 1));
+  require_at_most(max_bytes, bytes, file.string());
+  return bytes;
 }
 
 std::string read_file_or_stdin(const fs::path& file, std::size_t max_bytes) {
   if (file != kStandardInput) return read_file(file, max_bytes);
-  return read_limited(Descriptor(::dup(STDIN_FILENO)), input_name(file), max_bytes);
+  std::string bytes = read_up_to(stdin, input_name(file), 0, max_bytes + 1);
+  require_at_most(max_bytes, bytes, input_name(file));
+  return bytes;
 }
 
 std::string input_name(const fs::path& file) {
@@ -215,7 +272,10 @@ std::string input_name(const fs::path& file) {
 
 std::string read_file_prefix(const fs::path& file, std::size_t max_bytes) {
   require_regular_file(file);
-  return read_up_to(Descriptor(file, O_RDONLY), file.string(), max_bytes);
+  std::error_code unknown;
+  const std::uintmax_t expected = std::min<std::uintmax_t>(fs::file_size(file, unknown), max_bytes);
+  const OpenFile open(std::fopen(file.c_str(), "re"));
+  return read_up_to(open.get(), file.string(), unknown ? 0 : expected, max_bytes);
 }
 
 }  // namespace raywalk

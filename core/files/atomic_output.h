@@ -1,4 +1,5 @@
-// Atomic output files: written under a temporary name beside the target, then renamed to it.
+// Whole files: read, and written under a temporary name beside the target that is then renamed to
+// it, so that a file is there only when it is complete.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +12,7 @@ namespace raywalk {
 
 // Write the file at temporary_path(); commit() flushes it to disk and renames it to the target.
 // Without commit() the destructor removes it, so a failure leaves nothing behind; what a killed
-// process leaves, the next one that writes to the directory removes (temporary_names.h).
+// process leaves, the next one that writes to the directory removes.
 class AtomicFile {
  public:
   // Throws Error if the target's directory does not exist or is not writable, or the target exists
@@ -42,6 +43,30 @@ std::filesystem::path directory_of(const std::filesystem::path& file);
 
 // Creates a directory and its missing parents. Throws Error naming it.
 void make_directories(const std::filesystem::path& directory);
+
+// A path that does not exist yet, beside the target and with its extension, for a file or directory
+// that is not finished: ".<stem>.<system>-<process>.<n>.partial<extension>". The dot hides it from
+// listings. The first time in a directory, what killed processes left there under such names is
+// removed: that of processes of this system that are no longer running, and that of another system
+// (another computer or container on a shared disk, or this one before it was restarted) once it is
+// a day old.
+std::filesystem::path temporary_beside(const std::filesystem::path& target);
+
+// An open file, empty, to read and write, whose name is removed at once: it is gone when the
+// program ends, however it ends.
+class NamelessFile {
+ public:
+  // Throws Error naming the directory if no file can be made there.
+  explicit NamelessFile(const std::filesystem::path& directory);
+  ~NamelessFile();
+  NamelessFile(const NamelessFile&) = delete;
+  NamelessFile& operator=(const NamelessFile&) = delete;
+
+  int descriptor() const { return descriptor_; }
+
+ private:
+  int descriptor_ = -1;
+};
 
 // Throws Error naming the file unless it is, or links to, a regular file: opening a named pipe
 // would wait for a writer, reading a device may never end.

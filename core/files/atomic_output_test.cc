@@ -4,10 +4,14 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <string>
 
 #include "core/base/error.h"
@@ -27,7 +31,8 @@ TEST(AtomicFile, TargetAppearsOnlyWithCommit) {
   AtomicFile output(target);
   EXPECT_EQ(output.temporary_path().parent_path(), directory.path());
   EXPECT_EQ(output.temporary_path().extension(), ".png");
-  EXPECT_FALSE(fs::exists(output.temporary_path()));
+  EXPECT_TRUE(output.temporary_path().filename().string().starts_with("."));
+  EXPECT_NE(AtomicFile(target).temporary_path(), output.temporary_path());
   std::ofstream(output.temporary_path()) << "picture";
   EXPECT_FALSE(fs::exists(target));
   output.commit();
@@ -44,13 +49,6 @@ TEST(AtomicFile, WithoutCommitTheOldContentStaysAndNothingElse) {
   }
   EXPECT_EQ(read_file(directory / "a.txt"), "old");
   EXPECT_EQ(directory.entries(), 1U);
-}
-
-TEST(AtomicFile, TwoWritersOfOneTargetDoNotShareATemporary) {
-  const TestDirectory directory;
-  const AtomicFile first(directory / "a.txt");
-  const AtomicFile second(directory / "a.txt");
-  EXPECT_NE(first.temporary_path(), second.temporary_path());
 }
 
 TEST(AtomicFile, LongestLegalNameCanBeWritten) {
@@ -79,6 +77,7 @@ TEST(AtomicFile, InvalidTargetsAreRejectedBeforeWriting) {
   EXPECT_THAT(error_of([] { AtomicFile("/dev/null"); }), HasSubstr("not a regular file"));
   EXPECT_THAT(error_of([] { write_file_atomically("/proc/raywalk", "text"); }),
               HasSubstr("cannot write /proc/raywalk: "));
+  EXPECT_THAT(error_of([&] { make_directories(directory / "file" / "a"); }), HasSubstr("file/a"));
 }
 
 TEST(AtomicFile, SymbolicLinkStaysAndItsFileIsReplaced) {
@@ -102,13 +101,7 @@ void write_beyond_limit(const fs::path& target) {
   std::_Exit(named ? 42 : 1);
 }
 
-TEST(WriteFileDeathTest, FailedWriteNamesFileAndReasonAndLeavesNothing) {
-  const TestDirectory directory;
-  EXPECT_EXIT(write_beyond_limit(directory / "rays.bin"), testing::ExitedWithCode(42), "");
-  EXPECT_EQ(directory.entries(), 0U);
-}
-
-TEST(WriteFileDeathTest, FailedWriteKeepsTheOldFile) {
+TEST(WriteFileDeathTest, FailedWriteNamesFileAndReasonAndKeepsTheOldFile) {
   const TestDirectory directory;
   write_file_atomically(directory / "rays.bin", "old");
   EXPECT_EXIT(write_beyond_limit(directory / "rays.bin"), testing::ExitedWithCode(42), "");
@@ -116,23 +109,62 @@ TEST(WriteFileDeathTest, FailedWriteKeepsTheOldFile) {
   EXPECT_EQ(directory.entries(), 1U);
 }
 
-TEST(MakeDirectories, CreatesMissingOnesAndAcceptsExistingOnes) {
-  const TestDirectory directory;
-  make_directories(directory / "a" / "b");
-  make_directories(directory / "a" / "b");
-  EXPECT_TRUE(std::filesystem::is_directory(directory / "a" / "b"));
+// What a process leaves that writes to `target` and is killed.
+void die_while_writing(const fs::path& target, const std::function<void(fs::path)>& write) {
+  const pid_t child = fork();
+  if (child == 0) {
+    write(temporary_beside(target));
+    kill(getpid(), SIGKILL);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFSIGNALED(status));
 }
 
-TEST(MakeDirectories, BelowAFileIsAnErrorThatNamesIt) {
+void write_text(const fs::path& file) { std::ofstream(file) << "half"; }
+
+void write_tree(const fs::path& directory) {
+  fs::create_directories(directory / "truth");
+  write_text(directory / "truth" / "a.png");
+}
+
+TEST(TemporaryNames, WhatAKilledProcessLeftIsRemovedByTheNext) {
   const TestDirectory directory;
-  write_file_atomically(directory / "file", "x");
-  const std::filesystem::path below = directory / "file" / "a";
-  try {
-    make_directories(below);
-    FAIL() << "no error";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr(below.string()));
+  die_while_writing(directory / "view.png", write_text);
+  EXPECT_EQ(directory.entries(), 1U);
+  die_while_writing(directory / "room", write_tree);
+  EXPECT_EQ(directory.entries(), 1U) << "a process removed the picture and left its own";
+  write_file_atomically(directory / "other.txt", "text");
+  EXPECT_EQ(directory.entries(), 1U);
+  EXPECT_TRUE(fs::exists(directory / "other.txt"));
+}
+
+TEST(TemporaryNames, WhatARunningProcessWritesStays) {
+  const TestDirectory directory;
+  const fs::path ours = temporary_beside(directory / "view.png");
+  write_text(ours);
+  die_while_writing(directory / "other.txt", [](const fs::path&) {});
+  EXPECT_TRUE(fs::exists(ours));
+  write_file_atomically(directory / "third.txt", "text");
+  EXPECT_TRUE(fs::exists(ours));
+}
+
+TEST(TemporaryNames, ThoseOfAnotherSystemStayForADayAndOtherFilesForEver) {
+  const TestDirectory directory;
+  const auto old = [&](const std::string& name) {
+    write_text(directory / name);
+    fs::last_write_time(directory / name,
+                        fs::file_time_type::clock::now() - std::chrono::hours(25));
+  };
+  for (const char* name : {"room.lf.partial", ".hidden", ".a.partial", "a.12345678-1.0.partial.png",
+                           ".x0_007.jpg.partial", "trade.partial.json"}) {
+    old(name);
   }
+  old(".old.00000000-1.0.partial.png");
+  write_text(directory / ".new.00000000-1.0.partial.png");
+  temporary_beside(directory / "view.png");
+  EXPECT_FALSE(fs::exists(directory / ".old.00000000-1.0.partial.png"));
+  EXPECT_EQ(directory.entries(), 7U);
 }
 
 TEST(ReadFile, ReturnsAllBytesAsTheyAre) {
@@ -145,16 +177,7 @@ TEST(ReadFile, ReturnsAllBytesAsTheyAre) {
   EXPECT_EQ(read_file_prefix(directory / "a", 1U << 30), bytes);
   write_file_atomically(directory / "empty", "");
   EXPECT_EQ(read_file(directory / "empty"), "");
-}
-
-TEST(ReadFile, ReadsFilesWithoutASize) { EXPECT_NE(read_file("/proc/self/status"), ""); }
-
-TEST(ReadFile, ErrorsNameTheFile) {
-  const TestDirectory directory;
-  EXPECT_THAT(error_of([&] { read_file(directory / "none.csv"); }),
-              HasSubstr("none.csv: No such file or directory"));
-  EXPECT_THAT(error_of([&] { read_file(directory.path()); }),
-              AllOf(HasSubstr(directory.path().string()), HasSubstr("Is a directory")));
+  EXPECT_NE(read_file("/proc/self/status"), "") << "a file without a size";
 }
 
 TEST(ReadFile, SizeLimitIsInclusive) {
@@ -178,8 +201,10 @@ TEST(ReadFile, OnlyRegularFilesAreRead) {
   }
   EXPECT_THAT(error_of([&] { read_file(socket); }), HasSubstr("socket: Is a socket"));
   EXPECT_THAT(error_of([] { read_file("/dev/zero"); }), HasSubstr("/dev/zero: Is a device"));
-  EXPECT_THAT(error_of([&] { require_regular_file(directory / "none"); }),
-              HasSubstr("none: No such file"));
+  EXPECT_THAT(error_of([&] { read_file(directory / "none.csv"); }),
+              HasSubstr("none.csv: No such file or directory"));
+  EXPECT_THAT(error_of([&] { read_file(directory.path()); }),
+              AllOf(HasSubstr(directory.path().string()), HasSubstr("Is a directory")));
   write_file_atomically(directory / "a", "text");
   fs::create_symlink("a", directory / "linked");
   EXPECT_EQ(read_file(directory / "linked"), "text");

@@ -9,10 +9,20 @@
 
 namespace raywalk {
 
-// A parsed table. Fields are trimmed; quoted fields ("a, ""b""") follow RFC 4180; blank lines and
-// lines that start with '#' are skipped; CRLF and a UTF-8 byte order mark are accepted. The table
-// may have no rows. `text` and `number` throw std::logic_error for a column the table does not
-// have: check has_column for optional columns.
+// One record and the line it starts on, counted from 1; a quoted field may span several lines.
+struct CsvRecord {
+  int line = 0;
+  std::vector<std::string> fields;
+};
+
+// Splits the text (RFC 4180). Unquoted fields are trimmed; blank lines and lines that start with
+// '#' are skipped; LF and CRLF end a line; a UTF-8 byte order mark is accepted. Throws Error with
+// source and line: an unterminated quote, text after a quoted field, a quote inside an unquoted
+// field, a NUL byte.
+std::vector<CsvRecord> split_csv(std::string_view text, const std::string& source);
+
+// A table of such records, which may have no rows. `text` and `number` throw std::logic_error for a
+// column the table does not have: check has_column for optional columns.
 class CsvTable {
  public:
   // `source` names the text in errors. Columns in `required` must be present, those in `optional`
@@ -34,14 +44,17 @@ class CsvTable {
   std::string where(std::size_t row) const;
 
  private:
-  void set_columns(std::vector<std::string> columns, const std::string& where,
-                   const std::vector<std::string>& required,
-                   const std::vector<std::string>& optional);
+  void check_header(const std::vector<std::string>& required,
+                    const std::vector<std::string>& optional) const;
 
   std::string source_;
-  std::vector<std::string> columns_;
-  std::vector<std::vector<std::string>> rows_;
-  std::vector<int> line_numbers_;
+  CsvRecord header_;
+  std::vector<CsvRecord> rows_;
 };
+
+// The column of every row as names of output files, without extension. Throws Error with source and
+// line for a name that is not usable as a file name or would need quotes in a table (empty, a
+// leading dot, a slash, comma, quote or line break, over 200 bytes), or that occurs twice.
+std::vector<std::string> file_names_of_rows(const CsvTable& table, const std::string& column);
 
 }  // namespace raywalk

@@ -6,11 +6,12 @@
 #include <stdexcept>
 #include <string>
 
-#include "core/base/error.h"
+#include "core/base/test_error.h"
 
 namespace raywalk {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
@@ -19,13 +20,10 @@ CsvTable poses(const std::string& text) {
 }
 
 std::string table_error(const std::string& text) {
-  try {
+  return error_of([&] {
     const CsvTable table = poses(text);
     for (std::size_t row = 0; row < table.rows(); ++row) table.number(row, "x");
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
+  });
 }
 
 TEST(CsvTable, ReadsNumbersAndTextInAnyColumnOrder) {
@@ -142,13 +140,26 @@ TEST(CsvTable, MissingColumnIsALogicError) {
   EXPECT_THROW(poses("file,x,y,z\na,1,2,3\n").number(0, "yaw"), std::logic_error);
 }
 
-TEST(CsvTable, MissingFileIsNamed) {
-  try {
-    CsvTable::read("/nonexistent/poses.csv", {"file"}, {});
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_THAT(e.what(), HasSubstr("/nonexistent/poses.csv"));
+CsvTable path_of(const std::string& rows) {
+  return CsvTable::parse("name,x\n" + rows, "path.csv", {"name", "x"}, {});
+}
+
+TEST(FileNamesOfRows, ComeInTheOrderOfTheRows) {
+  EXPECT_THAT(file_names_of_rows(path_of("b,1\na,2\n" + std::string(200, 'c') + ",3\n"), "name"),
+              testing::ElementsAre("b", "a", std::string(200, 'c')));
+}
+
+TEST(FileNamesOfRows, InvalidAndDuplicateNamesAreRejected) {
+  for (const std::string& name :
+       {std::string("../a"), std::string("/a"), std::string(".a"), std::string("\"\""),
+        std::string("\"a,b\""), std::string("\"a\"\"b\""), std::string("\"a\nb\""),
+        std::string("\"a\rb\""), std::string(201, 'c')}) {
+    EXPECT_THAT(error_of([&] { file_names_of_rows(path_of("a,1\n" + name + ",2\n"), "name"); }),
+                AllOf(HasSubstr("path.csv:3"), HasSubstr("is not a valid file name")))
+        << name;
   }
+  EXPECT_THAT(error_of([&] { file_names_of_rows(path_of("a,1\nb,2\na,3\n"), "name"); }),
+              AllOf(HasSubstr("path.csv:4"), HasSubstr("appears twice")));
 }
 
 }  // namespace

@@ -1,13 +1,14 @@
 #include "core/files/fingerprint.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <chrono>
 #include <opencv2/core.hpp>
 
 #include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/sha256.h"
 #include "core/files/test_directory.h"
 
 namespace raywalk {
@@ -15,51 +16,40 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class FingerprintTest : public testing::Test {
- protected:
-  FingerprintTest() { write_file_atomically(file_, "abc"); }
-
-  TestDirectory directory_;
-  const fs::path file_ = directory_ / "frame.png";
-};
-
-TEST_F(FingerprintTest, StampHasSizeAndTime) {
-  const auto time = fs::last_write_time(file_);
-  EXPECT_EQ(stamp_of(file_).bytes, 3u);
-  EXPECT_EQ(stamp_of(file_).time, time.time_since_epoch().count());
-  EXPECT_EQ(stamp_of(file_).text(), "3 " + std::to_string(time.time_since_epoch().count()));
+// Examples of FIPS 180-2, appendix B, and the empty message.
+TEST(Fingerprint, GivesThePublishedChecksums) {
+  EXPECT_EQ(sha256_hex(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(sha256_hex("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(sha256_hex("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
+            "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
 }
 
-TEST_F(FingerprintTest, StampChangesWithTheTime) {
-  const std::string before = stamp_of(file_).text();
-  fs::last_write_time(file_, fs::last_write_time(file_) + std::chrono::seconds(1));
-  EXPECT_NE(stamp_of(file_).text(), before);
-}
-
-TEST_F(FingerprintTest, StampOfAMissingFileNamesIt) {
-  try {
-    stamp_of(directory_ / "nothing.png");
-    FAIL() << "no error";
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("nothing.png: cannot be read"), std::string::npos);
-  }
-}
-
-TEST_F(FingerprintTest, ChecksumOfAFileIsThatOfItsBytes) {
-  EXPECT_EQ(sha256_of_file(file_), sha256_hex("abc"));
-  EXPECT_THROW(sha256_of_file(directory_ / "nothing.png"), Error);
-  EXPECT_THROW(sha256_of_file(directory_.path()), Error);
+TEST(Fingerprint, OfAFileIsThatOfItsBytes) {
+  const TestDirectory directory;
   const std::string large(3'000'000, 'x');  // more than is read at once
-  write_file_atomically(file_, large);
-  EXPECT_EQ(sha256_of_file(file_), sha256_hex(large));
+  write_file_atomically(directory / "frame.png", large);
+  EXPECT_EQ(sha256_of_file(directory / "frame.png"), sha256_hex(large));
+  EXPECT_THROW(sha256_of_file(directory / "nothing.png"), Error);
+  EXPECT_THROW(sha256_of_file(directory.path()), Error);
 }
 
-TEST(Sha256OfPixels, DoesNotDependOnGapsBetweenRows) {
+TEST(Fingerprint, OfPixelsDoesNotDependOnGapsBetweenRows) {
   const cv::Mat whole = (cv::Mat_<std::uint8_t>(2, 3) << 'a', 'b', 'x', 'c', 'd', 'x');
   const cv::Mat part = whole.colRange(0, 2);
   ASSERT_FALSE(part.isContinuous());
   EXPECT_EQ(sha256_of_pixels(part), sha256_hex("abcd"));
-  EXPECT_EQ(sha256_of_pixels(part.clone()), sha256_hex("abcd"));
+}
+
+TEST(Fingerprint, StampChangesWithSizeAndTime) {
+  const TestDirectory directory;
+  const fs::path file = directory / "frame.png";
+  write_file_atomically(file, "abc");
+  const std::string before = stamp_of(file).text();
+  EXPECT_EQ(stamp_of(file).bytes, 3U);
+  fs::last_write_time(file, fs::last_write_time(file) + std::chrono::seconds(1));
+  EXPECT_NE(stamp_of(file).text(), before);
+  EXPECT_THAT(error_of([&] { stamp_of(directory / "nothing.png"); }),
+              testing::HasSubstr("nothing.png: cannot be read"));
 }
 
 }  // namespace

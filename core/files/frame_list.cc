@@ -15,28 +15,24 @@
 namespace raywalk {
 namespace {
 
-// Ten turns: larger angles indicate a wrong column.
-constexpr double kMaxDegrees = 3600.0;
+constexpr double kMaxDegrees = 3600.0;  // ten turns
+
+// A field whose value, where it is larger than the limit, is of another unit or column.
+double read_within(double limit, const char* meaning, const CsvTable& table, std::size_t row,
+                   const std::string& column) {
+  const double value = table.number(row, column);
+  if (std::abs(value) <= limit) return value;
+  throw Error(fmt::format("{}: {} = {:g} is not {} (at most {:g}); correct the unit or the column",
+                          table.where(row), column, value, meaning, limit));
+}
 
 double metres(const CsvTable& table, std::size_t row, const std::string& column) {
-  const double value = table.number(row, column);
-  if (std::abs(value) > kMaxPosition_m) {
-    throw Error(fmt::format(
-        "{}: {} = {:g} is not a position in metres (at most {:g}); correct the unit or the column",
-        table.where(row), column, value, kMaxPosition_m));
-  }
-  return value;
+  return read_within(kMaxPosition_m, "a position in metres", table, row, column);
 }
 
 double radians(const CsvTable& table, std::size_t row, const std::string& column) {
   if (!table.has_column(column)) return 0.0;
-  const double value = table.number(row, column);
-  if (std::abs(value) > kMaxDegrees) {
-    throw Error(fmt::format(
-        "{}: {} = {:g} is not an angle in degrees (at most {:g}); correct the unit or the column",
-        table.where(row), column, value, kMaxDegrees));
-  }
-  return radians_from_degrees(value);
+  return radians_from_degrees(read_within(kMaxDegrees, "an angle in degrees", table, row, column));
 }
 
 // Quoting by RFC 4180.
@@ -58,27 +54,16 @@ std::string nine_decimals(double value) {
   return fmt::format("{:.9f}", std::abs(value) < 0.5e-9 ? 0.0 : value);
 }
 
-// Names are parts of file names and JSON, so they are escaped.
-std::string stem_of(const std::string& file) {
-  return escaped(std::filesystem::path(file).stem().string());
-}
-
-std::string joined_path_of(const std::string& file) {
-  std::string name = std::filesystem::path(file).replace_extension().generic_string();
-  std::replace(name.begin(), name.end(), '/', '_');
-  return escaped(name);
-}
-
-template <typename NameOf>
-std::vector<std::string> names_by(std::span<const std::string> files, const NameOf& name_of) {
+// "a/b_0" of "a/b_0.png", or only its last part. Names are parts of file names and JSON.
+std::vector<std::string> names_of(std::span<const std::string> files, bool whole_paths) {
   std::vector<std::string> names;
-  names.reserve(files.size());
-  for (const std::string& file : files) names.push_back(name_of(file));
+  for (const std::string& file : files) {
+    const std::filesystem::path path = std::filesystem::path(file).replace_extension();
+    std::string name = (whole_paths ? path : path.filename()).generic_string();
+    std::ranges::replace(name, '/', '_');
+    names.push_back(escaped(name));
+  }
   return names;
-}
-
-bool are_unique(const std::vector<std::string>& names) {
-  return std::set<std::string>(names.begin(), names.end()).size() == names.size();
 }
 
 }  // namespace
@@ -93,15 +78,10 @@ Attitude read_attitude(const CsvTable& table, std::size_t row) {
 
 std::vector<Frame> read_frame_list(const std::filesystem::path& list,
                                    const std::vector<std::string>& ignored) {
-  return parse_frame_list(read_file_or_stdin(list), list, ignored);
-}
-
-std::vector<Frame> parse_frame_list(const std::string& text, const std::filesystem::path& list,
-                                    const std::vector<std::string>& ignored) {
   const std::string source = input_name(list);
   std::vector<std::string> optional{"yaw", "pitch", "roll", "mask"};
   optional.insert(optional.end(), ignored.begin(), ignored.end());
-  const CsvTable table = CsvTable::parse(text, source, {"file", "x", "y", "z"}, optional);
+  const CsvTable table = CsvTable::read(list, {"file", "x", "y", "z"}, optional);
   if (table.rows() == 0) throw Error(source + ": lists no frames");
   std::vector<Frame> frames;
   std::unordered_map<std::string, std::string> listed;  // file -> where
@@ -130,10 +110,10 @@ std::vector<Frame> parse_frame_list(const std::string& text, const std::filesyst
 }
 
 std::string frame_list_text(const std::vector<ListedFrame>& frames) {
-  const bool attitudes = std::any_of(frames.begin(), frames.end(),
-                                     [](const ListedFrame& f) { return f.attitude.has_value(); });
-  const bool masks = std::any_of(frames.begin(), frames.end(),
-                                 [](const ListedFrame& frame) { return !frame.mask.empty(); });
+  const bool attitudes = std::ranges::any_of(
+      frames, [](const ListedFrame& frame) { return frame.attitude.has_value(); });
+  const bool masks =
+      std::ranges::any_of(frames, [](const ListedFrame& frame) { return !frame.mask.empty(); });
   std::string text = "file,x,y,z";
   if (attitudes) text += ",yaw,pitch,roll";
   if (masks) text += ",mask";
@@ -154,23 +134,19 @@ std::string frame_list_text(const std::vector<ListedFrame>& frames) {
   return text;
 }
 
-std::vector<std::string> names_of_stems(std::span<const std::string> files) {
-  return names_by(files, stem_of);
-}
-
-std::vector<std::string> names_of_paths(std::span<const std::string> files) {
-  return names_by(files, joined_path_of);
-}
-
 std::vector<std::string> frame_names(std::span<const std::string> files,
-                                     const std::filesystem::path& list) {
-  std::vector<std::string> names = names_of_stems(files);
-  if (!are_unique(names)) names = names_of_paths(files);
-  if (!are_unique(names)) {
-    throw Error(list.string() +
-                ": two of its files differ only in their extension; list one of them");
+                                     const std::filesystem::path& list,
+                                     std::span<const std::string> taken) {
+  for (const bool whole_paths : {false, true}) {
+    std::vector<std::string> names = names_of(files, whole_paths);
+    std::set<std::string> all(taken.begin(), taken.end());
+    if (std::ranges::all_of(names, [&](const std::string& n) { return all.insert(n).second; })) {
+      return names;
+    }
   }
-  return names;
+  throw Error(fmt::format("{}: two of its files{} differ only in their extension; {} one of them",
+                          list.string(), taken.empty() ? "" : ", or one and another list's,",
+                          taken.empty() ? "list" : "rename"));
 }
 
 }  // namespace raywalk

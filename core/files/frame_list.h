@@ -34,9 +34,6 @@ struct Frame {
 // have, such as `distance` of true views.
 std::vector<Frame> read_frame_list(const std::filesystem::path& list,
                                    const std::vector<std::string>& ignored = {});
-// The same of text read from `list`.
-std::vector<Frame> parse_frame_list(const std::string& text, const std::filesystem::path& list,
-                                    const std::vector<std::string>& ignored = {});
 
 // A row of a frame list to be written.
 struct ListedFrame {
@@ -50,14 +47,12 @@ struct ListedFrame {
 // attitude and a column mask where one has a mask; numbers to 1e-9.
 std::string frame_list_text(const std::vector<ListedFrame>& frames);
 
-// Names for files, escaped (core/base/escaped.h): their stems; their paths without extension, with
-// '_' for '/'.
-std::vector<std::string> names_of_stems(std::span<const std::string> files);
-std::vector<std::string> names_of_paths(std::span<const std::string> files);
-// Frame names of the listed files, in order: their stems, or, where stems repeat, their paths.
-// Throws Error naming `list` if two names are still the same.
+// Frame names of the listed files, in order, escaped (core/base/escaped.h): their stems, or, where
+// these repeat or are taken, their paths without extension, with '_' for '/'. Throws Error naming
+// `list` if two names are still the same.
 std::vector<std::string> frame_names(std::span<const std::string> files,
-                                     const std::filesystem::path& list);
+                                     const std::filesystem::path& list,
+                                     std::span<const std::string> taken = {});
 
 // The columns x,y,z (metres), and yaw,pitch,roll (degrees; 0 where there is no such column), of a
 // row. Throw Error naming table, line and value for a value out of range.

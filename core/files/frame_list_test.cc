@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
@@ -19,13 +19,8 @@ class FrameListTest : public ::testing::Test {
     write_file_atomically(list_, text);
     return read_frame_list(list_);
   }
-  std::string error_of(const std::string& text) {
-    try {
-      read(text);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "no error";
+  std::string error_in(const std::string& text) {
+    return error_of([&] { read(text); });
   }
 
   TestDirectory directory_;
@@ -62,24 +57,21 @@ TEST_F(FrameListTest, MasksAreRelativeToTheListAndMayBeLeftOut) {
 
 TEST_F(FrameListTest, OtherColumnsAreIgnoredWhereThatIsSaid) {
   const std::string text = "file,x,y,z,distance\na.jpg,0,0,0,a.png\n";
-  EXPECT_THAT(error_of(text), HasSubstr("distance"));
+  EXPECT_THAT(error_in(text), HasSubstr("distance"));
   EXPECT_EQ(read_frame_list(list_, {"distance"})[0].file, "a.jpg");
 }
 
 TEST_F(FrameListTest, BadRowsAreNamedByLine) {
-  EXPECT_THAT(error_of("file,x,y,z\na.jpg,0,0,0\nb.jpg,nan,0,0\n"), HasSubstr("poses.csv:3"));
-  EXPECT_THAT(error_of("file,x,y,z\na.jpg,0,0,2000000\n"), HasSubstr("position in metres"));
-  EXPECT_THAT(error_of("file,x,y,z\na.jpg,0,1e308,0\n"),
+  EXPECT_THAT(error_in("file,x,y,z\na.jpg,0,0,0\nb.jpg,nan,0,0\n"), HasSubstr("poses.csv:3"));
+  EXPECT_THAT(error_in("file,x,y,z\na.jpg,0,0,2000000\n"), HasSubstr("position in metres"));
+  EXPECT_THAT(error_in("file,x,y,z\na.jpg,0,1e308,0\n"),
               AllOf(HasSubstr("poses.csv:2: y = 1e+308"), HasSubstr("correct the unit")));
-  EXPECT_THAT(error_of("file,x,y,z,yaw\na.jpg,0,0,0,1e308\n"),
+  EXPECT_THAT(error_in("file,x,y,z,yaw\na.jpg,0,0,0,1e308\n"),
               AllOf(HasSubstr("poses.csv:2: yaw = 1e+308"), HasSubstr("angle in degrees")));
-  EXPECT_THAT(error_of("file,x,y,z\n,0,0,0\n"), HasSubstr("names no file"));
-  EXPECT_THAT(error_of("file,x,y,z\na.jpg,0,0,0\nb.jpg,0,0,1\na.jpg,1,0,0\n"),
+  EXPECT_THAT(error_in("file,x,y,z\n,0,0,0\n"), HasSubstr("names no file"));
+  EXPECT_THAT(error_in("file,x,y,z\n"), HasSubstr("no frames"));
+  EXPECT_THAT(error_in("file,x,y,z\na.jpg,0,0,0\nb.jpg,0,0,1\na.jpg,1,0,0\n"),
               AllOf(HasSubstr("poses.csv:4"), HasSubstr("poses.csv:2"), HasSubstr("a.jpg")));
-}
-
-TEST_F(FrameListTest, EmptyListIsAnError) {
-  EXPECT_THAT(error_of("file,x,y,z\n"), HasSubstr("no frames"));
 }
 
 std::vector<Frame> written_and_read(const std::vector<ListedFrame>& frames) {

@@ -1,25 +1,67 @@
 #include "core/files/settings.h"
 
-#include <spdlog/fmt/fmt.h>
-#include <spdlog/fmt/ranges.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <set>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/number.h"
-#include "core/files/yaml_document.h"
 
 namespace raywalk {
 namespace {
 
 constexpr std::size_t kMaxSettingsBytes = std::size_t{1} << 20;
 
-// yaml-cpp marks a plain scalar with the tag "?" and one in quotes with "!".
-bool is_in_quotes(const YAML::Node& node) { return node.Tag() == "!"; }
+int line_of(const YAML::Mark& mark) { return mark.line + 1; }  // yaml-cpp counts lines from 0
+
+[[noreturn]] void fail_at(const std::string& source, const YAML::Mark& mark,
+                          const std::string& what) {
+  const std::string line = mark.is_null() ? "" : fmt::format(":{}", line_of(mark));
+  throw UsageError(fmt::format("{}{}: {}", source, line, what));
+}
+
+// Records the start of the last document and ignores its content.
+class DocumentStart : public YAML::EventHandler {
+ public:
+  YAML::Mark mark{};
+
+  void OnDocumentStart(const YAML::Mark& start) override { mark = start; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+};
+
+// The only document of the text; a null node if it is empty. YAML::Load drops whatever follows the
+// first document, and YAML::LoadAll of yaml-cpp 0.7 never returns from some malformed texts
+// ("{a: 1}, d}": it finds one more empty document again and again), so the parser reads two at
+// most.
+YAML::Node load_document(const std::string& yaml, const std::string& source) {
+  try {
+    std::istringstream stream(yaml);
+    YAML::Parser parser(stream);
+    DocumentStart start;
+    if (parser.HandleNextDocument(start) && parser.HandleNextDocument(start)) {
+      fail_at(source, start.mark, "text after the settings, which must be a single YAML document");
+    }
+    return YAML::Load(yaml);
+  } catch (const YAML::Exception& e) {
+    fail_at(source, e.mark, "not valid YAML (" + one_line(e.msg) + ")");
+  }
+}
 
 template <typename Number>
 void require_range(Number value, Number min, Number max) {
@@ -45,9 +87,12 @@ std::string sequence_text(const std::vector<Value>& values) {
 // Applies one mapping of a document to the variables of a schema.
 class SettingsReader {
  public:
+  using Setting = SettingsSchema::Setting;
+
   // `place` prefixes every key in messages: "" or, within items, "validation[2].".
-  SettingsReader(const SettingsSchema& schema, const std::string& source, std::string place)
-      : settings_(schema.settings_), source_(source), place_(std::move(place)) {}
+  SettingsReader(const SettingsSchema& schema, const std::string& source, std::string place,
+                 SettingsLines* lines)
+      : settings_(schema.settings_), source_(source), place_(std::move(place)), lines_(lines) {}
 
   // Reads the mapping whose keys start with `group` ("" or "blend."). Recurses only where the
   // schema does, so that deep nesting or aliases in a hostile file cannot make it run long.
@@ -55,47 +100,35 @@ class SettingsReader {
     for (const auto& entry : mapping) {
       if (!entry.first.IsScalar()) fail(entry.first, "a key must be a single word");
       const std::string key = group + entry.first.Scalar();
+      const std::string full_key = place_ + key;
       if (is_group(key)) {
-        read_group(entry.second, key);
+        if (!entry.second.IsMap()) {
+          fail(entry.second, "'" + full_key + "' is a group of keys; indent them under it as " +
+                                 "'key: value' lines");
+        }
+        read_mapping(entry.second, key + ".");
         continue;
       }
       const auto setting = settings_.find(key);
       if (setting == settings_.end()) {
-        fail(entry.first,
-             "unknown key " + excerpt(place_ + key) + suggestion(place_ + key, keys()));
+        fail(entry.first, "unknown key " + excerpt(full_key) + suggestion(full_key, keys()));
       }
-      if (!seen_.insert(key).second) {
-        fail(entry.first, "key '" + place_ + key + "' appears twice");
+      const int line = line_of(entry.second.Mark());
+      if (!lines_->emplace(full_key, line).second) {
+        fail(entry.first, "key '" + full_key + "' appears twice");
       }
-      apply(setting->second, entry.second, place_ + key);
+      read_value(setting->second, entry.second, full_key);
     }
   }
 
  private:
-  void read_group(const YAML::Node& node, const std::string& key) {
-    if (!node.IsMap()) {
-      fail(node,
-           "'" + place_ + key + "' is a group of keys; indent them under it as 'key: value' lines");
-    }
-    read_mapping(node, key + ".");
-  }
-
   // From here on `key` is the full name used in messages.
-  void apply(const SettingsSchema::Setting& setting, const YAML::Node& node,
-             const std::string& key) const {
-    if (setting.max_count) {
-      read_sequence(setting, node, key);
-    } else {
-      read_scalar(setting, node, key);
-    }
-  }
-
-  void read_sequence(const SettingsSchema::Setting& setting, const YAML::Node& node,
-                     const std::string& key) const {
+  void read_value(const Setting& setting, const YAML::Node& node, const std::string& key) const {
+    if (!setting.max_count) return read_scalar(setting, node, key);
     if (!node.IsSequence()) {
-      fail(node, "'" + key +
-                     (setting.next_item ? "' must be a list; start every item under it with '- '"
-                                        : "' must be a list; write it as [first, second]"));
+      fail(node, fmt::format("'{}' must be a list; {}", key,
+                             setting.next_item ? "start every item under it with '- '"
+                                               : "write it as [first, second]"));
     }
     if (node.size() > *setting.max_count) {
       fail(node, fmt::format("'{}' has {} items; it may have {} at most", key, node.size(),
@@ -112,20 +145,19 @@ class SettingsReader {
     }
   }
 
-  void read_item(const SettingsSchema::Setting& setting, const YAML::Node& node,
-                 const std::string& key) const {
+  void read_item(const Setting& setting, const YAML::Node& node, const std::string& key) const {
     if (!node.IsMap()) fail(node, "'" + key + "' must be lines of 'key: value' after '- '");
     const SettingsSchema schema = setting.next_item();
-    SettingsReader(schema, source_, key + ".").read_mapping(node, "");
+    SettingsReader(schema, source_, key + ".", lines_).read_mapping(node, "");
   }
 
-  void read_scalar(const SettingsSchema::Setting& setting, const YAML::Node& node,
-                   const std::string& key) const {
+  void read_scalar(const Setting& setting, const YAML::Node& node, const std::string& key) const {
     if (!node.IsScalar()) {
       fail(node, "'" + key + (node.IsNull() ? "' has no value" : "' must be a single value"));
     }
     const std::string& scalar = node.Scalar();
-    if (is_in_quotes(node) && !setting.takes_quoted) {
+    // yaml-cpp marks a plain scalar with the tag "?" and one in quotes with "!".
+    if (node.Tag() == "!" && !setting.takes_quoted) {
       fail(node, "'" + key + "' is " + excerpt(scalar) + " in quotes; write it without them");
     }
     try {
@@ -148,13 +180,13 @@ class SettingsReader {
   }
 
   [[noreturn]] void fail(const YAML::Node& node, const std::string& what) const {
-    throw UsageError(yaml_place(source_, node.Mark()) + what);
+    fail_at(source_, node.Mark(), what);
   }
 
-  const std::map<std::string, SettingsSchema::Setting>& settings_;
+  const std::map<std::string, Setting>& settings_;
   const std::string& source_;
   std::string place_;
-  std::set<std::string> seen_;
+  SettingsLines* lines_;
 };
 
 SettingsSchema& SettingsSchema::bind(std::string key, Setting setting) {
@@ -162,10 +194,16 @@ SettingsSchema& SettingsSchema::bind(std::string key, Setting setting) {
   return *this;
 }
 
-SettingsSchema& SettingsSchema::number(std::string key, double* value, double min, double max) {
+SettingsSchema& SettingsSchema::scalar(std::string key, std::function<void(const std::string&)> set,
+                                       std::function<std::string()> value, bool takes_quoted) {
   return bind(std::move(key),
-              {.set = [=](const std::string& scalar) { *value = number_from(scalar, min, max); },
-               .value = [=] { return fmt::format("{}", *value); }});
+              {.set = std::move(set), .value = std::move(value), .takes_quoted = takes_quoted});
+}
+
+SettingsSchema& SettingsSchema::number(std::string key, double* value, double min, double max) {
+  const auto set = [=](const std::string& scalar) { *value = number_from(scalar, min, max); };
+  return scalar(
+      std::move(key), set, [=] { return fmt::format("{}", *value); }, false);
 }
 
 SettingsSchema& SettingsSchema::integer(std::string key, int* value, int min, int max) {
@@ -175,7 +213,8 @@ SettingsSchema& SettingsSchema::integer(std::string key, int* value, int min, in
     require_range(*parsed, min, max);
     *value = *parsed;
   };
-  return bind(std::move(key), {.set = set, .value = [=] { return fmt::format("{}", *value); }});
+  return scalar(
+      std::move(key), set, [=] { return fmt::format("{}", *value); }, false);
 }
 
 SettingsSchema& SettingsSchema::boolean(std::string key, bool* value) {
@@ -185,32 +224,26 @@ SettingsSchema& SettingsSchema::boolean(std::string key, bool* value) {
     }
     *value = scalar == "true";
   };
-  return bind(std::move(key), {.set = set, .value = [=] { return fmt::format("{}", *value); }});
+  return scalar(
+      std::move(key), set, [=] { return fmt::format("{}", *value); }, false);
 }
 
 SettingsSchema& SettingsSchema::text(std::string key, std::string* value) {
-  return bind(std::move(key), {.set = [=](const std::string& scalar) { *value = scalar; },
-                               .takes_quoted = true,
-                               .value = [=] { return *value; }});
+  const auto set = [=](const std::string& scalar) { *value = scalar; };
+  return scalar(
+      std::move(key), set, [=] { return *value; }, true);
 }
 
 SettingsSchema& SettingsSchema::path(std::string key, std::filesystem::path* value) {
-  return bind(std::move(key), {.set = [=](const std::string& scalar) { *value = scalar; },
-                               .takes_quoted = true,
-                               .value = [=] { return value->string(); }});
+  const auto set = [=](const std::string& scalar) { *value = scalar; };
+  return scalar(
+      std::move(key), set, [=] { return value->string(); }, true);
 }
 
-SettingsSchema& SettingsSchema::scalar(std::string key, std::function<void(const std::string&)> set,
-                                       std::function<std::string()> value, bool takes_quoted) {
-  return bind(std::move(key),
-              {.set = std::move(set), .takes_quoted = takes_quoted, .value = std::move(value)});
-}
-
-SettingsSchema& SettingsSchema::choice(const std::string& key, std::string* value,
-                                       const std::vector<std::string>& choices) {
-  return bind_choice(
-      key, choices, [value, choices](std::size_t i) { *value = choices[i]; },
-      [value] { return *value; });
+SettingsSchema& SettingsSchema::choice(std::string key, std::string* value,
+                                       std::vector<std::string> choices) {
+  const auto set = [value, choices](std::size_t i) { *value = choices[i]; };
+  return bind_choice(std::move(key), std::move(choices), set, [=] { return *value; });
 }
 
 SettingsSchema& SettingsSchema::bind_choice(std::string key, std::vector<std::string> choices,
@@ -218,13 +251,13 @@ SettingsSchema& SettingsSchema::bind_choice(std::string key, std::vector<std::st
                                             std::function<std::string()> value) {
   const auto set_named = [choices = std::move(choices),
                           set = std::move(set)](const std::string& scalar) {
-    const auto choice = std::find(choices.begin(), choices.end(), scalar);
+    const auto choice = std::ranges::find(choices, scalar);
     if (choice == choices.end()) {
       throw std::invalid_argument("is not a valid choice" + suggestion(scalar, choices));
     }
     set(static_cast<std::size_t>(choice - choices.begin()));
   };
-  return bind(std::move(key), {.set = set_named, .takes_quoted = true, .value = std::move(value)});
+  return scalar(std::move(key), set_named, std::move(value), true);
 }
 
 SettingsSchema& SettingsSchema::numbers(std::string key, std::vector<double>* values, double min,
@@ -240,8 +273,8 @@ SettingsSchema& SettingsSchema::numbers(std::string key, std::vector<double>* va
 SettingsSchema& SettingsSchema::words(std::string key, std::vector<std::string>* values,
                                       std::size_t max_count) {
   return bind(std::move(key), {.set = [=](const std::string& scalar) { values->push_back(scalar); },
-                               .takes_quoted = true,
                                .value = [=] { return sequence_text(*values); },
+                               .takes_quoted = true,
                                .max_count = max_count,
                                .clear = [=] { values->clear(); }});
 }
@@ -265,24 +298,25 @@ std::map<std::string, std::string> SettingsSchema::values() const {
   return values;
 }
 
-void SettingsSchema::load(const std::filesystem::path& file) const {
+SettingsLines SettingsSchema::load(const std::filesystem::path& file) const {
   std::string yaml;
   try {
     yaml = read_file(file, kMaxSettingsBytes);
   } catch (const Error& e) {
     throw UsageError(e.what());
   }
-  parse(yaml, file.string());
+  return parse(yaml, file.string());
 }
 
-void SettingsSchema::parse(std::string_view yaml, const std::string& source) const {
-  const YAML::Node document = load_yaml_document(yaml, source);
-  if (document.IsNull()) return;
+SettingsLines SettingsSchema::parse(std::string_view yaml, const std::string& source) const {
+  const YAML::Node document = load_document(std::string(yaml), source);
+  SettingsLines lines;
+  if (document.IsNull()) return lines;
   if (!document.IsMap()) {
-    throw UsageError(yaml_place(source, document.Mark()) +
-                     "settings must be lines of 'key: value'");
+    fail_at(source, document.Mark(), "settings must be lines of 'key: value'");
   }
-  SettingsReader(*this, source, "").read_mapping(document, "");
+  SettingsReader(*this, source, "", &lines).read_mapping(document, "");
+  return lines;
 }
 
 }  // namespace raywalk

@@ -14,9 +14,13 @@
 #include <utility>
 #include <vector>
 
-#include "core/files/nearest_word.h"  // IWYU pragma: export
+#include "core/files/words.h"  // IWYU pragma: export
 
 namespace raywalk {
+
+// The lines of a file on which its keys have their values, counted from 1: "blend.overlap_deg",
+// "validation[2].axis".
+using SettingsLines = std::map<std::string, int>;
 
 // The keys a YAML mapping may hold and the variables they set. Keys carry their unit as a suffix
 // (`settle_ms`). Nested mappings are written as dotted keys ("blend.overlap_deg"). The variables
@@ -31,8 +35,7 @@ class SettingsSchema {
   SettingsSchema& text(std::string key, std::string* value);
   // As written; the caller resolves a relative path against the file's directory.
   SettingsSchema& path(std::string key, std::filesystem::path* value);
-  SettingsSchema& choice(const std::string& key, std::string* value,
-                         const std::vector<std::string>& choices);
+  SettingsSchema& choice(std::string key, std::string* value, std::vector<std::string> choices);
   // One of the enumerators `choices`, which a file names as name_of(Enum) does.
   template <typename Enum>
   requires std::is_enum_v<Enum> SettingsSchema& choice(
@@ -60,18 +63,18 @@ class SettingsSchema {
 
   // Throws UsageError: not YAML, not a mapping, unknown or duplicate key, wrong type, out of range.
   // Form: "view.yaml:3: unknown key 'overlap_dge'; did you mean 'overlap_deg'?"
-  void load(const std::filesystem::path& file) const;
-  void parse(std::string_view yaml, const std::string& source) const;
+  SettingsLines load(const std::filesystem::path& file) const;
+  SettingsLines parse(std::string_view yaml, const std::string& source) const;
 
  private:
   friend class SettingsReader;  // keeps yaml-cpp out of this header
 
-  // Throws std::invalid_argument with the reason a scalar does not fit.
-  using Setter = std::function<void(const std::string& scalar)>;
   struct Setting {
-    Setter set{};               // sets the scalar, or appends to the sequence
-    bool takes_quoted = false;  // text may be quoted, numbers and booleans may not
+    // Sets the scalar, or appends to the sequence; throws std::invalid_argument with the reason
+    // that it does not fit.
+    std::function<void(const std::string& scalar)> set{};
     std::function<std::string()> value{};
+    bool takes_quoted = false;               // text may be quoted, numbers and booleans may not
     std::optional<std::size_t> max_count{};  // of a sequence; none: a scalar
     std::function<void()> clear{};           // empties a sequence of scalars
     std::function<SettingsSchema()> next_item{};

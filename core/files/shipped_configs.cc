@@ -1,16 +1,13 @@
 #include "core/files/shipped_configs.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <iterator>
-#include <optional>
 #include <system_error>
 
 #include "core/base/error.h"
-#include "core/files/nearest_word.h"
-#include "core/files/program_folder.h"
+#include "core/files/output_folder.h"
+#include "core/files/words.h"
 
 namespace raywalk {
 namespace {
@@ -25,21 +22,9 @@ struct KindPlace {
 };
 
 KindPlace place_of(ConfigKind kind) {
-  switch (kind) {
-    case ConfigKind::kCapture:
-      return {"", "capture"};
-    case ConfigKind::kRig:
-      return {"", "rig"};
-    case ConfigKind::kVirtualRoom:
-      return {"", "virtual-"};
-    case ConfigKind::kView:
-      return {"", "view"};
-    case ConfigKind::kLens:
-      return {"lenses", ""};
-    case ConfigKind::kSlider:
-      return {"sliders", ""};
-  }
-  return {"", ""};
+  constexpr KindPlace kPlaces[] = {{"", "capture"}, {"", "rig"},    {"", "virtual-"},
+                                   {"", "view"},    {"lenses", ""}, {"sliders", ""}};
+  return kPlaces[static_cast<std::size_t>(kind)];
 }
 
 // Anything that can be read: a named pipe too.
@@ -48,76 +33,61 @@ bool is_file(const fs::path& path) {
   return fs::exists(path, none) && !fs::is_directory(path, none);
 }
 
-// "theta-like" of "configs/lenses/theta-like.yaml"; none if it is a path into another folder.
-std::optional<std::string> name_in(const fs::path& named, const char* folder) {
-  const fs::path above = named.parent_path();
-  const bool is_name =
-      above.empty() || above == fs::path(folder) ||
-      above == (*folder == '\0' ? fs::path("configs") : fs::path("configs") / folder);
-  if (!is_name) return std::nullopt;
-  return (named.extension() == kExtension ? named.stem() : named.filename()).string();
-}
-
-// "; did you mean ...": all names that begin so, else as suggestion() (nearest_word.h).
-std::string meant_names(const std::string& word, const std::vector<std::string>& names) {
-  if (names.empty()) return "";
-  std::vector<std::string> begun;
-  std::copy_if(names.begin(), names.end(), std::back_inserter(begun),
-               [&](const std::string& name) { return !word.empty() && name.starts_with(word); });
-  if (begun.size() < 2) return suggestion(word, names);
-  return fmt::format("; did you mean one of '{}'?", fmt::join(begun, "', '"));
+std::string name_of(const fs::path& file) {
+  return (file.extension() == kExtension ? file.stem() : file.filename()).string();
 }
 
 }  // namespace
 
+fs::path program_folder() {
+  std::error_code error;
+  return fs::read_symlink("/proc/self/exe", error).parent_path();
+}
+
 fs::path shipped_configs(ConfigKind kind) {
-  fs::path configs = (program_folder() / ".." / "share" / "raywalk" / "configs").lexically_normal();
-  const char* folder = place_of(kind).folder;
-  return *folder == '\0' ? configs : configs / folder;
+  const fs::path configs = program_folder() / ".." / "share" / "raywalk" / "configs";
+  return without_trailing_slash((configs / place_of(kind).folder).lexically_normal());
 }
 
 std::vector<std::string> shipped_config_names(ConfigKind kind) {
   std::vector<std::string> names;
   std::error_code error;
-  for (fs::directory_iterator entry(shipped_configs(kind), error), end; !error && entry != end;
-       entry.increment(error)) {
-    const std::string name = entry->path().stem().string();
-    if (entry->path().extension() == kExtension &&
+  for (const auto& entry : fs::directory_iterator(shipped_configs(kind), error)) {
+    const std::string name = entry.path().stem().string();
+    if (entry.path().extension() == kExtension &&
         name.find(place_of(kind).in_name) != std::string::npos) {
       names.push_back(name);
     }
   }
-  std::sort(names.begin(), names.end());
+  std::ranges::sort(names);
   return names;
 }
 
 fs::path config_path(const fs::path& named, ConfigKind kind, const fs::path& beside) {
   fs::path as_written = beside / named;
   if (is_file(as_written)) return as_written;
-  const std::optional<std::string> name = name_in(named, place_of(kind).folder);
+  const fs::path folder = place_of(kind).folder;
+  const fs::path above = named.parent_path();
+  const bool is_name =
+      above.empty() || above == folder || above == without_trailing_slash("configs" / folder);
   const std::vector<std::string> names = shipped_config_names(kind);
-  if (!name || std::find(names.begin(), names.end(), *name) == names.end()) return as_written;
-  return shipped_configs(kind) / (*name + kExtension);
+  if (!is_name || std::ranges::find(names, name_of(named)) == names.end()) return as_written;
+  return shipped_configs(kind) / (name_of(named) + kExtension);
 }
 
 fs::path named_config(const fs::path& named, ConfigKind kind, const std::string& what) {
   if (named.empty()) return named;
   fs::path file = config_path(named, kind);
-  std::error_code none;
-  if (!fs::exists(file, none) || fs::is_directory(file, none)) {
-    throw UsageError(what + " " + missing_config_text(file, kind));
-  }
+  if (!is_file(file)) throw UsageError(what + " " + missing_config_text(file, kind));
   return file;
 }
 
 std::string missing_config_text(const fs::path& file, ConfigKind kind) {
-  const std::string word =
-      (file.extension() == kExtension ? file.stem() : file.filename()).string();
   return fmt::format(
       "is '{}', which is not a file, and '{}' is no name of Raywalk's own in {}{} (a path in a "
       "configuration file is relative to that file, one on the command line to the current folder)",
-      fs::absolute(file).lexically_normal().string(), word, shipped_configs(kind).string(),
-      meant_names(word, shipped_config_names(kind)));
+      fs::absolute(file).lexically_normal().string(), name_of(file), shipped_configs(kind).string(),
+      suggestion(name_of(file), shipped_config_names(kind)));
 }
 
 }  // namespace raywalk

@@ -7,6 +7,10 @@
 
 namespace raywalk {
 
+// The folder of this program's executable, beside which its other files are; empty where the system
+// does not tell.
+std::filesystem::path program_folder();
+
 // What a file configures. The names of a kind's files are told apart by folder and by a part of the
 // name: captures are all that have "capture" in it.
 enum class ConfigKind { kCapture, kRig, kVirtualRoom, kView, kLens, kSlider };

@@ -1,10 +1,13 @@
-// For tests: a temporary directory, removed by the destructor.
+// For tests: a temporary directory, removed by the destructor, and what a folder holds.
 #pragma once
 
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <stdexcept>
 #include <string>
+
+#include "core/files/fingerprint.h"
 
 namespace raywalk {
 
@@ -33,5 +36,16 @@ class TestDirectory {
  private:
   std::filesystem::path path_;
 };
+
+// The checksum of every file below a folder, by its path from there, to compare two runs.
+inline std::map<std::string, std::string> checksums_of_files(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> checksums;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    checksums.emplace(entry.path().lexically_relative(folder).string(),
+                      sha256_of_file(entry.path()));
+  }
+  return checksums;
+}
 
 }  // namespace raywalk

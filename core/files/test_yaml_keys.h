@@ -1,12 +1,11 @@
 // For tests: the keys of a settings file, to compare shipped files with their schema.
 #pragma once
 
+#include <yaml-cpp/yaml.h>
+
 #include <filesystem>
 #include <set>
 #include <string>
-
-#include "core/files/atomic_output.h"
-#include "core/files/yaml_document.h"
 
 namespace raywalk {
 
@@ -27,7 +26,7 @@ inline void add_yaml_keys(const YAML::Node& node, const std::string& key,
 // Keys in the form of SettingsSchema::values(): "blend.overlap_deg", "validation[].axis".
 inline std::set<std::string> keys_of_yaml(const std::filesystem::path& file) {
   std::set<std::string> keys;
-  add_yaml_keys(load_yaml_document(read_file(file), file.string()), "", &keys);
+  add_yaml_keys(YAML::LoadFile(file.string()), "", &keys);
   return keys;
 }
 

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "core/files/atomic_output.h"
-#include "core/files/number.h"
+#include "core/files/words.h"
 #include "core/reconstruction/colmap_bytes.h"
 
 namespace raywalk {

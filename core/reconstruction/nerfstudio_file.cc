@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
+#include "core/files/json.h"
 #include "core/reconstruction/z_up_axes.h"
 
 namespace raywalk {
@@ -98,7 +98,7 @@ std::string nerfstudio_text(const std::vector<NerfstudioFrame>& frames, Panorama
     list.push_back(std::move(entry));
   }
   document["frames"] = std::move(list);
-  return document.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return json_text(document);
 }
 
 std::vector<NerfstudioFrame> nerfstudio_of_text(const std::string& text,

@@ -11,7 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
+#include "core/files/json.h"
 
 namespace raywalk {
 namespace {
@@ -129,9 +129,7 @@ void store_connection_errors(const std::filesystem::path& room,
   Json list = Json::array();
   for (const ConnectionErrorMeasurement& each : measurements) list.push_back(json_of(each));
   const Json root = {{"format_version", kFormatVersion}, {"measurements", std::move(list)}};
-  write_file_atomically(
-      connection_errors_path(room),
-      root.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  write_file_atomically(connection_errors_path(room), json_text(root));
 }
 
 std::optional<ConnectionErrorAtK> least_error(const ConnectionErrorMeasurement& measurement) {

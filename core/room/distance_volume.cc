@@ -9,7 +9,6 @@
 
 #include "core/base/error.h"
 #include "core/files/fingerprint.h"
-#include "core/files/sha256.h"
 #include "core/room/hdf5_file.h"
 
 namespace raywalk {

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "core/base/error.h"
-#include "core/files/checked_json.h"
+#include "core/files/json.h"
 #include "core/geometry/position_tolerance.h"
 #include "core/room/room.h"
 

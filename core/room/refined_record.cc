@@ -8,9 +8,8 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
-#include "core/files/json_text.h"
-#include "core/files/output_path.h"
+#include "core/files/json.h"
+#include "core/files/output_folder.h"
 #include "core/room/room_fingerprint.h"
 
 namespace raywalk {

@@ -13,8 +13,8 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
-#include "core/files/sha256.h"
+#include "core/files/fingerprint.h"
+#include "core/files/json.h"
 #include "core/room/hdf5_file.h"
 
 namespace raywalk {

@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/json_text.h"
+#include "core/files/json.h"
 #include "core/files/test_directory.h"
 #include "tests/synthetic_room/synthetic_room.h"
 

@@ -1,7 +1,6 @@
 #include "core/room/room_fingerprint.h"
 
 #include "core/files/fingerprint.h"
-#include "core/files/sha256.h"
 
 namespace raywalk {
 

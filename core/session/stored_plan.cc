@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "core/files/checked_json.h"
+#include "core/files/json.h"
 #include "core/session/session_file.h"
 
 namespace raywalk {

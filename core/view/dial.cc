@@ -6,8 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "core/files/nearest_word.h"
-#include "core/files/number.h"
+#include "core/files/words.h"
 #include "core/view/view_options.h"
 
 namespace raywalk {

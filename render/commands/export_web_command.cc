@@ -8,7 +8,7 @@
 
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
-#include "core/files/output_path.h"
+#include "core/files/output_folder.h"
 #include "render/commands/commands.h"
 #include "render/commands/view_flags.h"
 #include "render/commands/web_flags.h"

@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "core/files/output_path.h"
+#include "core/files/output_folder.h"
 
 namespace raywalk::render {
 

@@ -9,7 +9,7 @@
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
 #include "core/command_line/point_argument.h"
-#include "core/files/output_path.h"
+#include "core/files/output_folder.h"
 #include "render/commands/commands.h"
 #include "render/commands/view_flags.h"
 #include "render/view_file.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/command_line/config_option.h"
-#include "core/files/number.h"
+#include "core/files/words.h"
 #include "core/room/tile_cache.h"
 
 namespace raywalk::render {

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/command_line/point_argument.h"
-#include "core/files/output_path.h"
+#include "core/files/output_folder.h"
 #include "core/room/refined_record.h"
 
 namespace raywalk::render {

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/base/error.h"
-#include "core/files/output_path.h"
+#include "core/files/output_folder.h"
 #include "render/film/film_file.h"
 
 namespace raywalk::render {

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/files/sha256.h"
+#include "core/files/fingerprint.h"
 #include "core/http/byte_range.h"
 #include "core/http/field_text.h"
 

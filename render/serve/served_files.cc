@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
+#include "core/files/json.h"
 #include "render/web/web_manifest.h"
 
 namespace raywalk::render {

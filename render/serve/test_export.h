@@ -7,7 +7,7 @@
 #include <string>
 
 #include "core/files/atomic_output.h"
-#include "core/files/json_text.h"
+#include "core/files/json.h"
 
 namespace raywalk::render {
 

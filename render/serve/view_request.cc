@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
-#include "core/files/number.h"
+#include "core/files/words.h"
 #include "core/http/http_fault.h"
 
 namespace raywalk::render {

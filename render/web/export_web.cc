@@ -3,21 +3,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/files/atomic_output.h"
-#include "core/files/folder_size.h"
-#include "core/files/json_text.h"
-#include "core/files/output_path.h"
-#include "core/files/program_folder.h"
+#include "core/files/json.h"
+#include "core/files/output_folder.h"
+#include "core/files/shipped_configs.h"
 #include "core/room/choose_k.h"
 #include "core/room/requirements.h"
 #include "core/view/view_plan.h"
 #include "render/path_table.h"
-#include "render/web/export_folder.h"
 #include "render/web/hotspots.h"
 #include "render/web/station_files.h"
 #include "render/web/truth_pairs.h"
@@ -31,6 +30,23 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kLeastAskedWidth = 64;
+constexpr const char* kStations = "stations";
+
+bool is_part_of_export(const fs::path& relative, bool is_folder) {
+  constexpr std::array kFolders{kStations, "truth"};
+  // Of the page's files and of those of the stations and truths.
+  constexpr std::array kPageExtensions{".html", ".js", ".css", ".map", ".txt"};
+  constexpr std::array kDataExtensions{".jpg", ".omega"};
+  const auto is_one_of = [](const auto& names, const fs::path& name) {
+    return std::ranges::find(names, name) != names.end();
+  };
+  if (is_folder) return is_one_of(kFolders, relative);
+  if (relative.has_parent_path()) {
+    return is_one_of(kFolders, relative.parent_path()) &&
+           is_one_of(kDataExtensions, relative.extension());
+  }
+  return relative == kManifestName || is_one_of(kPageExtensions, relative.extension());
+}
 
 void require_options(const WebExportOptions& options) {
   if (!(options.budget_mb > 0.0) || !std::isfinite(options.budget_mb)) {
@@ -146,10 +162,13 @@ std::string export_web(const Room& room, const WebExportOptions& options, const 
   content.coarse_width = coarse_width_of(plan.width);
   content.distance_width = plan.distance_width;
 
-  ExportFolder folder(out, replace);
+  OutputFolder folder(
+      out, replace,
+      {"an exported room", kManifestName, fmt::format("\"{}\"", kWebFormat), is_part_of_export});
+  make_directories(folder.directory() / kStations);
   const Room part = room.subset(plan.kept);
   content.omega_step_per_m =
-      write_stations(part, content.view, plan.distance_width, folder.directory() / "stations");
+      write_stations(part, content.view, plan.distance_width, folder.directory() / kStations);
   if (!options.truth.empty()) {
     content.truths = write_truth_pairs(room, content.view, options.truth, folder.directory());
   }

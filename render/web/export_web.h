@@ -49,7 +49,7 @@ struct WebExportOptions {
 // Writes the folder `out`, which appears only when it is complete. With `replace`, an earlier
 // export is replaced then. Returns lines for the user: what was chosen and why, and the sizes.
 // Throws UsageError for options out of range, Error for a budget that no width fits, for files that
-// cannot be read and as ExportFolder does, Interrupted.
+// cannot be read and as OutputFolder does, Interrupted.
 std::string export_web(const Room& room, const WebExportOptions& options,
                        const std::filesystem::path& out, bool replace);
 

@@ -12,7 +12,7 @@
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
-#include "core/files/json_text.h"
+#include "core/files/json.h"
 #include "core/room/requirements.h"
 #include "core/view/distance_view.h"
 #include "core/view/test_room.h"

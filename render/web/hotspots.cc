@@ -7,8 +7,8 @@
 #include <cctype>
 #include <string_view>
 
-#include "core/files/checked_json.h"
 #include "core/files/frame_list.h"
+#include "core/files/json.h"
 
 namespace raywalk::render {
 namespace {

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "core/files/csv.h"
-#include "core/files/sha256.h"
+#include "core/files/fingerprint.h"
 #include "core/files/test_directory.h"
 #include "tests/end_to_end/run_command.h"
 #include "tests/end_to_end/simulated_rig_process.h"

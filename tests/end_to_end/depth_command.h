@@ -9,7 +9,7 @@
 #include <string>
 
 #include "build_lf/depth/depth_test_room.h"
-#include "core/files/sha256.h"
+#include "core/files/fingerprint.h"
 #include "tests/end_to_end/run_command.h"
 
 namespace raywalk::build_lf {

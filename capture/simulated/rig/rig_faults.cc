@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/files/nearest_word.h"
+#include "core/files/words.h"
 
 namespace raywalk::capture {
 namespace {

@@ -13,6 +13,7 @@
 #include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"
 #include "core/files/file_lock.h"
+#include "core/files/json.h"
 
 namespace raywalk::capture {
 namespace {
@@ -32,8 +33,7 @@ class RigNotice {
                                    {"modbus_port", rig.modbus_port()},
                                    {"camera_url", rig.camera_url()},
                                    {"pid", getpid()}};
-    write_file_atomically(
-        file_, notice.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+    write_file_atomically(file_, json_text(notice));
   }
 
  private:

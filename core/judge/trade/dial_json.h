@@ -3,7 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/files/checked_json.h"
+#include "core/files/json.h"
 #include "core/view/view_options.h"
 
 namespace raywalk {

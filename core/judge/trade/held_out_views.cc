@@ -9,8 +9,8 @@
 #include "core/base/child_process.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
-#include "core/files/program_folder.h"
+#include "core/files/json.h"
+#include "core/files/shipped_configs.h"
 #include "core/judge/held_out/captured_station.h"
 #include "core/room/kept_stations.h"
 

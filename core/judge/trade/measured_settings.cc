@@ -5,8 +5,7 @@
 #include <utility>
 
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
-#include "core/files/json_text.h"
+#include "core/files/json.h"
 #include "core/judge/trade/dial_json.h"
 
 namespace raywalk {

@@ -10,7 +10,7 @@
 #include "core/base/interrupt.h"
 #include "core/base/parallel.h"
 #include "core/files/atomic_output.h"
-#include "core/files/json_text.h"
+#include "core/files/json.h"
 #include "core/judge/trade/held_out_views.h"
 #include "core/judge/trade/trade_json.h"
 #include "core/judge/validation/comparison_pictures.h"

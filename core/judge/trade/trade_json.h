@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "core/files/checked_json.h"
+#include "core/files/json.h"
 #include "core/judge/trade/trade.h"
 
 namespace raywalk {

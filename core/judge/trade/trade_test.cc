@@ -11,7 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/csv_records.h"
+#include "core/files/csv.h"
 #include "core/judge/trade/measured_settings.h"
 #include "core/judge/trade/trade_test_room.h"
 #include "core/judge/validation/connect_error.h"

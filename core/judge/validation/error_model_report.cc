@@ -12,7 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/files/atomic_output.h"
-#include "core/files/json_text.h"
+#include "core/files/json.h"
 #include "core/geometry/connection_error.h"
 #include "core/report/report.h"
 

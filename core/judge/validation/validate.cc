@@ -14,7 +14,7 @@
 #include "core/base/number_text.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
-#include "core/files/json_text.h"
+#include "core/files/json.h"
 #include "core/judge/validation/connect_error_file.h"
 #include "core/judge/validation/measured_views.h"
 #include "core/judge/validation/metrics_json.h"

@@ -10,10 +10,9 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/checked_json.h"
 #include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
-#include "core/files/sha256.h"
+#include "core/files/json.h"
 #include "core/room/room_fingerprint.h"
 
 namespace raywalk {

@@ -1,4 +1,4 @@
-#include "core/files/output_path.h"
+#include "core/files/output_folder.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,13 +11,13 @@
 namespace raywalk {
 namespace {
 
-TEST(OutputPathTest, RemovesATrailingSlash) {
+TEST(OutputFolderTest, RemovesATrailingSlash) {
   EXPECT_EQ(without_trailing_slash("a/room.lf/"), "a/room.lf");
   EXPECT_EQ(without_trailing_slash("a/room.lf"), "a/room.lf");
   EXPECT_EQ(without_trailing_slash(""), "");
 }
 
-TEST(OutputPathTest, ExistingPathIsAnErrorNamingPathAndOption) {
+TEST(OutputFolderTest, ExistingPathIsAnErrorNamingPathAndOption) {
   const TestDirectory directory;
   EXPECT_NO_THROW(require_absent(directory / "free", "--out"));
   std::filesystem::create_directory(directory / "taken");
@@ -88,10 +88,50 @@ TEST_F(ReplacingTest, AReplacedDirectoryIsGoneAndTheNewOneWhole) {
   EXPECT_EQ(directory_.entries(), 1U);
 }
 
+TEST_F(ReplacingTest, AnOutputFolderAppearsWhenItIsComplete) {
+  const std::filesystem::path out = directory_ / "albums" / "new";
+  {
+    OutputFolder stopped(out, false, kAlbum);
+    write_file_atomically(stopped.directory() / "half.h5", "half");
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(directory_ / "albums"));
+  for (const std::string content : {"first", "second"}) {
+    OutputFolder folder(out.string() + "/", content == "second", kAlbum);
+    write_file_atomically(folder.directory() / "album.json", "\"raywalk-album\" " + content);
+    folder.complete();
+    EXPECT_EQ(read_file(out / "album.json"), "\"raywalk-album\" " + content);
+  }
+  EXPECT_THAT(error_of([&] { OutputFolder(out, false, kAlbum); }),
+              ::testing::HasSubstr("exists already"));
+}
+
+TEST_F(ReplacingTest, WhatAppearsMeanwhileIsNotReplaced) {
+  OutputFolder folder(directory_ / "album", true, kAlbum);
+  std::filesystem::create_directory(directory_ / "album");
+  write_file_atomically(directory_ / "album" / "mine.txt", "mine");
+  EXPECT_THAT(error_of([&] { folder.complete(); }), ::testing::HasSubstr("holds no album.json"));
+  EXPECT_EQ(read_file(directory_ / "album" / "mine.txt"), "mine");
+}
+
+TEST_F(ReplacingTest, OnlyASignedFileMayBeReplaced) {
+  const std::filesystem::path file = directory_ / "a.ply";
+  const auto check = [&] { require_replaceable_file(file, "an export", "comment raywalk"); };
+  EXPECT_NO_THROW(check());
+  write_file_atomically(file, "ply\ncomment raywalk\n");
+  EXPECT_NO_THROW(check());
+  write_file_atomically(file, "ply\n");
+  EXPECT_THAT(error_of(check), ::testing::HasSubstr("it is not an export of Raywalk's"));
+}
+
 TEST_F(ReplacingTest, AFreeNameIsTaken) {
   move_into_place(make_album("new", "new"), directory_ / "album");
   EXPECT_EQ(read_file(directory_ / "album" / "lines" / "x0.h5"), "new");
   EXPECT_EQ(directory_.entries(), 1U);
+}
+
+TEST_F(ReplacingTest, BytesAreThoseOfFilesAtAnyDepth) {
+  EXPECT_EQ(bytes_in(make_album("album", "12345")), 5U + 27U);
+  EXPECT_EQ(bytes_in(directory_ / "missing"), 0U);
 }
 
 TEST_F(ReplacingTest, WhatCannotBeReplacedIsKept) {

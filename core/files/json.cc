@@ -1,4 +1,4 @@
-#include "core/files/checked_json.h"
+#include "core/files/json.h"
 
 #include <fmt/format.h>
 
@@ -11,15 +11,19 @@ namespace raywalk {
 
 using Json = nlohmann::ordered_json;
 
+std::string json_text(const Json& document) {
+  return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 struct CheckedJson::Document {
-  Json root;
-  std::string advice;
+  Json root{};
+  std::string advice{};
 };
 
 CheckedJson CheckedJson::parse(const std::string& text, const std::string& source,
                                const std::string& advice) {
   constexpr int kDeepest = 16;
-  auto document = std::make_shared<Document>(Document{.root = {}, .advice = advice});
+  auto document = std::make_shared<Document>(Document{.advice = advice});
   CheckedJson root(document, &document->root, source);
   const auto limit_depth = [&](int depth, Json::parse_event_t, Json&) {
     if (depth > kDeepest) root.fail("nested too deeply");
@@ -49,6 +53,10 @@ void CheckedJson::fail_as_found(const std::string& what) const {
   fail(fmt::format("{} {}", found, what));
 }
 
+void CheckedJson::require(bool is_right, const char* type) const {
+  if (!is_right) fail_as_found(fmt::format("is not {}", type));
+}
+
 void CheckedJson::require_version(int newest) const {
   const int version = at("format_version").integer(1);
   if (version <= newest) return;
@@ -60,7 +68,7 @@ void CheckedJson::require_version(int newest) const {
 }
 
 CheckedJson CheckedJson::at(const std::string& key) const {
-  if (!value_->is_object()) fail("is not an object");
+  require(value_->is_object(), "an object");
   const auto found = value_->find(key);
   if (found == value_->end()) fail(fmt::format("has no '{}'", key));
   return {document_, &*found, fmt::format("{}: {}", place_, key)};
@@ -75,7 +83,7 @@ bool CheckedJson::is_null() const { return value_->is_null(); }
 bool CheckedJson::is_text() const { return value_->is_string(); }
 
 std::vector<std::pair<std::string, CheckedJson>> CheckedJson::members() const {
-  if (!value_->is_object()) fail("is not an object");
+  require(value_->is_object(), "an object");
   std::vector<std::pair<std::string, CheckedJson>> members;
   for (const auto& [key, value] : value_->items()) {
     members.emplace_back(key, CheckedJson(document_, &value, fmt::format("{}: {}", place_, key)));
@@ -84,7 +92,7 @@ std::vector<std::pair<std::string, CheckedJson>> CheckedJson::members() const {
 }
 
 std::vector<CheckedJson> CheckedJson::items() const {
-  if (!value_->is_array()) fail("is not a list");
+  require(value_->is_array(), "a list");
   std::vector<CheckedJson> items;
   for (std::size_t i = 0; i < value_->size(); ++i) {
     items.push_back({document_, &(*value_)[i], fmt::format("{}[{}]", place_, i)});
@@ -99,7 +107,7 @@ std::vector<CheckedJson> CheckedJson::items(std::size_t count) const {
 }
 
 std::string CheckedJson::text() const {
-  if (!value_->is_string()) fail_as_found("is not a string");
+  require(value_->is_string(), "a string");
   return value_->get<std::string>();
 }
 
@@ -110,29 +118,26 @@ std::vector<std::string> CheckedJson::texts() const {
 }
 
 bool CheckedJson::boolean() const {
-  if (!value_->is_boolean()) fail_as_found("is not a boolean");
+  require(value_->is_boolean(), "a boolean");
   return value_->get<bool>();
 }
 
 int CheckedJson::integer(int min, int max) const {
   const std::string wanted = fmt::format("between {} and {}", min, max);
   if (!value_->is_number_integer()) fail_as_found("is not an integer " + wanted);
-  // get<int>() would wrap what int cannot hold.
-  const bool too_large =
-      value_->is_number_unsigned() &&
-      value_->get<std::uint64_t>() > static_cast<std::uint64_t>(std::numeric_limits<int>::max());
-  const auto value = too_large ? 0 : value_->get<std::int64_t>();
-  if (too_large || value < min || value > max) fail_as_found("is not " + wanted);
+  // As a double, what int cannot hold stays large, where get<int>() would wrap it.
+  const auto value = value_->get<double>();
+  if (value < min || value > max) fail_as_found("is not " + wanted);
   return static_cast<int>(value);
 }
 
 std::uint64_t CheckedJson::unsigned_integer() const {
-  if (!value_->is_number_unsigned()) fail_as_found("is not an integer from 0 on");
+  require(value_->is_number_unsigned(), "an integer from 0 on");
   return value_->get<std::uint64_t>();
 }
 
 double CheckedJson::number(double min, double max) const {
-  if (!value_->is_number()) fail_as_found("is not a number");
+  require(value_->is_number(), "a number");
   const auto value = value_->get<double>();
   if (!(value >= min && value <= max)) {
     fail_as_found(fmt::format("is not between {:g} and {:g}", min, max));

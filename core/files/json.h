@@ -1,5 +1,4 @@
-// Reading JSON that a program wrote and anything may have happened to since: each access is
-// checked, and each error names the file and the place in it.
+// JSON files: their text, and reading what a program wrote and anything may have happened to since.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +11,10 @@
 #include <vector>
 
 namespace raywalk {
+
+// Indented, with a line break at its end. Numbers that are not finite are null; bytes that are not
+// UTF-8, e.g. in the name of a file, are replaced.
+std::string json_text(const nlohmann::ordered_json& document);
 
 // A value of a document, which it keeps alive. All functions but has(), is_null() and is_text()
 // throw Error "SOURCE: PLACE: WHAT; ADVICE" where the value is missing, of another type or out of
@@ -56,12 +59,13 @@ class CheckedJson {
  private:
   struct Document;
 
-  // fail() with the value itself before `what`, cut where it is long.
-  [[noreturn]] void fail_as_found(const std::string& what) const;
-
   CheckedJson(std::shared_ptr<const Document> document, const nlohmann::ordered_json* value,
               std::string place)
       : document_(std::move(document)), value_(value), place_(std::move(place)) {}
+
+  void require(bool is_right, const char* type) const;
+  // fail() with the value itself before `what`, cut where it is long.
+  [[noreturn]] void fail_as_found(const std::string& what) const;
 
   std::shared_ptr<const Document> document_;
   const nlohmann::ordered_json* value_;

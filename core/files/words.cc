@@ -1,0 +1,136 @@
+#include "core/files/words.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <compare>
+#include <cstddef>
+#include <limits>
+#include <numeric>
+#include <system_error>
+
+namespace raywalk {
+namespace {
+
+constexpr std::size_t kMostListed = 8;
+constexpr std::size_t kNearestListed = 3;
+// Longer words, as in a file that is no configuration, are cut before they are compared.
+constexpr std::size_t kLongestWord = 100;
+
+// std::from_chars is exact and ignores the locale.
+template <typename Number, typename... Base>
+std::optional<Number> parse_all(std::string_view text, Base... base) {
+  Number value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base...);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+// Which std::from_chars does not accept.
+std::string_view without_plus(std::string_view text) {
+  return text.starts_with('+') && !text.starts_with("+-") ? text.substr(1) : text;
+}
+
+// Levenshtein distance: the fewest insertions, deletions and replacements that turn `a` into `b`.
+// With D(i, j) the distance between the first i letters of a and the first j of b,
+//   D(i, j) = min(D(i-1, j) + 1, D(i, j-1) + 1, D(i-1, j-1) + [a_i != b_j]),
+// computed row by row; only one row is kept.
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+    }
+  }
+  return row.back();
+}
+
+// How little a candidate resembles the word.
+struct Unlikeness {
+  bool is_other = true;  // it is no typing error
+  double fraction = 1;   // of the letters that differ
+
+  auto operator<=>(const Unlikeness&) const = default;
+};
+
+Unlikeness compared(const std::string& word, const std::string& candidate) {
+  const std::size_t distance = edit_distance(word, candidate);
+  const std::size_t longer = std::max({word.size(), candidate.size(), std::size_t{1}});
+  // A typing error leaves most of the word intact: two swapped letters cost 2; more than a third of
+  // the letters makes it another word. One letter must remain, or all one-letter columns would
+  // match each other.
+  const std::size_t allowed = std::max<std::size_t>(2, candidate.size() / 3);
+  return {.is_other = distance > allowed || distance >= longer,
+          .fraction = static_cast<double>(distance) / static_cast<double>(longer)};
+}
+
+// "speed_mm_s" of "slider.motion.speed_mm_s".
+std::string last_part(const std::string& key) { return key.substr(key.rfind('.') + 1); }
+
+struct Ranked {
+  Unlikeness unlike{};
+  std::string candidate{};
+};
+
+// The candidates, the nearest first, whole or in their last part.
+std::vector<Ranked> ranked(const std::string& long_word,
+                           const std::vector<std::string>& candidates) {
+  const std::string word = long_word.substr(0, kLongestWord);
+  std::vector<Ranked> ranked;
+  for (const std::string& candidate : candidates) {
+    ranked.push_back(
+        {std::min(compared(word, candidate), compared(last_part(word), last_part(candidate))),
+         candidate});
+  }
+  std::ranges::stable_sort(ranked, {}, &Ranked::unlike);
+  return ranked;
+}
+
+}  // namespace
+
+std::optional<double> parse_finite_number(std::string_view text) {
+  const auto value = parse_all<double>(without_plus(text));
+  return value && std::isfinite(*value) ? value : std::nullopt;
+}
+
+std::optional<int> parse_whole_number(std::string_view text) {
+  return parse_all<int>(without_plus(text));
+}
+
+std::optional<int> parse_whole_or_hexadecimal_number(std::string_view text) {
+  if (!text.starts_with("0x") && !text.starts_with("0X")) return parse_whole_number(text);
+  const auto value = parse_all<unsigned>(text.substr(2), 16);  // reads no sign
+  if (!value || *value > unsigned{std::numeric_limits<int>::max()}) return std::nullopt;
+  return static_cast<int>(*value);
+}
+
+std::optional<std::string> nearest_word(const std::string& word,
+                                        const std::vector<std::string>& candidates) {
+  const std::vector<Ranked> nearest = ranked(word, candidates);
+  if (nearest.empty() || nearest.front().unlike.is_other) return std::nullopt;
+  return nearest.front().candidate;
+}
+
+std::string suggestion(const std::string& word, const std::vector<std::string>& candidates) {
+  if (candidates.empty()) return "";
+  const std::vector<Ranked> nearest = ranked(word, candidates);
+  if (!nearest.empty() && !nearest.front().unlike.is_other) {
+    return "; did you mean '" + nearest.front().candidate + "'?";
+  }
+  if (candidates.size() <= kMostListed) {
+    return fmt::format("; valid are {}", fmt::join(candidates, ", "));
+  }
+  std::vector<std::string> named;
+  for (std::size_t i = 0; i < kNearestListed; ++i) named.push_back(nearest[i].candidate);
+  return fmt::format("; the nearest valid ones are '{}'", fmt::join(named, "', '"));
+}
+
+}  // namespace raywalk
