@@ -37,7 +37,8 @@ constexpr double kLeastSigma_mm = 1e-2;
 constexpr double kLeastSigma_deg = 1e-3;
 // Of the scales of parts, relative: what the slider leaves open.
 constexpr double kScaleSigma = 1e-3;
-constexpr int kPasses = 4;  // the first without a loss, as the parts are far beyond their sigmas
+// The first without a loss, as the parts are far beyond their sigmas.
+constexpr int kJoinPasses = 4;
 // The median length of a vector of six independent normal variables.
 constexpr double kMedianOfSix = 2.3126;
 
@@ -296,7 +297,7 @@ void thin_for_joining(const PoseProblem& problem, const PosePart& part, RefinedP
 std::vector<PoseAlignment> similarities(std::span<const FramePoses> parts, std::size_t fixed) {
   const std::vector<SharedFrame> shared = shared_frames(parts);
   std::vector<SimilarityParameters> parameters(parts.size(), SimilarityParameters{});
-  for (int pass = 0; pass < kPasses && !shared.empty(); ++pass) {
+  for (int pass = 0; pass < kJoinPasses && !shared.empty(); ++pass) {
     solve_pass(shared, fixed, pass == 0 ? 0.0 : kCauchySigmas * spread_of(shared, parameters),
                &parameters);
   }
