@@ -4,7 +4,7 @@
 
 #include <array>
 #include <system_error>
-#include <utility>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -20,9 +20,7 @@ constexpr const char* kFingerprintFile = "inputs.sha256";
 constexpr std::array kVolumeDirectories = {"lines", "distances", kDevelopedDirectory};
 
 fs::path made_directory(const fs::path& directory) {
-  std::error_code error;
-  fs::create_directory(directory, error);
-  if (error) throw Error(fmt::format("cannot make {}: {}", directory.string(), error.message()));
+  make_directories(directory);
   return directory;
 }
 
@@ -39,20 +37,24 @@ bool is_part_of_room(const fs::path& relative, bool is_directory) {
          extension == ".html" || extension == ".log" || extension == ".sha256";
 }
 
-// Temporary files of a killed run start with a dot.
-bool is_finished_volume(const fs::path& file) {
-  const bool known = file.extension() == ".h5" || file.extension() == kDevelopedExtension;
-  return known && file.filename().string().front() != '.';
-}
-
-// For the holder of the lock, who knows that no other run writes them.
-void remove_unfinished_volumes(const fs::path& room) {
+// The volumes of an unfinished room that are finished, or what else a killed run left beside them:
+// temporary files start with a dot.
+std::vector<fs::path> volumes_in(const fs::path& room, bool finished) {
+  std::vector<fs::path> found;
   std::error_code missing;
   for (const char* name : kVolumeDirectories) {
     for (const fs::directory_entry& entry : fs::directory_iterator(room / name, missing)) {
-      if (!is_finished_volume(entry.path())) fs::remove(entry.path());
+      const fs::path extension = entry.path().extension();
+      const bool is_volume = extension == ".h5" || extension == kDevelopedExtension;
+      const bool is_finished = is_volume && !entry.path().filename().string().starts_with(".");
+      if (is_finished == finished) found.push_back(entry.path());
     }
   }
+  return found;
+}
+
+void remove_all(const std::vector<fs::path>& files) {
+  for (const fs::path& file : files) fs::remove(file);
 }
 
 }  // namespace
@@ -85,19 +87,18 @@ PartialRoom::PartialRoom(const fs::path& out, const std::string& fingerprint, bo
 }
 
 PartialRoom::~PartialRoom() {
-  if (!completed_ && !has_finished_volume()) discard();
+  if (!completed_ && volumes_in(directory_, true).empty()) discard();
 }
 
 void PartialRoom::prepare(const std::string& fingerprint) {
   std::error_code error;
   const fs::path inputs = directory_ / kFingerprintFile;
   for (const char* name : kVolumeDirectories) made_directory(directory_ / name);
-  remove_unfinished_volumes(directory_);
+  remove_all(volumes_in(directory_, false));
   if (is_of(fingerprint)) return;
-  if (has_finished_volume()) {
-    if (!replace_ || !fs::exists(inputs, error)) throw_other_inputs();
-    remove_volumes();
-  }
+  const std::vector<fs::path> of_others = volumes_in(directory_, true);
+  if (!of_others.empty() && !(replace_ && fs::exists(inputs, error))) throw_other_inputs();
+  remove_all(of_others);
   write_file_atomically(inputs, fingerprint);
 }
 
@@ -119,33 +120,15 @@ void PartialRoom::discard() {
   if (lock_.try_alone()) fs::remove_all(directory_, ignored);
 }
 
-void PartialRoom::remove_volumes() {
-  for (const char* name : kVolumeDirectories) {
-    for (const fs::directory_entry& entry : fs::directory_iterator(directory_ / name)) {
-      fs::remove(entry.path());
-    }
-  }
-}
-
 void PartialRoom::complete() {
   require_free(out_, replace_);
   for (const char* name : {kLockFile, kFingerprintFile, kDevelopedDirectory}) {
     fs::remove_all(directory_ / name);
   }
-  remove_unfinished_volumes(directory_);
+  remove_all(volumes_in(directory_, false));
   if (fs::is_empty(directory_ / "distances")) fs::remove(directory_ / "distances");
   move_into_place(directory_, out_);
   completed_ = true;
-}
-
-bool PartialRoom::has_finished_volume() const {
-  std::error_code error;
-  for (const char* name : kVolumeDirectories) {
-    for (const fs::directory_entry& entry : fs::directory_iterator(directory_ / name, error)) {
-      if (is_finished_volume(entry.path())) return true;
-    }
-  }
-  return false;
 }
 
 }  // namespace raywalk::build_lf

@@ -55,8 +55,6 @@ class PartialRoom {
   void prepare(const std::string& fingerprint);
   bool is_of(const std::string& fingerprint) const;
   [[noreturn]] void throw_other_inputs() const;
-  bool has_finished_volume() const;
-  void remove_volumes();
 
   std::filesystem::path out_;
   std::filesystem::path directory_;

@@ -4,14 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <functional>
+#include <limits>
 #include <string>
 
+#include "build_lf/derived_volumes.h"
 #include "build_lf/free_space.h"
 #include "build_lf/pack_room.h"
 #include "build_lf/partial_room.h"
-#include "build_lf/station_data.h"
-#include "build_lf/volume_writer.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
@@ -33,7 +32,8 @@ bool is_left_out(const fs::path& name) {
   constexpr std::array kLeftOut = {
       "lines",      "distances",     "manifest.json",      "lock",
       "trade.json", "measured.json", "connect-error.json", "inputs.json"};
-  return name.string().front() == '.' || std::ranges::find(kLeftOut, name) != kLeftOut.end();
+  return name.string().front() == '.' || name.extension() == ".partial" ||
+         std::ranges::find(kLeftOut, name) != kLeftOut.end();
 }
 
 void copy_the_rest(const fs::path& from, const fs::path& to) {
@@ -49,64 +49,6 @@ void copy_the_rest(const fs::path& from, const fs::path& to) {
                               error.message()));
     }
   }
-}
-
-void copy_volume(const fs::path& from, const fs::path& to) {
-  AtomicFile output(to);
-  std::error_code error;
-  fs::copy_file(from, output.temporary_path(), fs::copy_options::overwrite_existing, error);
-  if (error) {
-    throw Error(
-        fmt::format("{}: cannot be copied to {}: {}", from.string(), to.string(), error.message()));
-  }
-  output.commit();
-}
-
-void repack_line(const Room& room, int index, const RayForm& form, const fs::path& to,
-                 Progress* progress) {
-  const Line& line = room.grid().lines[static_cast<std::size_t>(index)];
-  const LineVolume& volume = room.volume(index);
-  write_line_volume(
-      to, line,
-      {.panorama = room.panorama(),
-       .masked = volume.masked(),
-       .read = [&](std::size_t i) { return stored_rays(volume, static_cast<int>(i)); },
-       .form = form},
-      progress);
-}
-
-void repack_distances(const Room& room, int index, bool compressed, const fs::path& to,
-                      Progress* progress) {
-  const DistanceVolume& distances = room.distances(index);
-  write_distance_volume(
-      to, room.grid().lines[static_cast<std::size_t>(index)],
-      {.stations = {distances.stations().begin(), distances.stations().end()},
-       .size = distances.size(),
-       .origin = distances.origin(),
-       .read = [&](std::size_t i) { return stored_distances(distances, static_cast<int>(i)); },
-       .compressed = compressed,
-       .left_out = distances.left_out().stored_runs(distances.size())},
-      progress);
-}
-
-// One volume to be written.
-struct RepackJob {
-  fs::path from;
-  fs::path to;
-  bool is_copied = false;  // it has the form already
-  std::int64_t images = 0;
-};
-
-// Does it unless an earlier run has; `convert` writes the volume and advances `progress`.
-void run_repack(const RepackJob& job, Progress* progress, const std::function<void()>& convert) {
-  throw_if_interrupted();
-  const bool done = fs::exists(job.to);
-  if (!done && !job.is_copied) {
-    convert();
-    return;
-  }
-  if (!done) copy_volume(job.from, job.to);
-  for (std::int64_t i = 0; i < job.images; ++i) progress->advance();
 }
 
 // The manifest of the room at `out`, whose volumes are complete.
@@ -163,26 +105,10 @@ void repack_room(const RepackOptions& options) {
   const fs::path& out = partial.directory();
   require_space_for(room, options, out);
   copy_the_rest(options.room, out);
-  const std::vector<Line>& lines = room.grid().lines;
-  std::int64_t images = 0;
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    images += std::ssize(lines[i].stations) + room.distances(static_cast<int>(i)).maps();
-  }
-  Progress progress("repacking", images, "images");
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    const int index = static_cast<int>(i);
-    const RepackJob rays{line_volume_path(options.room, lines[i].id),
-                         line_volume_path(out, lines[i].id),
-                         room.volume(index).form() == options.form, std::ssize(lines[i].stations)};
-    run_repack(rays, &progress,
-               [&] { repack_line(room, index, options.form, rays.to, &progress); });
-    if (room.distances(index).maps() == 0) continue;
-    const bool compressed = options.form.compressed();
-    const RepackJob maps{
-        distance_volume_path(options.room, lines[i].id), distance_volume_path(out, lines[i].id),
-        room.distances(index).compressed() == compressed, room.distances(index).maps()};
-    run_repack(maps, &progress,
-               [&] { repack_distances(room, index, compressed, maps.to, &progress); });
+  Progress progress("repacking", images_of(room), "images");
+  constexpr int kAnyWidth = std::numeric_limits<int>::max();
+  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
+    write_derived_line(room, room, line, options.form, kAnyWidth, out, &progress);
   }
   write_file_atomically(manifest_path(out), manifest_to_json(repacked_manifest(room, out)));
   Room::open(out);  // checks that the result can be opened

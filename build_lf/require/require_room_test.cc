@@ -15,6 +15,7 @@
 #include "core/files/atomic_output.h"
 #include "core/geometry/spacing.h"
 #include "core/room/connection_errors.h"
+#include "core/room/gain_fields.h"
 #include "core/room/hdf5_file.h"
 
 namespace raywalk::build_lf {
@@ -252,6 +253,18 @@ TEST_F(RequireRoomTest, ThinnedRoomKeepsTheOriginOfItsDistances) {
   const Hdf5File distances = Hdf5File::open(distance_volume_path(thin_, "x0"));
   EXPECT_EQ(distances.text_attribute("origin"), "changed");
   EXPECT_EQ(distances.text_attribute("no such attribute"), std::nullopt);
+}
+
+TEST_F(RequireRoomTest, ThinnedRoomKeepsItsGains) {
+  const Room room = room_of(line_spec());
+  GainFields gains = unit_gain_fields(room.grid());
+  gains[0][0].whole = ColourGain::all(1.25F);
+  write_gain_fields(gains_path(path_), room.grid(), gains);
+  RoomManifest manifest = room.manifest();
+  manifest.gains = {record_of_gains(gains_path(path_))};
+  write_file_atomically(manifest_path(path_), manifest_to_json(manifest));
+  require_room({.room = path_, .thin = thin_});
+  EXPECT_EQ(Room::open(thin_).gains()[0][0].whole, ColourGain::all(1.25F));
 }
 
 TEST_F(RequireRoomTest, LinesOfTwoStationsAreKeptWhole) {

@@ -7,16 +7,16 @@
 #include <filesystem>
 #include <span>
 
+#include "build_lf/derived_volumes.h"
 #include "build_lf/pack_room.h"
 #include "build_lf/partial_room.h"
-#include "build_lf/volume_writer.h"
 #include "core/base/pick_evenly.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/output_folder.h"
 #include "core/judge/held_out/recreated_station.h"
-#include "core/room/omega_map.h"
+#include "core/room/gain_fields.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -25,61 +25,6 @@ namespace fs = std::filesystem;
 
 constexpr int kMaxViews = 48;
 
-// A map at another width: inverse distances interpolated as in OmegaMap, confidence of the nearest
-// pixel.
-StationDistances resized_distances(const DistanceVolume& volume, int map, int width) {
-  const OmegaMap omega = resized(omega_map_of(volume, map), width);
-  const double scale = static_cast<double>(volume.size().width) / width;
-  StationDistances distances;
-  for (int theta = 0; theta < width; ++theta) {
-    const auto confidence = volume.confidence_column(map, static_cast<int>((theta + 0.5) * scale));
-    for (int row = 0; row < width / 2; ++row) {
-      const float known = omega.at(theta, row);
-      const auto from = static_cast<size_t>((row + 0.5) * scale);
-      distances.distance_m.push_back(known < 0.0f ? 0.0f : 1.0f / known);
-      distances.confidence.push_back(known < 0.0f ? std::uint8_t{0} : confidence[from]);
-    }
-  }
-  return distances;
-}
-
-StationDistances distances_of(const DistanceVolume& volume, int map, int width) {
-  const int own_width = volume.size().width;
-  if (width >= own_width) return stored_distances(volume, map);
-  StationDistances distances = resized_distances(volume, map, width);
-  distances.sha256 = checksum_of_distances(distances.distance_m, distances.confidence);
-  return distances;
-}
-
-// `part` is the room with only the kept stations.
-void write_line(const Room& part, int index, int distance_width, const fs::path& out,
-                Progress* progress) {
-  const Line& line = part.grid().lines[static_cast<size_t>(index)];
-  const LineVolume& rays = part.volume(index);
-  const fs::path rays_file = line_volume_path(out, line.id);
-  if (!fs::exists(rays_file)) {
-    write_line_volume(rays_file, line,
-                      {.panorama = part.panorama(),
-                       .masked = rays.masked(),
-                       .read = [&](size_t i) { return stored_rays(rays, static_cast<int>(i)); },
-                       .form = rays.form()},
-                      progress);
-  }
-  const DistanceVolume& distances = part.distances(index);
-  const fs::path distances_file = distance_volume_path(out, line.id);
-  if (distances.maps() == 0 || fs::exists(distances_file)) return;
-  const int width = std::min(distance_width, distances.size().width);
-  write_distance_volume(
-      distances_file, line,
-      {.stations = {distances.stations().begin(), distances.stations().end()},
-       .size = {width, width / 2},
-       .origin = distances.origin(),
-       .read = [&](size_t i) { return distances_of(distances, static_cast<int>(i), width); },
-       .compressed = distances.compressed(),
-       .left_out = distances.left_out().stored_runs({width, width / 2})},
-      progress);
-}
-
 // Over everything that determines the result.
 std::string fingerprint_of(const Room& room, const KeptStations& kept, int distance_width) {
   RoomManifest manifest = room.manifest();
@@ -87,14 +32,6 @@ std::string fingerprint_of(const Room& room, const KeptStations& kept, int dista
   const std::string text = fmt::format("{}{}{} {}", manifest_to_json(manifest),
                                        distances_sha256(room), kept, distance_width);
   return sha256_hex(text);
-}
-
-std::int64_t images_of(const Room& room) {
-  std::int64_t images = 0;
-  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
-    images += room.volume(line).stations() + room.distances(line).maps();
-  }
-  return images;
 }
 
 std::vector<HeldOutStation> dropped_stations(const Grid& grid, const KeptStations& kept) {
@@ -115,15 +52,19 @@ std::vector<HeldOutStation> dropped_stations(const Grid& grid, const KeptStation
 void write_thinned_room(const Room& room, const KeptStations& kept, int distance_width,
                         const fs::path& out, bool replace) {
   PartialRoom partial(out, fingerprint_of(room, kept, distance_width), replace);
+  const fs::path& directory = partial.directory();
   const Room part = room.subset(kept);
   Progress progress("thinning", images_of(part), "images");
   for (int i = 0; i < static_cast<int>(kept.size()); ++i) {
-    write_line(part, i, distance_width, partial.directory(), &progress);
+    write_derived_line(room, part, i, part.volume(i).form(), distance_width, directory, &progress);
   }
-  write_file_atomically(
-      manifest_path(partial.directory()),
-      manifest_to_json(manifest_of_volumes(partial.directory(), part.panorama(), part.grid())));
-  Room::open(partial.directory());  // checks that the result can be opened
+  RoomManifest manifest = manifest_of_volumes(directory, part.panorama(), part.grid());
+  if (!part.gains().empty()) {
+    write_gain_fields(gains_path(directory), part.grid(), part.gains());
+    manifest.gains = {record_of_gains(gains_path(directory))};
+  }
+  write_file_atomically(manifest_path(directory), manifest_to_json(manifest));
+  Room::open(directory);  // checks that the result can be opened
   partial.complete();
 }
 

@@ -8,11 +8,12 @@
 
 namespace raywalk::build_lf {
 
-// Writes the room `out` with the stations `kept`: same lines and cells, unchanged rays, and the
-// distance maps of these stations, reduced to `distance_width` if wider. `out` appears only when
-// complete; the same call resumes a stopped run after its last finished volume. Each thread holds
-// one panorama at a time. With `replace`, a room that is `out` is replaced then.
-// Throws Error as PartialRoom does, and Interrupted.
+// Writes the room `out` with the stations `kept`: same lines and cells, their rays and gains, and
+// their distance maps, reduced to `distance_width` if wider. Rays are stored in the same form: of
+// JPEG, those of a line that loses stations lose once more. `out` appears only when complete; the
+// same call resumes a stopped run after its last finished volume. Each thread holds one panorama at
+// a time. With `replace`, a room that is `out` is replaced then. Throws Error as PartialRoom does,
+// and Interrupted.
 void write_thinned_room(const Room& room, const KeptStations& kept, int distance_width,
                         const std::filesystem::path& out, bool replace = false);
 

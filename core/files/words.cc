@@ -85,6 +85,7 @@ std::vector<Ranked> ranked(const std::string& long_word,
                            const std::vector<std::string>& candidates) {
   const std::string word = long_word.substr(0, kLongestWord);
   std::vector<Ranked> ranked;
+  ranked.reserve(candidates.size());
   for (const std::string& candidate : candidates) {
     ranked.push_back(
         {std::min(compared(word, candidate), compared(last_part(word), last_part(candidate))),

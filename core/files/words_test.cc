@@ -72,8 +72,8 @@ TEST(NearestWord, AKeyMayStandInTheWrongGroup) {
 
 TEST(Suggestion, NamesTheNearestOfManyFirst) {
   std::vector<std::string> keys;
-  for (int i = 0; i < 70; ++i) keys.push_back("group.other_" + std::to_string(i));
-  keys.push_back("slider.motion.acceleration_mm_s2");
+  for (int i = 0; i < 70; ++i) keys.push_back(fmt::format("group.other_{}", i));
+  keys.emplace_back("slider.motion.acceleration_mm_s2");
   EXPECT_THAT(suggestion("slider.accel", keys),
               testing::MatchesRegex("; the nearest valid ones are "
                                     "'slider.motion.acceleration_mm_s2', '[a-z_.0-9]+', "

@@ -161,10 +161,9 @@ TEST_F(VirtualRoomTest, ExistingOrImpossibleOutputIsRefused) {
   EXPECT_THAT(exists.errors, HasSubstr("exists already"));
   EXPECT_TRUE(fs::is_empty(out()));
   fs::remove(out());
-  const CommandResult no_parent =
-      run_command(fmt::format("{} virtual-room {} --out {}/missing/room", RAYWALK_CAPTURE,
-                              config().string(), directory_.path().string()));
-  expect_clean_error(no_parent, 1, "cannot create");
+  const CommandResult in_a_file = run_command(fmt::format(
+      "{} virtual-room {} --out {}/room", RAYWALK_CAPTURE, config().string(), config().string()));
+  expect_clean_error(in_a_file, 1, "cannot make");
 }
 
 // A file size limit simulates a full disk: writes fail in the same way.
