@@ -4,7 +4,6 @@
 
 #include <vector>
 
-#include "capture/simulated/jpeg_encoder.h"
 #include "capture/simulated/output_directory.h"
 #include "capture/simulated/room_stations.h"
 #include "capture/simulated/station_picture.h"
@@ -14,6 +13,7 @@
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
+#include "core/files/jpeg.h"
 
 namespace raywalk::capture {
 namespace {
@@ -26,9 +26,9 @@ PanoramaSize size_of(const VirtualRoomSettings& settings) {
 
 void write_frame(const fs::path& file, const cv::Mat& image, const OutputSettings& output) {
   if (output.format == "jpg") {
-    write_file_atomically(
-        file, encode_jpeg(image, output.jpeg_quality,
-                          output.jpeg_colour == "full" ? JpegColour::kFull : JpegColour::kQuarter));
+    write_file_atomically(file, encode_jpeg(image, output.jpeg_quality,
+                                            output.jpeg_colour == "full" ? JpegSampling::kFull
+                                                                         : JpegSampling::kQuarter));
   } else {
     write_image(file, image);
   }
