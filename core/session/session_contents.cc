@@ -3,16 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <map>
 #include <tuple>
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/session/checked_row.h"
 #include "core/session/session_file.h"
-#include "core/session/stored_plan.h"
 
 namespace raywalk {
 namespace {
@@ -24,21 +21,19 @@ constexpr int kMostAttempts = 1000000;
 constexpr int kLargestSide_px = 1 << 20;
 constexpr std::int64_t kLargestFile_bytes = std::int64_t{1} << 50;
 constexpr double kFarthest_m = kFarthest_mm / 1000.0;
-// The largest slider.motion.settle_tolerance_mm.
-constexpr double kLargestTolerance_mm = 100.0;
-
 // The index of a row of the database in a vector of SessionContents.
 using Indices = std::map<std::int64_t, int>;
 
 void read_session_row(SqliteConnection* database, SessionContents* contents) {
-  CheckedRow row(database, "SELECT frames, exposures, plan_json FROM session", contents->directory,
-                 "the session");
+  SessionRow row(database,
+                 "SELECT frames, json_array_length(bracket_ev) AS bracket_ev FROM session",
+                 contents->directory, "the session");
   if (!row.step()) throw_damaged_session(contents->directory, "the table session has no row");
   contents->frame_kind = row.name(0);
   contents->exposures = row.number(1, 1, kMostExposures);
 }
 
-LineAxis axis_of(const CheckedRow& row, int column) {
+LineAxis axis_of(const SessionRow& row, int column) {
   const std::string axis = row.name(column);
   if (axis == "x") return LineAxis::kX;
   if (axis != "z") row.fail(column, "x or z");
@@ -46,7 +41,7 @@ LineAxis axis_of(const CheckedRow& row, int column) {
 }
 
 Indices read_lines(SqliteConnection* database, SessionContents* contents) {
-  CheckedRow row(database, "SELECT id, name, axis, across_m, validation FROM line ORDER BY id",
+  SessionRow row(database, "SELECT id, name, axis, across_m, validation FROM line ORDER BY id",
                  contents->directory, "a line");
   Indices indices;
   while (row.step()) {
@@ -62,7 +57,7 @@ Indices read_lines(SqliteConnection* database, SessionContents* contents) {
 }
 
 // Columns of the query for stations, from `first` on.
-SessionShot read_shot(const CheckedRow& row, int first) {
+SessionShot read_shot(const SessionRow& row, int first) {
   const std::string outcome = row.name(first + 2);
   return {.attempt = row.integer(first, 1, INT64_MAX),
           .number = row.number(first + 1, 1, kMostAttempts),
@@ -73,7 +68,7 @@ SessionShot read_shot(const CheckedRow& row, int first) {
 }
 
 void read_stations(SqliteConnection* database, const Indices& lines, SessionContents* contents) {
-  CheckedRow row(
+  SessionRow row(
       database,
       "SELECT station.name, station.line_id, station.number, x_m, z_m, planned_mm, attempt.id, "
       "attempt.number, outcome, measured_mm, triggered_utc_us, exposed_utc_us "
@@ -96,33 +91,6 @@ void read_stations(SqliteConnection* database, const Indices& lines, SessionCont
   }
 }
 
-// How far the feedback may be from the planned position: to the nearest neighbour on the line, or
-// the largest tolerance of a slider.
-double reach_mm(const SessionContents& contents, std::size_t index) {
-  const SessionStation& station = contents.stations[index];
-  double nearest_mm = HUGE_VAL;
-  for (const std::size_t other : {index - 1, index + 1}) {
-    if (other >= contents.stations.size()) continue;
-    const SessionStation& neighbour = contents.stations[other];
-    if (neighbour.line != station.line) continue;
-    nearest_mm = std::min(nearest_mm, std::abs(neighbour.planned_mm - station.planned_mm));
-  }
-  return std::max(nearest_mm, kLargestTolerance_mm);
-}
-
-void require_shots_at_their_stations(const SessionContents& contents) {
-  for (std::size_t i = 0; i < contents.stations.size(); ++i) {
-    const SessionStation& station = contents.stations[i];
-    if (!station.shot) continue;
-    const double off_mm = station.shot->measured_mm - station.planned_mm;
-    if (std::abs(off_mm) <= reach_mm(contents, i)) continue;
-    throw_damaged_session(
-        contents.directory,
-        fmt::format("measured_mm of station {} is {:.6g}, but the station is planned at {:.6g} mm",
-                    station.name, station.shot->measured_mm, station.planned_mm));
-  }
-}
-
 PlanPoint position_of(const SessionStation& station, LineAxis axis) {
   PlanPoint position = station.planned_m;
   const double off_m = (station.shot->measured_mm - station.planned_mm) / 1000.0;
@@ -131,7 +99,7 @@ PlanPoint position_of(const SessionStation& station, LineAxis axis) {
 }
 
 // A session only writes names within its directory; any other may be an attack.
-std::string file_within(const CheckedRow& row, int column, const fs::path& directory) {
+std::string file_within(const SessionRow& row, int column, const fs::path& directory) {
   const fs::path path(row.name(column));
   bool inside = path.is_relative();
   for (const fs::path& part : path) inside = inside && part != "..";
@@ -140,16 +108,7 @@ std::string file_within(const CheckedRow& row, int column, const fs::path& direc
                           session_database_path(directory).string(), excerpt(path.string())));
 }
 
-std::string sha256_of(const CheckedRow& row, int column) {
-  constexpr std::size_t kDigits = 64;
-  std::string sum = row.text(column);
-  if (sum.size() != kDigits || sum.find_first_not_of("0123456789abcdef") != std::string::npos) {
-    row.fail(column, "64 lower-case hexadecimal digits");
-  }
-  return sum;
-}
-
-FrameLens lens_of(const CheckedRow& row, int column) {
+FrameLens lens_of(const SessionRow& row, int column) {
   const std::string word = row.name(column);
   const auto lens = std::find_if(kFrameLenses.begin(), kFrameLenses.end(),
                                  [&](FrameLens each) { return name_of(each) == word; });
@@ -157,14 +116,14 @@ FrameLens lens_of(const CheckedRow& row, int column) {
   return *lens;
 }
 
-SessionFrame read_frame(CheckedRow& row, const SessionContents& contents) {
+SessionFrame read_frame(SessionRow& row, const SessionContents& contents) {
   const std::string file = file_within(row, 0, contents.directory);
   row.call("frame " + file);
   row.number(3, 1, kLargestSide_px);
   row.number(4, 1, kLargestSide_px);
   return {.file = file,
           .bytes = row.integer(1, 1, kLargestFile_bytes),
-          .sha256 = sha256_of(row, 2),
+          .sha256 = row.name(2),
           .exposure = row.number(5, 0, contents.exposures - 1),
           .lens = lens_of(row, 6)};
 }
@@ -176,7 +135,7 @@ void read_frames(SqliteConnection* database, SessionContents* contents) {
     const auto& shot = contents->stations[i].shot;
     if (shot && !shot->on_card) station_of_attempt[shot->attempt] = static_cast<int>(i);
   }
-  CheckedRow row(
+  SessionRow row(
       database,
       "SELECT file, bytes, sha256, width_px, height_px, exposure, lens, attempt_id FROM frame",
       contents->directory, "a frame");
@@ -205,8 +164,6 @@ SessionContents read_session_contents(SqliteConnection* database, const fs::path
   read_session_row(database, &contents);
   const Indices lines = read_lines(database, &contents);
   read_stations(database, lines, &contents);
-  require_stored_plan(contents, database->text("SELECT plan_json FROM session"));
-  require_shots_at_their_stations(contents);
   read_frames(database, &contents);
   return contents;
 }
