@@ -119,7 +119,6 @@ TEST_F(SessionDamageTest, ValuesOutOfRangeAreRefused) {
                        "number of station x0_001 is '-1'");
   expect_value_refused("UPDATE frame SET bytes = 0 WHERE id = 3", "bytes of frame frames/x0_002");
   expect_value_refused("UPDATE frame SET exposure = 1 WHERE id = 3", "exposure of frame");
-  expect_value_refused("UPDATE frame SET width_px = 0 WHERE id = 3", "width_px of frame");
   expect_value_refused("UPDATE station SET planned_mm = 1e300 WHERE name = 'x0_001'",
                        "planned_mm of station x0_001 is '1.0e+300'");
   expect_value_refused("UPDATE session SET frames = ''", "frames of the session is ''");

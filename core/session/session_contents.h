@@ -57,8 +57,8 @@ struct SessionStation {
 
 // A picture of a captured station. World frame of core/geometry/sphere.h, y = 0.
 struct SessionFrame {
-  int station = 0;         // index into SessionContents::stations
   std::string file{};      // relative to the session's directory and within it
+  int station = 0;         // index into SessionContents::stations
   std::int64_t bytes = 0;  // of the file
   std::string sha256{};    // of the file
   int exposure = 0;        // index in the bracket
