@@ -18,7 +18,6 @@
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
 #include "core/files/image_header.h"
-#include "core/files/turned_pictures.h"
 #include "core/geometry/line_gaps.h"
 #include "core/geometry/plausible_size.h"
 #include "core/room/room.h"
@@ -27,9 +26,6 @@ namespace raywalk::build_lf {
 namespace {
 
 namespace fs = std::filesystem;
-
-// More than signature and header chunk.
-constexpr std::size_t kPngHeaderBytes = 64;
 
 // Bytes of one distance and its confidence.
 constexpr std::uint64_t kBytesPerDistance = sizeof(float) + 1;
@@ -67,12 +63,12 @@ void require_frames_and_masks(const std::vector<Frame>& frames) {
 }
 
 // What each frame's header says.
-std::vector<PictureHeader> headers_of(const std::vector<Frame>& frames) {
-  std::vector<PictureHeader> headers(frames.size());
-  const PictureHeader first = panorama_header_of(frames.front().path);
+std::vector<ImageHeader> headers_of(const std::vector<Frame>& frames) {
+  std::vector<ImageHeader> headers(frames.size());
+  const ImageHeader first = panorama_header_of(frames.front().path);
   Progress progress("checking", static_cast<std::int64_t>(frames.size()), "frames");
   check_each(frames, &progress, [&](const Frame& frame) {
-    PictureHeader& header = headers[static_cast<std::size_t>(&frame - frames.data())];
+    ImageHeader& header = headers[static_cast<std::size_t>(&frame - frames.data())];
     header = panorama_header_of(frame.path);
     if (header.size == first.size) return;
     throw Error(fmt::format("{} is {} x {} but {} is {} x {}; all frames must have one size",
@@ -84,7 +80,7 @@ std::vector<PictureHeader> headers_of(const std::vector<Frame>& frames) {
 
 // The common size of all panoramas, from their headers.
 PanoramaSize common_panorama_size(const std::vector<Frame>& frames) {
-  const std::vector<PictureHeader> headers = headers_of(frames);
+  const std::vector<ImageHeader> headers = headers_of(frames);
   TurnedPictures turned;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     turned.add(frames[i].path, headers[i].orientation);
@@ -108,23 +104,6 @@ void check_masks(const std::vector<Frame>& frames, PanoramaSize panorama) {
       throw Error(fmt::format("{}: {}", frame->where, unusable.what()));
     }
   });
-}
-
-// Size of a distance map from its header, without decoding it. A PNG's header is its first chunk.
-PanoramaSize distance_map_size_of(const fs::path& file) {
-  const std::string start = read_file_prefix(file, kPngHeaderBytes);
-  const std::optional<ImageHeader> header =
-      parse_image_header(std::as_bytes(std::span(start)), file.string());
-  if (!header || header->format != ImageFormat::kPng || header->bits_per_channel != 16 ||
-      !header->is_grey) {
-    throw Error(file.string() +
-                ": not a distance map, a 16-bit grey PNG in millimetres along the ray");
-  }
-  if (header->width != 2 * header->height) {
-    throw Error(fmt::format("{}: {} x {} is not 2:1, as distance maps must be", file.string(),
-                            header->width, header->height));
-  }
-  return {static_cast<int>(header->width), static_cast<int>(header->height)};
 }
 
 // The map of each frame that has one; frames and maps share their stem.

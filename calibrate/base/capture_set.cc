@@ -11,7 +11,6 @@
 #include "calibrate/base/session_frames.h"
 #include "core/base/error.h"
 #include "core/files/image_file.h"
-#include "core/files/turned_pictures.h"
 #include "core/geometry/line_gaps.h"
 #include "core/geometry/plan_line.h"
 #include "core/session/session_file.h"
@@ -49,7 +48,7 @@ void number_frames(CaptureSet* set) {
   set->lines = std::move(lines);
 }
 
-PictureHeader header_of(const fs::path& file, FrameLayout layout) {
+ImageHeader header_of(const fs::path& file, FrameLayout layout) {
   return layout == FrameLayout::kPanorama ? panorama_header_of(file) : picture_header_of(file);
 }
 
@@ -58,7 +57,7 @@ void require_one_size(CaptureSet* set) {
   set->frame = header_of(first, set->layout).size;
   TurnedPictures turned;
   const auto require_same = [&](const CaptureFrame& frame, const fs::path& file) {
-    const PictureHeader header = header_of(file, set->layout);
+    const ImageHeader header = header_of(file, set->layout);
     const PanoramaSize size = header.size;
     turned.add(file, header.orientation);
     if (size == set->frame) return;

@@ -179,7 +179,7 @@ TEST_F(SessionFramesTest, DamagedValuesAreRefused) {
               AllOf(HasSubstr("session.db: damaged: measured_mm of station v0_001 is NULL"),
                     HasSubstr("restore")));
   session_->execute("UPDATE attempt SET measured_mm = 1e308 WHERE id = 1");
-  EXPECT_THAT(error(), HasSubstr("measured_mm of station v0_001 is 1e+308"));
+  EXPECT_THAT(error(), HasSubstr("measured_mm of station v0_001 is '1.0e+308'"));
   session_->execute("UPDATE attempt SET measured_mm = 300 WHERE id = 1; DELETE FROM attempt");
   EXPECT_THAT(error(true), HasSubstr("refer to missing rows"));
 }

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -64,7 +64,6 @@ class TestSession {
       : folder_(folder), database_(*folder / "session.db", SqliteAccess::kReadWrite) {
     database_.execute("PRAGMA synchronous = OFF");
     database_.execute(kSessionSchema);
-    database_.execute(kSessionCopies);
     execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}",
                         kSessionApplicationId, kSessionFormatVersion));
   }
@@ -75,36 +74,26 @@ class TestSession {
     execute(fmt::format(
         "INSERT INTO line (name, axis, across_m, validation) VALUES ('{}', '{}', {}, {})", name,
         axis, across_m, validation ? 1 : 0));
-    lines_.push_back({{"id", name},
-                      {"axis", axis},
-                      {"across_m", across_m},
-                      {"validation", validation},
-                      {"stations", nlohmann::json::array()}});
+    lines_.push_back({.along_x = axis == "x", .across_m = across_m});
   }
   // On the last line, at `along_m` on its axis, which is also its position on the rail, less
   // `rail_begins_m`.
   void add_station(const std::string& name, double along_m, double rail_begins_m = 0.0) {
     const double rail_mm = 1000.0 * (along_m - rail_begins_m);
-    nlohmann::json& line = lines_.back();
-    const double across_m = line["across_m"];
+    Line& line = lines_.back();
     const PlanPoint at =
-        line["axis"] == "x" ? PlanPoint{along_m, across_m} : PlanPoint{across_m, along_m};
+        line.along_x ? PlanPoint{along_m, line.across_m} : PlanPoint{line.across_m, along_m};
     execute(
         fmt::format("INSERT INTO station (line_id, number, name, x_m, z_m, planned_mm) VALUES "
                     "({}, {}, '{}', {}, {}, {})",
-                    lines_.size(), line["stations"].size(), name, at.x_m, at.z_m, rail_mm));
-    line["stations"].push_back(
-        {{"name", name}, {"x_m", at.x_m}, {"z_m", at.z_m}, {"rail_mm", rail_mm}});
+                    lines_.size(), line.stations++, name, at.x_m, at.z_m, rail_mm));
   }
-  // Describes the session with the stations added so far as its plan.
+  // Describes the session.
   void plan(const std::string& frames, int exposures = 1) {
-    const nlohmann::json plan = {
-        {"frames", frames}, {"bracket_ev", std::vector<double>(exposures, 0.0)}, {"lines", lines_}};
-    execute(
-        fmt::format("DELETE FROM session; INSERT INTO session (id, created_utc_us, mode, "
-                    "camera, frames, exposures, plan_json, config_text) VALUES (1, 0, "
-                    "'stations', 'osc', '{}', {}, '{}', '')",
-                    frames, exposures, plan.dump()));
+    execute(fmt::format(
+        "DELETE FROM session; INSERT INTO session (id, created_utc_us, mode, camera, frames, "
+        "bracket_ev, config_text) VALUES (1, 0, 'stations', 'osc', '{}', '[{}]', '')",
+        frames, fmt::join(std::vector<double>(static_cast<std::size_t>(exposures), 0.0), ",")));
   }
   // With its picture; the slider's feedback was `measured_mm`.
   void add_frame(const std::string& station, double measured_mm, const std::string& lens = "both",
@@ -127,7 +116,12 @@ class TestSession {
  private:
   const TestCaptureFolder* folder_;
   SqliteConnection database_;
-  std::vector<nlohmann::json> lines_{};
+  struct Line {
+    bool along_x = true;
+    double across_m = 0.0;
+    int stations = 0;
+  };
+  std::vector<Line> lines_{};
 };
 
 }  // namespace raywalk::calibrate

@@ -21,7 +21,6 @@
 #include "core/base/progress.h"
 #include "core/base/robust_sigma.h"
 #include "core/files/image_file.h"
-#include "core/files/turned_pictures.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -198,7 +197,7 @@ PanoramaSize size_of_all(const std::vector<std::filesystem::path>& pictures) {
   const PanoramaSize size = picture_size_of(pictures.front());
   TurnedPictures turned;
   for (const std::filesystem::path& file : pictures) {
-    const PictureHeader header = picture_header_of(file);
+    const ImageHeader header = picture_header_of(file);
     turned.add(file, header.orientation);
     if (header.size == size) continue;
     throw Error(file.string() + ": not of the size of " + pictures.front().string() +

@@ -57,7 +57,7 @@ const std::vector<FacePixel>& features_of(const FeaturePixels& features, std::ui
 }  // namespace
 
 std::map<std::string, DatabaseImage> read_database_images(const std::filesystem::path& database) {
-  SqliteConnection connection = open_sqlite_read_only(database);
+  SqliteConnection connection(database, SqliteAccess::kReadOnly);
   SqliteStatement statement(&connection,
                             "SELECT images.name, images.image_id, images.camera_id, "
                             "COALESCE(keypoints.rows, 0) FROM images LEFT JOIN keypoints "
@@ -72,7 +72,7 @@ std::map<std::string, DatabaseImage> read_database_images(const std::filesystem:
 }
 
 std::vector<VerifiedPair> read_verified_pairs(const std::filesystem::path& database) {
-  SqliteConnection connection = open_sqlite_read_only(database);
+  SqliteConnection connection(database, SqliteAccess::kReadOnly);
   const FeaturePixels features = read_features(&connection, database);
   SqliteStatement statement(
       &connection, "SELECT pair_id, rows, cols, data FROM two_view_geometries WHERE rows > 0");

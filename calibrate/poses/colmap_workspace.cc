@@ -32,7 +32,7 @@ constexpr double kRoundFace_px = 512.0;  // unit of TriangulationRound::error_px
 
 std::int64_t count_rows(const fs::path& database, const std::string& table) {
   if (!fs::exists(database)) return 0;
-  SqliteConnection connection = open_sqlite_read_only(database);
+  SqliteConnection connection(database, SqliteAccess::kReadOnly);
   if (connection.integer("SELECT count(*) FROM sqlite_master WHERE name = '" + table + "'") == 0) {
     return 0;
   }

@@ -248,7 +248,7 @@ TEST_F(StitchSetTest, DamagedPicturesAreNamedAndLeaveNoPartialPanorama) {
   const CaptureSet set = line(3);
   const std::string whole = read_file(set.frames[1].file);
   std::ofstream(set.frames[1].file, std::ios::binary) << whole.substr(0, whole.size() / 2);
-  EXPECT_THAT(message_of(set, camera_), HasSubstr("x0_1.png: the image is cut short"));
+  EXPECT_THAT(message_of(set, camera_), HasSubstr("x0_1.png: the image is damaged or cut short"));
   EXPECT_FALSE(fs::exists(panorama(1)));
   fs::remove(set.frames[1].file);
   EXPECT_THAT(message_of(set, camera_), HasSubstr("x0_1.png"));

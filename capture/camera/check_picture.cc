@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <cctype>
-#include <optional>
-#include <span>
-#include <string_view>
 
 #include "capture/base/device_fault.h"
-#include "core/files/image_header.h"
+#include "core/base/error.h"
+#include "core/files/image_file.h"
 
 namespace raywalk::capture {
 namespace {
@@ -40,14 +38,6 @@ void refuse_text(const std::string& bytes, const std::string& source) {
   }
 }
 
-std::optional<ImageHeader> header_of(std::span<const std::byte> data, const std::string& source) {
-  try {
-    return parse_image_header(data, source);
-  } catch (const Error& error) {
-    refuse(error.what());
-  }
-}
-
 }  // namespace
 
 CheckedPicture check_picture(const std::string& bytes, PanoramaSize expected,
@@ -56,22 +46,20 @@ CheckedPicture check_picture(const std::string& bytes, PanoramaSize expected,
     refuse(source + ": the picture is empty (0 bytes); check the camera's card");
   }
   refuse_text(bytes, source);
-  const auto data = std::as_bytes(std::span(bytes));
-  const std::optional<ImageHeader> header = header_of(data, source);
-  if (!header || !is_complete_image(data, header->format)) {
-    refuse(
-        fmt::format("{}: the picture is truncated after {} bytes; check the camera's card and "
-                    "its connection",
-                    source, bytes.size()));
+  ImageHeader header;
+  try {
+    header = require_intact_image(std::as_bytes(std::span(bytes)), source);
+  } catch (const Error& error) {
+    refuse(fmt::format("{}; it has {} bytes: check the camera's card and its connection",
+                       error.what(), bytes.size()));
   }
-  const PanoramaSize size{static_cast<int>(header->width), static_cast<int>(header->height)};
-  if (expected.width > 0 && size != expected) {
-    refuse(
-        fmt::format("{}: the picture is {}x{}, but this session's are {}x{}; set the camera to "
-                    "that size",
-                    source, size.width, size.height, expected.width, expected.height));
+  if (expected.width > 0 && header.size != expected) {
+    refuse(fmt::format(
+        "{}: the picture is {}x{}, but this session's are {}x{}; set the camera to "
+        "that size",
+        source, header.size.width, header.size.height, expected.width, expected.height));
   }
-  return {header->format == ImageFormat::kJpeg ? "jpg" : "png", size};
+  return {header.format == ImageFormat::kJpeg ? "jpg" : "png", header.size};
 }
 
 }  // namespace raywalk::capture

@@ -1,4 +1,4 @@
-// Checks that the bytes sent by a camera are a complete picture.
+// Checks that the bytes sent by a camera, or copied from its card, are an intact picture.
 #pragma once
 
 #include <string>
@@ -12,9 +12,9 @@ struct CheckedPicture {
   PanoramaSize size{};
 };
 
-// Format and size of a complete JPEG or PNG file. Throws DeviceFault kBadPicture, naming `source`,
-// if it is empty, a web page, of another format, truncated, or not of the size `expected` (0 x 0:
-// any).
+// Format and size of an intact JPEG or PNG file. Throws DeviceFault kBadPicture, naming `source`,
+// if it is empty, a web page, of another format, cut short, damaged, or not of the size `expected`
+// (0 x 0: any).
 CheckedPicture check_picture(const std::string& bytes, PanoramaSize expected,
                              const std::string& source);
 

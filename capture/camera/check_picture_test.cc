@@ -57,7 +57,7 @@ TEST(CheckPicture, NoPrefixOfAPictureIsAccepted) {
   for (const std::string extension : {".jpg", ".png"}) {
     const std::string whole = encoded(extension, 64, 32);
     for (std::size_t length = 1; length < whole.size(); ++length) {
-      ASSERT_THAT(refusal_of(whole.substr(0, length)), HasSubstr("truncated"));
+      ASSERT_THAT(refusal_of(whole.substr(0, length)), HasSubstr("cut short"));
     }
   }
 }

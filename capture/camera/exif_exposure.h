@@ -13,7 +13,7 @@ struct ExifExposure {
 
 // From the tags ExposureTime and PhotographicSensitivity (Exif 2.32, CIPA DC-008, called
 // ISOSpeedRatings before) of a JPEG file; none if one is missing or not positive, or the bytes hold
-// no readable Exif data. Not thread-safe: Exiv2 initializes itself at its first use.
+// no readable Exif data.
 std::optional<ExifExposure> exif_exposure(const std::string& jpeg);
 
 }  // namespace raywalk::capture

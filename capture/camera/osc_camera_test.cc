@@ -242,7 +242,7 @@ INSTANTIATE_TEST_SUITE_P(
     All, OscCameraPictureFaultTest,
     testing::Values(
         PictureFault{CameraFault::kMissingPicture, FaultKind::kMissingPicture, "took no picture"},
-        PictureFault{CameraFault::kTruncatedPicture, FaultKind::kBadPicture, "truncated"},
+        PictureFault{CameraFault::kTruncatedPicture, FaultKind::kBadPicture, "cut short"},
         PictureFault{CameraFault::kEmptyPicture, FaultKind::kBadPicture, "empty"},
         PictureFault{CameraFault::kWebPage, FaultKind::kBadPicture, "web page"},
         PictureFault{CameraFault::kWrongSize, FaultKind::kBadPicture, "32x16"}));

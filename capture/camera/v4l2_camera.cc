@@ -8,7 +8,7 @@
 #include "capture/base/device_fault.h"
 #include "capture/camera/yuyv_picture.h"
 #include "core/base/interrupt.h"
-#include "core/files/image_header.h"
+#include "core/files/image_file.h"
 
 namespace raywalk::capture {
 namespace {
@@ -40,17 +40,12 @@ std::string fourcc_of(PixelFormat format) {
 // The damage of a frame that the driver did not flag; empty if none.
 std::string mjpg_damage(std::span<const std::byte> frame, PanoramaSize size) {
   if (frame.empty()) return "empty";
-  std::optional<ImageHeader> header;
   try {
-    header = parse_image_header(frame, "frame");
-  } catch (const Error&) {
-    return "not a JPEG";
+    const ImageHeader header = require_intact_image(frame, std::to_string(frame.size()) + " bytes");
+    return header.size == size ? "" : "of " + text_of(header.size);
+  } catch (const Error& error) {
+    return error.what();
   }
-  if (!header || !is_complete_image(frame, header->format)) {
-    return "truncated after " + std::to_string(frame.size()) + " bytes";
-  }
-  const PanoramaSize found{static_cast<int>(header->width), static_cast<int>(header->height)};
-  return found == size ? "" : "of " + text_of(found);
 }
 
 }  // namespace

@@ -20,7 +20,6 @@
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
-#include "core/files/image_file.h"
 
 namespace raywalk::capture {
 namespace {
@@ -31,7 +30,6 @@ Picture read_checked_picture(const fs::path& file, PanoramaSize size) {
   Picture picture;
   picture.bytes = read_file(file);
   const CheckedPicture checked = check_picture(picture.bytes, size, file.string());
-  require_intact_image(picture.bytes, file.string());
   picture.extension = checked.extension;
   picture.size = checked.size;
   picture.camera_name = file.filename().string();

@@ -8,23 +8,16 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <exiv2/exiv2.hpp>
 #include <string_view>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/exif.h"
 
 namespace raywalk::capture {
 namespace {
 
 using std::chrono::microseconds;
-
-// Numbers of Exif 2.32, table 8. Exiv2 0.27 has no name for OffsetTimeOriginal, so all three are
-// looked up by number.
-constexpr std::uint16_t kDateTimeOriginal = 0x9003;
-constexpr std::uint16_t kOffsetTimeOriginal = 0x9011;
-constexpr std::uint16_t kSubSecTimeOriginal = 0x9291;
-constexpr std::string_view kExifGroup = "Photo";
 
 // FAT, the file system of cards up to 32 GB, keeps even seconds ("FAT: General Overview of On-Disk
 // Format" 1.03, section "Date and Time Formats").
@@ -84,24 +77,12 @@ void add_subseconds(std::string_view text, PictureTime* time) {
   time->resolution_s = step_s;
 }
 
-// The text of a tag without its padding of blanks and zeros.
-std::string text_of(const Exiv2::ExifData& exif, std::uint16_t tag) {
-  for (const Exiv2::Exifdatum& datum : exif) {
-    if (datum.tag() != tag || datum.groupName() != kExifGroup) continue;
-    std::string text = datum.toString();
-    const auto last = text.find_last_not_of(std::string_view(" \0", 2));
-    text.erase(last == std::string::npos ? 0 : last + 1);
-    return text;
-  }
-  return {};
-}
-
-std::optional<PictureTime> time_of(const Exiv2::ExifData& exif) {
-  const auto shown = parse_date(text_of(exif, kDateTimeOriginal));
+std::optional<PictureTime> time_of(const ExifTags& exif) {
+  const auto shown = parse_date(exif.text(EXIF_TAG_DATE_TIME_ORIGINAL));
   if (!shown) return std::nullopt;
   PictureTime time{*shown, 1.0, PictureTimeSource::kExifLocal, {}};
-  add_subseconds(text_of(exif, kSubSecTimeOriginal), &time);
-  if (const auto utc_offset = parse_utc_offset(text_of(exif, kOffsetTimeOriginal))) {
+  add_subseconds(exif.text(EXIF_TAG_SUB_SEC_TIME_ORIGINAL), &time);
+  if (const auto utc_offset = parse_utc_offset(exif.text(EXIF_TAG_OFFSET_TIME_ORIGINAL))) {
     time.time -= *utc_offset;
     time.utc_offset = *utc_offset;
     time.source = PictureTimeSource::kExifUtc;
@@ -130,15 +111,6 @@ PictureTime file_time(const std::filesystem::path& picture) {
           {}};
 }
 
-// Damaged tags are ignored; keep Exiv2 from printing warnings about them.
-void silence_exiv2() {
-  static const bool silenced = [] {
-    Exiv2::LogMsg::setLevel(Exiv2::LogMsg::mute);
-    return true;
-  }();
-  static_cast<void>(silenced);
-}
-
 }  // namespace
 
 std::string name_of(PictureTimeSource source) {
@@ -154,15 +126,9 @@ std::string name_of(PictureTimeSource source) {
 }
 
 std::optional<PictureTime> exif_time(const std::filesystem::path& picture) {
-  silence_exiv2();
-  require_regular_file(picture);
-  try {
-    const auto image = Exiv2::ImageFactory::open(picture.string());
-    image->readMetadata();
-    return time_of(image->exifData());
-  } catch (const Exiv2::Error&) {
-    return std::nullopt;
-  }
+  constexpr std::size_t kBeginning = std::size_t{1} << 20;  // Exif stands before the pixels
+  const std::string bytes = read_file_prefix(picture, kBeginning);
+  return time_of(ExifTags(std::as_bytes(std::span(bytes))));
 }
 
 std::vector<PictureTime> picture_times(std::span<const std::filesystem::path> pictures) {

@@ -1,7 +1,7 @@
 // When pictures were taken, by the camera's own clock.
 //
 // Source: Exif 2.32 (CIPA DC-008), tags DateTimeOriginal, SubSecTimeOriginal and
-// OffsetTimeOriginal, read with Exiv2; without them, the modification time of the file.
+// OffsetTimeOriginal, read with libexif; without them, the modification time of the file.
 #pragma once
 
 #include <filesystem>

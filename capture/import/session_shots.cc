@@ -34,7 +34,7 @@ constexpr char kFailedAttempts[] =
 
 std::vector<ExposedStation> exposed_stations(SessionReader* reader, int exposures) {
   std::vector<ExposedStation> stations;
-  CheckedRow rows = reader->query(kExposedStations, "an exposed attempt");
+  SessionRow rows = reader->query(kExposedStations, "an exposed attempt");
   while (rows.step()) {
     ExposedStation station;
     station.attempt = {rows.integer(0, 1, INT64_MAX), rows.name(1), rows.number(2, 1, INT_MAX)};
@@ -49,7 +49,7 @@ std::vector<ExposedStation> exposed_stations(SessionReader* reader, int exposure
 
 std::vector<FailedAttempt> failed_attempts(SessionReader* reader) {
   std::vector<FailedAttempt> attempts;
-  CheckedRow rows = reader->query(kFailedAttempts, "a failed attempt");
+  SessionRow rows = reader->query(kFailedAttempts, "a failed attempt");
   while (rows.step()) {
     attempts.push_back({wall_time_from(rows.utc_us(0)), wall_time_from(rows.utc_us(1))});
   }
@@ -72,8 +72,8 @@ SessionShots read_session_shots(SessionReader* reader) {
         "{}: this session was captured as video; import its film with --video", directory));
   }
   SessionShots shots;
-  shots.exposures = facts.exposures;
-  shots.stations = exposed_stations(reader, facts.exposures);
+  shots.exposures = facts.exposures();
+  shots.stations = exposed_stations(reader, facts.exposures());
   shots.failed = failed_attempts(reader);
   if (shots.stations.empty()) {
     throw Error(

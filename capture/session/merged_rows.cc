@@ -82,9 +82,7 @@ class MergedDatabase {
       : database_(database), readers_(readers), parts_(parts), lines_(lines) {}
 
   void write(const CapturePlan& plan, std::int64_t now_utc_us) {
-    create_session_tables(database_);
-    add_session(plan);
-    write_plan(database_, plan);
+    create_session(database_, facts(), plan);
     add_attempts();
     add_frames();
     add_journals();
@@ -94,21 +92,14 @@ class MergedDatabase {
  private:
   SqliteConnection* database_of(std::size_t part) { return &readers_[part]->database(); }
 
-  void add_session(const CapturePlan& plan) {
+  SessionFacts facts() const {
     const MergedLine& last = *std::ranges::max_element(
         lines_, {}, [](const MergedLine& line) { return line.captured.ended_utc_us; });
-    const SessionPart& newest = parts_[last.part];
-    const SessionPart& oldest = *std::ranges::min_element(
-        parts_, {}, [](const SessionPart& part) { return part.facts.created; });
-    SqliteStatement(database_,
-                    "INSERT INTO session (id, created_utc_us, mode, camera, frames, exposures, "
-                    "locked_exposure, plan_json, config_text) "
-                    "VALUES (1, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)")
-        .bind(utc_us_from(oldest.facts.created), name_of(newest.facts.mode),
-              name_of(newest.facts.camera), name_of(newest.facts.frames), newest.facts.exposures,
-              newest.facts.locked_exposure, plan_json(plan, newest.camera),
-              newest.facts.config_text)
-        .run();
+    SessionFacts facts = parts_[last.part].facts;
+    facts.created = std::ranges::min_element(parts_, {}, [](const SessionPart& part) {
+                      return part.facts.created;
+                    })->facts.created;
+    return facts;
   }
 
   // In the order of time, as one session would have them.

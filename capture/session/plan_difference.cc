@@ -4,9 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
-
-#include "core/base/error.h"
 
 namespace raywalk::capture {
 namespace {
@@ -56,20 +53,6 @@ std::string line_difference(const CaptureLine& there, const CaptureLine& here) {
   return "";
 }
 
-nlohmann::json parse(const std::string& text) {
-  try {
-    return nlohmann::json::parse(text);
-  } catch (const nlohmann::json::parse_error& error) {
-    throw Error(fmt::format("a plan is not JSON: {}", one_line(error.what())));
-  }
-}
-
-// The value at an RFC 6901 pointer as text.
-std::string value_text(const nlohmann::json& document, const std::string& pointer) {
-  const nlohmann::json::json_pointer place(pointer);
-  return document.contains(place) ? document.at(place).dump() : "missing";
-}
-
 }  // namespace
 
 std::string plan_difference(const CapturePlan& there, const CapturePlan& here) {
@@ -80,17 +63,6 @@ std::string plan_difference(const CapturePlan& there, const CapturePlan& here) {
   }
   if (there.lines.size() == here.lines.size()) return "";
   return fmt::format("it has {} lines there, {} here", there.lines.size(), here.lines.size());
-}
-
-std::string json_difference(const std::string& there, const std::string& here) {
-  const nlohmann::json a = parse(there), b = parse(here);
-  const nlohmann::json patch = nlohmann::json::diff(a, b);  // RFC 6902
-  if (patch.empty()) return "";
-  const std::string pointer = patch.front().at("path");
-  std::string key = pointer.empty() ? pointer : pointer.substr(1);
-  std::replace(key.begin(), key.end(), '/', '.');
-  return fmt::format("{} is {} there, {} here", key, excerpt(value_text(a, pointer)),
-                     excerpt(value_text(b, pointer)));
 }
 
 }  // namespace raywalk::capture

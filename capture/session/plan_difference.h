@@ -11,8 +11,4 @@ namespace raywalk::capture {
 // "There" is the session. Positions are equal within a micrometre.
 std::string plan_difference(const CapturePlan& there, const CapturePlan& here);
 
-// The same for the other members of plan_json, "frames is "panorama" there, "dual-fisheye" here".
-// Throws Error if either text is not JSON.
-std::string json_difference(const std::string& there, const std::string& here);
-
 }  // namespace raywalk::capture

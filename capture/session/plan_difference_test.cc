@@ -52,25 +52,5 @@ TEST(PlanDifferenceTest, FindsALineThatBecameValidation) {
             "line x0 is along x there, for validation along x here");
 }
 
-TEST(JsonDifferenceTest, NamesTheFirstKeyThatDiffers) {
-  EXPECT_EQ(json_difference(R"({"camera": {"frames": "panorama"}, "lines": []})",
-                            R"({"camera": {"frames": "dual-fisheye"}, "lines": []})"),
-            R"(camera.frames is '"panorama"' there, '"dual-fisheye"' here)");
-}
-
-TEST(JsonDifferenceTest, FindsAKeyOfOneSideOnly) {
-  EXPECT_THAT(json_difference(R"({"bracket_ev": [0]})", R"({"bracket_ev": [0, 2]})"),
-              HasSubstr("bracket_ev"));
-  EXPECT_EQ(json_difference(R"({"a": 1})", "{}"), "a is '1' there, 'missing' here");
-}
-
-TEST(JsonDifferenceTest, IsNoneForTheSameInAnotherOrder) {
-  EXPECT_EQ(json_difference(R"({"a": 1, "b": 2})", R"({"b": 2, "a": 1})"), "");
-}
-
-TEST(JsonDifferenceTest, RefusesTextThatIsNotJson) {
-  EXPECT_THROW(json_difference("{", "{}"), Error);
-}
-
 }  // namespace
 }  // namespace raywalk::capture

@@ -128,25 +128,28 @@ Session::~Session() = default;
 void Session::create(const CapturePlan& plan, const CaptureConfig& config,
                      const std::string& config_text) {
   SqliteTransaction transaction(database_.get());
-  create_session_tables(database_.get());
-  const int exposures = static_cast<int>(config.camera.exposure.bracket_ev.size());
-  SqliteStatement(database_.get(),
-                  "INSERT INTO session (id, created_utc_us, mode, camera, frames, exposures, "
-                  "plan_json, config_text) VALUES (1, ?1, ?2, ?3, ?4, ?5, ?6, ?7)")
-      .bind(now_us(), name_of(config.run.mode), name_of(config.camera.kind),
-            name_of(config.camera.frames), exposures, plan_json(plan, config.camera), config_text)
-      .run();
-  write_plan(database_.get(), plan);
+  create_session(database_.get(),
+                 {.created = wall_time_from(now_us()),
+                  .mode = config.run.mode,
+                  .camera = config.camera.kind,
+                  .frames = config.camera.frames,
+                  .bracket_ev = config.camera.exposure.bracket_ev,
+                  .locked_exposure = "",
+                  .config_text = config_text},
+                 plan);
   transaction.commit();
 }
 
 void Session::require_plan(const CapturePlan& plan, const CaptureConfig& config) {
-  const CapturePlan planned = plan_of(contents());
-  const std::string there = database_->text("SELECT plan_json FROM session");
-  const std::string here = plan_json(plan, config.camera);
-  if (there == here) return;
-  std::string difference = plan_difference(planned, plan);
-  if (difference.empty()) difference = json_difference(there, here);
+  std::string difference = plan_difference(plan_of(contents()), plan);
+  const auto require_same = [&](const std::string& column, const std::string& here) {
+    const std::string there = database_->text("SELECT " + column + " FROM session");
+    if (!difference.empty() || there == here) return;
+    difference = fmt::format("{} is {} there, {} here", column, excerpt(there), excerpt(here));
+  };
+  require_same("frames", std::string(name_of(config.camera.frames)));
+  require_same("bracket_ev", bracket_text(config.camera.exposure.bracket_ev));
+  require_same("part_of", part_of_text(plan));
   if (difference.empty()) return;
   throw Error(fmt::format(
       "{}: holds another plan: {}; use the configuration and the --lines it was started "

@@ -1,9 +1,11 @@
 #include "capture/session/session_database.h"
 
 #include <fmt/format.h>
+#include <sqlite3.h>
 
-#include <string>
+#include <nlohmann/json.hpp>
 
+#include "capture/session/session_times.h"
 #include "core/base/error.h"
 #include "core/session/session_schema.h"
 
@@ -21,38 +23,17 @@ void use_wal(SqliteConnection* connection, const fs::path& directory) {
                   directory.string()));
 }
 
-void add_missing_copies(SqliteConnection* connection) {
-  if (connection->integer("SELECT count(*) FROM sqlite_master WHERE name = 'attempt_copy'") > 0) {
-    return;
-  }
-  SqliteTransaction transaction(connection);
-  connection->execute(kSessionCopies);
-  transaction.commit();
-}
-
-}  // namespace
-
-SqliteConnection open_session_to_write(const fs::path& directory) {
-  SqliteConnection connection(session_database_path(directory), SqliteAccess::kReadWrite);
-  require_session_format(&connection, directory);
-  if (connection.is_read_only()) {
-    throw Error(fmt::format("{} cannot be written; check its permissions",
-                            session_database_path(directory).string()));
-  }
-  use_wal(&connection, directory);
-  connection.execute("PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON");
-  if (!is_empty_session(&connection)) {
-    require_sound_session(&connection, directory);
-    add_missing_copies(&connection);
-  }
-  return connection;
-}
-
-void create_session_tables(SqliteConnection* connection) {
-  connection->execute(kSessionSchema);
-  connection->execute(kSessionCopies);
-  connection->execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}",
-                                  kSessionApplicationId, kSessionFormatVersion));
+void write_session_row(SqliteConnection* connection, const SessionFacts& facts,
+                       const CapturePlan& plan) {
+  const std::string part_of = part_of_text(plan);
+  SqliteStatement(connection,
+                  "INSERT INTO session (id, created_utc_us, mode, camera, frames, bracket_ev, "
+                  "locked_exposure, part_of, config_text) "
+                  "VALUES (1, ?1, ?2, ?3, ?4, ?5, ?6, nullif(?7, ''), ?8)")
+      .bind(utc_us_from(facts.created), name_of(facts.mode), name_of(facts.camera),
+            name_of(facts.frames), bracket_text(facts.bracket_ev), facts.locked_exposure, part_of,
+            facts.config_text)
+      .run();
 }
 
 void write_plan(SqliteConnection* connection, const CapturePlan& plan) {
@@ -72,6 +53,39 @@ void write_plan(SqliteConnection* connection, const CapturePlan& plan) {
           .run();
     }
   }
+}
+
+}  // namespace
+
+SqliteConnection open_session_to_write(const fs::path& directory) {
+  SqliteConnection connection(session_database_path(directory), SqliteAccess::kReadWrite);
+  require_session_format(&connection, directory);
+  if (sqlite3_db_readonly(connection.database().getHandle(), "main") == 1) {
+    throw Error(fmt::format("{} cannot be written; check its permissions",
+                            session_database_path(directory).string()));
+  }
+  use_wal(&connection, directory);
+  connection.execute("PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON");
+  if (!is_empty_session(&connection)) require_sound_session(&connection, directory);
+  return connection;
+}
+
+std::string bracket_text(const std::vector<double>& bracket_ev) {
+  return nlohmann::json(bracket_ev).dump();
+}
+
+std::string part_of_text(const CapturePlan& plan) {
+  if (!plan.part_of) return "";
+  return nlohmann::json{{"lines", plan.part_of->lines}, {"sha256", plan.part_of->sha256}}.dump();
+}
+
+void create_session(SqliteConnection* connection, const SessionFacts& facts,
+                    const CapturePlan& plan) {
+  connection->execute(kSessionSchema);
+  connection->execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}",
+                                  kSessionApplicationId, kSessionFormatVersion));
+  write_session_row(connection, facts, plan);
+  write_plan(connection, plan);
 }
 
 }  // namespace raywalk::capture

@@ -1,8 +1,12 @@
-// Opening session.db for the process that captures, and writing its plan.
+// Opening session.db for the process that captures, and writing what it starts with.
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
+#include "capture/base/clock.h"
+#include "capture/config/capture_config.h"
 #include "capture/plan/capture_plan.h"
 #include "core/files/sqlite_connection.h"
 #include "core/session/session_file.h"  // IWYU pragma: export
@@ -10,15 +14,30 @@
 namespace raywalk::capture {
 
 // Opens for writing: WAL, every commit synced before it returns (synchronous FULL), foreign keys
-// enforced. Creates a missing file, without tables. Adds the copies of values (session_schema.h)
-// that a session of an earlier program lacks. Throws Error: damaged, not a session, of a newer
-// version, read-only, on a file system without WAL.
+// enforced. Creates a missing file, without tables. Throws Error: damaged, not a session, of a
+// newer version, read-only, on a file system without WAL.
 SqliteConnection open_session_to_write(const std::filesystem::path& directory);
 
-// Creates the tables, within the caller's transaction.
-void create_session_tables(SqliteConnection* connection);
+// Facts of the whole session.
+struct SessionFacts {
+  WallTime created{};
+  CaptureMode mode = CaptureMode::kStations;
+  CameraKind camera = CameraKind::kOsc;
+  FrameKind frames = FrameKind::kPanorama;
+  std::vector<double> bracket_ev{0.0};  // one picture of every station each
+  std::string locked_exposure{};        // JSON; empty if nothing was locked
+  std::string config_text{};
 
-// Writes the plan's lines and stations within the caller's transaction.
-void write_plan(SqliteConnection* connection, const CapturePlan& plan);
+  int exposures() const { return static_cast<int>(bracket_ev.size()); }
+};
+
+// The values of the columns bracket_ev and part_of, JSON; of a plan that is no part, an empty text
+// in place of NULL.
+std::string bracket_text(const std::vector<double>& bracket_ev);
+std::string part_of_text(const CapturePlan& plan);
+
+// Creates the tables and writes the session's row and its plan, within the caller's transaction.
+void create_session(SqliteConnection* connection, const SessionFacts& facts,
+                    const CapturePlan& plan);
 
 }  // namespace raywalk::capture

@@ -21,8 +21,7 @@ class SessionDatabaseTest : public testing::Test {
   void make_session() {
     SqliteConnection connection = open_session_to_write(directory_.path());
     SqliteTransaction transaction(&connection);
-    create_session_tables(&connection);
-    write_plan(&connection, test_plan(true));
+    create_session(&connection, {}, test_plan(true));
     transaction.commit();
   }
   std::filesystem::path file() const { return session_database_path(directory_.path()); }
@@ -148,8 +147,9 @@ TEST_F(SessionDatabaseTest, ANameMayContainReservedCharactersOfUris) {
   const std::filesystem::path odd = directory_ / "100%?#";
   std::filesystem::create_directory(odd);
   SqliteConnection(session_database_path(odd), SqliteAccess::kReadWrite)
-      .execute("CREATE TABLE mine (a)");
-  SqliteConnection reader(session_database_path(odd), SqliteAccess::kImmutable);
+      .execute("PRAGMA journal_mode = WAL; CREATE TABLE mine (a)");
+  std::filesystem::create_symlink("nowhere", odd / "session.db-shm");
+  SqliteConnection reader(session_database_path(odd), SqliteAccess::kReadOnly);
   EXPECT_EQ(reader.integer("SELECT count(*) FROM sqlite_master"), 1);
 }
 

@@ -14,9 +14,9 @@ namespace raywalk::capture {
 namespace {
 
 void require_exposure(int exposure, const SessionFacts& facts, const std::string& directory) {
-  if (exposure >= 0 && exposure < facts.exposures) return;
+  if (exposure >= 0 && exposure < facts.exposures()) return;
   throw UsageError(fmt::format("{}: has {} exposure(s) of every station; --exposure takes 0 to {}",
-                               directory, facts.exposures, facts.exposures - 1));
+                               directory, facts.exposures(), facts.exposures() - 1));
 }
 
 void require_panoramas(const std::vector<FrameRecord>& frames, const SessionFacts& facts,

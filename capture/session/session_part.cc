@@ -7,7 +7,6 @@
 
 #include "capture/plan/line_selection.h"
 #include "core/base/error.h"
-#include "core/files/json.h"
 #include "core/session/frame_faults.h"
 #include "core/session/session_file.h"
 
@@ -16,38 +15,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-CheckedJson stored_plan(SessionReader* session) {
-  CheckedRow row = session->query("SELECT plan_json FROM session", "the session");
-  if (!row.step()) throw_damaged_session(session->directory(), "the table session has no row");
-  return CheckedJson::parse(
-      row.document(0),
-      session_database_path(session->directory()).string() + ": damaged: plan_json",
-      "restore this file from a copy");
-}
-
-CameraConfig camera_of(const SessionFacts& facts, const CheckedJson& plan) {
-  CameraConfig camera;
-  camera.kind = facts.camera;
-  camera.frames = facts.frames;
-  camera.exposure.bracket_ev.clear();
-  for (const CheckedJson& step : plan.at("bracket_ev").items()) {
-    camera.exposure.bracket_ev.push_back(step.number());
-  }
-  return camera;
-}
-
-WholePlan whole_of(const CapturePlan& plan, const CameraConfig& camera, const CheckedJson& stored) {
-  if (stored.has("part_of")) {
-    const CheckedJson part_of = stored.at("part_of");
-    return {part_of.at("lines").texts(), part_of.at("sha256").text()};
-  }
+WholePlan whole_of(const CapturePlan& plan, const CameraConfig& camera) {
   WholePlan whole{.lines = {}, .sha256 = grid_sha256(plan, camera)};
   for (const CaptureLine& line : plan.lines) whole.lines.push_back(line.id);
   return whole;
 }
 
 std::optional<PanoramaSize> frame_size_of(SessionReader* session) {
-  CheckedRow row = session->query("SELECT width_px, height_px FROM frame LIMIT 1", "a frame");
+  SessionRow row = session->query("SELECT width_px, height_px FROM frame LIMIT 1", "a frame");
   if (!row.step()) return std::nullopt;
   constexpr int kLargest = 1 << 20;
   return PanoramaSize{row.number(0, 1, kLargest), row.number(1, 1, kLargest)};
@@ -55,7 +30,7 @@ std::optional<PanoramaSize> frame_size_of(SessionReader* session) {
 
 std::vector<CapturedLine> lines_of(SessionReader* session, const SessionContents& contents) {
   std::map<std::string, std::int64_t> ended_us;
-  CheckedRow row = session->query(
+  SessionRow row = session->query(
       "SELECT line.name, max(last_us) FROM ("
       " SELECT station.line_id AS line_id, attempt.ended_utc_us AS last_us FROM attempt"
       "  JOIN station ON station.id = station_id WHERE outcome IN ('captured', 'exposed')"
@@ -109,9 +84,11 @@ SessionPart read_session_part(SessionReader* session) {
   part.contents = session->contents();
   require_no_faults(frame_faults(part.contents), session->directory());
   part.plan = plan_of(part.contents);
-  const CheckedJson stored = stored_plan(session);
-  part.camera = camera_of(part.facts, stored);
-  part.whole = whole_of(part.plan, part.camera, stored);
+  part.plan.part_of = session->part_of();
+  part.camera.kind = part.facts.camera;
+  part.camera.frames = part.facts.frames;
+  part.camera.exposure.bracket_ev = part.facts.bracket_ev;
+  part.whole = part.plan.part_of ? *part.plan.part_of : whole_of(part.plan, part.camera);
   part.frame_size = frame_size_of(session);
   part.lines = lines_of(session, part.contents);
   return part;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "capture/session/session_times.h"
+#include "core/files/json.h"
 #include "core/session/session_file.h"
 
 namespace raywalk::capture {
@@ -11,7 +12,7 @@ namespace {
 
 // The enumerator that the database names.
 template <typename Enum, std::size_t count>
-Enum choice_of(const CheckedRow& row, int column, const std::array<Enum, count>& choices) {
+Enum choice_of(const SessionRow& row, int column, const std::array<Enum, count>& choices) {
   const std::string word = row.name(column);
   std::string known;
   for (const Enum each : choices) {
@@ -43,23 +44,41 @@ StationRecord record_of(const SessionContents& contents, const SessionStation& s
 SessionReader::SessionReader(std::filesystem::path directory)
     : directory_(std::move(directory)), database_(open_session_to_read(directory_)) {}
 
-CheckedRow SessionReader::query(const std::string& sql, const std::string& row) {
+SessionRow SessionReader::query(const std::string& sql, const std::string& row) {
   return {&database_, sql, directory_, row};
 }
 
 SessionFacts SessionReader::facts() {
-  CheckedRow row = query(
-      "SELECT created_utc_us, mode, camera, frames, exposures, locked_exposure, config_text "
+  SessionRow row = query(
+      "SELECT created_utc_us, mode, camera, frames, bracket_ev, locked_exposure, config_text "
       "FROM session",
       "the session");
   if (!row.step()) throw_damaged_session(directory_, "the table session has no row");
-  return {.created = wall_time_from(row.utc_us(0)),
-          .mode = choice_of(row, 1, kCaptureModes),
-          .camera = choice_of(row, 2, kCameraKinds),
-          .frames = choice_of(row, 3, kFrameKinds),
-          .exposures = row.number(4, 1, kMostExposures),
-          .locked_exposure = row.document(5),
-          .config_text = row.document(6)};
+  SessionFacts facts{.created = wall_time_from(row.utc_us(0)),
+                     .mode = choice_of(row, 1, kCaptureModes),
+                     .camera = choice_of(row, 2, kCameraKinds),
+                     .frames = choice_of(row, 3, kFrameKinds),
+                     .bracket_ev = {},
+                     .locked_exposure = row.text(5),
+                     .config_text = row.text(6)};
+  for (const CheckedJson& step : json(row.text(4), "bracket_ev").items()) {
+    facts.bracket_ev.push_back(step.number());
+  }
+  if (facts.bracket_ev.empty()) row.fail(4, "an array of numbers");
+  return facts;
+}
+
+std::optional<WholePlan> SessionReader::part_of() {
+  const std::string text = database_.text("SELECT part_of FROM session");
+  if (text.empty()) return std::nullopt;
+  const CheckedJson whole = json(text, "part_of");
+  return WholePlan{whole.at("lines").texts(), whole.at("sha256").text()};
+}
+
+CheckedJson SessionReader::json(const std::string& text, const std::string& column) const {
+  return CheckedJson::parse(text,
+                            session_database_path(directory_).string() + ": damaged: " + column,
+                            "restore this file from a copy");
 }
 
 SessionContents SessionReader::contents() { return read_session_contents(&database_, directory_); }
@@ -95,7 +114,7 @@ std::vector<FrameRecord> SessionReader::frames() {
 }
 
 std::vector<JournalSample> SessionReader::journal(const std::string& line) {
-  CheckedRow row = query(
+  SessionRow row = query(
       "SELECT at_utc_us, position_mm FROM journal JOIN line ON line.id = line_id "
       "WHERE line.name = ?1 ORDER BY journal.id",
       "the journal of line " + line);

@@ -11,22 +11,12 @@
 
 #include "capture/plan/capture_plan.h"
 #include "capture/session/session.h"
+#include "capture/session/session_database.h"
+#include "core/files/json.h"
 #include "core/files/sqlite_connection.h"
-#include "core/session/checked_row.h"
 #include "core/session/session_contents.h"
 
 namespace raywalk::capture {
-
-// Facts of the whole session.
-struct SessionFacts {
-  WallTime created{};
-  CaptureMode mode = CaptureMode::kStations;
-  CameraKind camera = CameraKind::kOsc;
-  FrameKind frames = FrameKind::kPanorama;
-  int exposures = 1;              // per station
-  std::string locked_exposure{};  // JSON; empty if nothing was locked
-  std::string config_text{};
-};
 
 enum class StationState {
   kPlanned,   // not captured yet
@@ -70,17 +60,20 @@ class SessionReader {
 
   const std::filesystem::path& directory() const { return directory_; }
   SessionFacts facts();
+  std::optional<WholePlan> part_of();  // none of a whole plan
   SessionContents contents();
   std::vector<StationRecord> stations();  // in the order of the plan
   // In the order of the plan, by exposure within a station.
   std::vector<FrameRecord> frames();
   std::vector<JournalSample> journal(const std::string& line);  // in the order of recording
   // For queries that only one caller needs; docs/session.md documents the tables. `row` as for
-  // CheckedRow.
-  CheckedRow query(const std::string& sql, const std::string& row);
+  // SessionRow.
+  SessionRow query(const std::string& sql, const std::string& row);
   SqliteConnection& database() { return database_; }
 
  private:
+  CheckedJson json(const std::string& text, const std::string& column) const;
+
   std::filesystem::path directory_;
   SqliteConnection database_;
 };

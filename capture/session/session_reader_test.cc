@@ -89,7 +89,7 @@ TEST_F(SessionReaderTest, ReadsTheFactsOfTheSession) {
   EXPECT_EQ(facts.mode, CaptureMode::kStations);
   EXPECT_EQ(facts.camera, CameraKind::kOsc);
   EXPECT_EQ(facts.frames, FrameKind::kDualFisheye);
-  EXPECT_EQ(facts.exposures, 3);
+  EXPECT_EQ(facts.bracket_ev, (std::vector{0.0, 2.0, -2.0}));
   EXPECT_EQ(facts.config_text, "camera:\n  kind: osc\n");
 }
 

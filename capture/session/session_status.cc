@@ -42,7 +42,7 @@ std::vector<LineStatus> lines_of(const SessionContents& contents,
 }
 
 void count_attempts(SessionReader* session, std::vector<LineStatus>* lines) {
-  CheckedRow row = session->query(
+  SessionRow row = session->query(
       "SELECT (SELECT count(*) FROM attempt JOIN station ON station.id = station_id "
       "WHERE station.line_id = line.id) AS attempts, "
       "EXISTS (SELECT 1 FROM journal WHERE journal.line_id = line.id) AS filmed "
@@ -56,7 +56,7 @@ void count_attempts(SessionReader* session, std::vector<LineStatus>* lines) {
 }
 
 std::map<std::string, int> faults_of(SessionReader* session) {
-  CheckedRow row =
+  SessionRow row =
       session->query("SELECT fault, count(*) FROM attempt WHERE outcome = 'failed' GROUP BY fault",
                      "a failed attempt");
   std::map<std::string, int> faults;
@@ -66,7 +66,7 @@ std::map<std::string, int> faults_of(SessionReader* session) {
 
 // The values of a column of the captured attempts, without NULL.
 std::vector<double> captured_values(SessionReader* session, const std::string& column) {
-  CheckedRow row = session->query(
+  SessionRow row = session->query(
       "SELECT " + column + " FROM attempt WHERE outcome IN ('captured', 'exposed') AND " + column +
           " IS NOT NULL",
       "an attempt");
@@ -100,7 +100,7 @@ StationTimes times_of(SessionReader* session) {
 
 // The median time from one captured station of a line to the next; the median ignores breaks.
 std::optional<double> pace_s(SessionReader* session) {
-  CheckedRow row = session->query(
+  SessionRow row = session->query(
       "SELECT station.line_id, ended_utc_us FROM attempt JOIN station ON station.id = station_id "
       "WHERE outcome IN ('captured', 'exposed') AND moving_ms IS NOT NULL ORDER BY attempt.id",
       "a captured attempt");
@@ -119,12 +119,12 @@ std::optional<double> pace_s(SessionReader* session) {
 }
 
 std::vector<SessionEvent> last_events_of(SessionReader* session) {
-  CheckedRow row = session->query(
+  SessionRow row = session->query(
       "SELECT at_utc_us, kind, text FROM event ORDER BY id DESC LIMIT ?1", "an event");
   row.bind(kLastEvents);
   std::vector<SessionEvent> events;
   while (row.step()) {
-    events.push_back({wall_time_from(row.utc_us(0)), row.text(1), one_line(row.document(2))});
+    events.push_back({wall_time_from(row.utc_us(0)), row.text(1), one_line(row.text(2))});
   }
   std::reverse(events.begin(), events.end());
   return events;

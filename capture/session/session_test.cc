@@ -206,6 +206,9 @@ TEST_F(SessionTest, RefusesAnotherKindOfFrames) {
   capture_.config.camera.frames = FrameKind::kDualFisheye;
   EXPECT_THAT(error_of_opening(), AllOf(HasSubstr("another plan"), HasSubstr("frames"),
                                         HasSubstr("panorama"), HasSubstr("dual-fisheye")));
+  capture_.config = {};
+  capture_.config.camera.exposure.bracket_ev = {0.0, -2.0};
+  EXPECT_THAT(error_of_opening(), HasSubstr("bracket_ev is '[0.0]' there, '[0.0,-2.0]' here"));
 }
 
 TEST_F(SessionTest, RefusesANewerVersion) {

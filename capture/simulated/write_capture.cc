@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "capture/simulated/jpeg_encoder.h"
 #include "capture/simulated/room_stations.h"
 #include "capture/simulated/station_picture.h"
 #include "capture/simulated/truth_files.h"
@@ -15,6 +14,7 @@
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
+#include "core/files/jpeg.h"
 #include "core/files/output_folder.h"
 
 namespace raywalk::capture {
@@ -42,9 +42,9 @@ PanoramaSize size_of(const VirtualRoomSettings& settings) {
 
 void write_frame(const fs::path& file, const cv::Mat& image, const OutputSettings& output) {
   if (output.format == "jpg") {
-    write_file_atomically(
-        file, encode_jpeg(image, output.jpeg_quality,
-                          output.jpeg_colour == "full" ? JpegColour::kFull : JpegColour::kQuarter));
+    write_file_atomically(file, encode_jpeg(image, output.jpeg_quality,
+                                            output.jpeg_colour == "full" ? JpegSampling::kFull
+                                                                         : JpegSampling::kQuarter));
   } else {
     write_image(file, image);
   }

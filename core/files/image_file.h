@@ -1,19 +1,21 @@
 // Reading and writing images, with errors that say what is wrong with the file.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "core/geometry/sphere.h"
+#include "core/files/image_header.h"
 
 namespace raywalk {
 
 // An 8-bit colour panorama, CV_8UC3 in OpenCV's BGR order, width = 2 * height. EXIF orientation is
-// ignored. Throws Error naming the file: missing, empty, not an image, truncated (JPEG without its
-// end marker, PNG that stops early), damaged as far as its decoder can tell, not 2:1.
+// ignored. Throws Error naming the file: missing, empty, neither JPEG nor PNG, cut short, damaged
+// as far as its decoder can tell, not 2:1.
 cv::Mat read_panorama(const std::filesystem::path& file);
 
 // An 8-bit colour image of any aspect ratio, such as a fisheye frame; otherwise as read_panorama.
@@ -29,27 +31,38 @@ cv::Mat read_mask(const std::filesystem::path& file, PanoramaSize size);
 // Throws the errors of read_mask that the header reveals, without decoding the image.
 void require_mask(const std::filesystem::path& file, PanoramaSize size);
 
-// What an image's header tells.
-struct PictureHeader {
-  PanoramaSize size{};
-  int orientation = 1;  // EXIF's, 1 to 8, for TurnedPictures (turned_pictures.h)
+// From the image's header, without decoding it. Throws the errors of read_panorama, read_picture
+// and read_distance_map that the header reveals.
+ImageHeader panorama_header_of(const std::filesystem::path& file);
+PanoramaSize panorama_size_of(const std::filesystem::path& file);
+ImageHeader picture_header_of(const std::filesystem::path& file);
+PanoramaSize picture_size_of(const std::filesystem::path& file);
+PanoramaSize distance_map_size_of(const std::filesystem::path& file);
+
+// Collects the images of one run whose EXIF orientation asks viewers to turn or mirror them, for
+// one warning. Raywalk uses pixels as they are stored: those of a lens have to stay where its
+// calibration has them, and turning by 90 degrees makes no panorama.
+class TurnedPictures {
+ public:
+  void add(const std::filesystem::path& file, int orientation);
+  // Logs a warning that names the first one, its orientation and how many others there are; nothing
+  // if there is none.
+  void warn() const;
+
+ private:
+  std::filesystem::path first_{};
+  int first_orientation_ = 1;
+  int count_ = 0;
 };
 
-// From the image's header, without decoding it. Throws the errors of read_panorama that the
-// header reveals.
-PictureHeader panorama_header_of(const std::filesystem::path& file);
-PanoramaSize panorama_size_of(const std::filesystem::path& file);
-// The same for an image of any aspect ratio.
-PictureHeader picture_header_of(const std::filesystem::path& file);
-PanoramaSize picture_size_of(const std::filesystem::path& file);
-
-// Decodes a whole image file held in memory, to see whether it is intact. Throws Error naming
-// `source` if it is truncated, damaged or neither JPEG nor PNG.
-void require_intact_image(std::string bytes, const std::string& source);
+// Decodes a whole image file held in memory, to see whether it is intact, for capture, import and
+// packing alike. Returns its header. Throws Error naming `source` if it is cut short, damaged or
+// neither JPEG nor PNG.
+ImageHeader require_intact_image(std::span<const std::byte> bytes, const std::string& source);
 
 // The bytes of an image file; the format follows the extension of `file`: .png, .jpg, .webp or
 // .tif. `quality` is that of JPEG and WebP, 1 to 100; without it 95. Throws UsageError for another
-// extension, Error naming the file for a picture that the format cannot hold.
+// extension, Error naming the file for an image that the format cannot hold.
 std::vector<unsigned char> encode_image(const std::filesystem::path& file, const cv::Mat& image,
                                         std::optional<int> quality = {});
 

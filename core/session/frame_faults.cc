@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <map>
-#include <set>
 #include <system_error>
 #include <utility>
 
@@ -14,27 +13,6 @@ namespace raywalk {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Which pictures a station has, by exposure.
-using Pictures = std::map<int, std::set<FrameLens>>;
-
-// Which lenses' pictures an exposure has to consist of: as the session's first frame.
-std::set<FrameLens> expected_lenses(const SessionContents& contents) {
-  const bool one_file = contents.frames.empty() || contents.frames.front().lens == FrameLens::kBoth;
-  return one_file ? std::set{FrameLens::kBoth} : std::set{FrameLens::kFront, FrameLens::kBack};
-}
-
-std::string lacking_pictures(const Pictures& pictures, const std::set<FrameLens>& lenses,
-                             int exposures) {
-  for (int exposure = 0; exposure < exposures; ++exposure) {
-    const auto found = pictures.find(exposure);
-    if (found == pictures.end()) return fmt::format("has no frame of exposure {}", exposure);
-    if (found->second != lenses) {
-      return fmt::format("exposure {} lacks the picture of a lens", exposure);
-    }
-  }
-  return "";
-}
 
 }  // namespace
 
@@ -58,18 +36,25 @@ std::string file_fault(const SessionContents& contents, const SessionFrame& fram
 }
 
 std::vector<FrameFault> incomplete_stations(const SessionContents& contents) {
-  std::vector<Pictures> pictures(contents.stations.size());
-  for (const SessionFrame& frame : contents.frames) {
-    pictures[static_cast<std::size_t>(frame.station)][frame.exposure].insert(frame.lens);
-  }
-  const std::set<FrameLens> lenses = expected_lenses(contents);
+  // As the session's first frame is: one file for both lenses, or two.
+  const bool one_file = contents.frames.empty() || contents.frames.front().lens == FrameLens::kBoth;
+  std::map<std::pair<int, int>, int> files;  // of a station and an exposure
+  for (const SessionFrame& frame : contents.frames) ++files[{frame.station, frame.exposure}];
   std::vector<FrameFault> faults;
   for (std::size_t i = 0; i < contents.stations.size(); ++i) {
     const SessionStation& station = contents.stations[i];
     if (!station.shot || station.shot->on_card) continue;
-    const std::string lacking = lacking_pictures(pictures[i], lenses, contents.exposures);
-    if (lacking.empty()) continue;
-    faults.push_back({station.name, fmt::format("station {}: {}", station.name, lacking)});
+    for (int exposure = 0; exposure < contents.exposures; ++exposure) {
+      const int found = files[{static_cast<int>(i), exposure}];
+      if (found == (one_file ? 1 : 2)) continue;
+      faults.push_back(
+          {station.name,
+           found == 0
+               ? fmt::format("station {}: has no frame of exposure {}", station.name, exposure)
+               : fmt::format("station {}: exposure {} lacks the picture of a lens", station.name,
+                             exposure)});
+      break;
+    }
   }
   return faults;
 }

@@ -2,51 +2,50 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <map>
-#include <tuple>
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/session/checked_row.h"
 #include "core/session/session_file.h"
-#include "core/session/stored_plan.h"
 
 namespace raywalk {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostStations = 1000000;
 constexpr int kMostAttempts = 1000000;
-constexpr int kLargestSide_px = 1 << 20;
 constexpr std::int64_t kLargestFile_bytes = std::int64_t{1} << 50;
 constexpr double kFarthest_m = kFarthest_mm / 1000.0;
-// The largest slider.motion.settle_tolerance_mm.
-constexpr double kLargestTolerance_mm = 100.0;
 
 // The index of a row of the database in a vector of SessionContents.
 using Indices = std::map<std::int64_t, int>;
 
 void read_session_row(SqliteConnection* database, SessionContents* contents) {
-  CheckedRow row(database, "SELECT frames, exposures, plan_json FROM session", contents->directory,
-                 "the session");
+  SessionRow row(database,
+                 "SELECT frames, json_array_length(bracket_ev) AS bracket_ev FROM session",
+                 contents->directory, "the session");
   if (!row.step()) throw_damaged_session(contents->directory, "the table session has no row");
   contents->frame_kind = row.name(0);
   contents->exposures = row.number(1, 1, kMostExposures);
 }
 
-LineAxis axis_of(const CheckedRow& row, int column) {
+LineAxis axis_of(const SessionRow& row, int column) {
   const std::string axis = row.name(column);
   if (axis == "x") return LineAxis::kX;
   if (axis != "z") row.fail(column, "x or z");
   return LineAxis::kZ;
 }
 
+// The place of a row that another one refers to in `column`.
+int index_of(const Indices& indices, const SessionRow& row, int column) {
+  const auto found = indices.find(row.integer(column, INT64_MIN, INT64_MAX));
+  if (found == indices.end()) row.fail(column, "a row of the session");
+  return found->second;
+}
+
 Indices read_lines(SqliteConnection* database, SessionContents* contents) {
-  CheckedRow row(database, "SELECT id, name, axis, across_m, validation FROM line ORDER BY id",
+  SessionRow row(database, "SELECT id, name, axis, across_m, validation FROM line ORDER BY id",
                  contents->directory, "a line");
   Indices indices;
   while (row.step()) {
@@ -62,7 +61,7 @@ Indices read_lines(SqliteConnection* database, SessionContents* contents) {
 }
 
 // Columns of the query for stations, from `first` on.
-SessionShot read_shot(const CheckedRow& row, int first) {
+SessionShot read_shot(const SessionRow& row, int first) {
   const std::string outcome = row.name(first + 2);
   return {.attempt = row.integer(first, 1, INT64_MAX),
           .number = row.number(first + 1, 1, kMostAttempts),
@@ -72,55 +71,28 @@ SessionShot read_shot(const CheckedRow& row, int first) {
           .exposed_utc_us = row.optional_utc_us(first + 5)};
 }
 
-void read_stations(SqliteConnection* database, const Indices& lines, SessionContents* contents) {
-  CheckedRow row(
+Indices read_stations(SqliteConnection* database, const Indices& lines, SessionContents* contents) {
+  SessionRow row(
       database,
-      "SELECT station.name, station.line_id, station.number, x_m, z_m, planned_mm, attempt.id, "
-      "attempt.number, outcome, measured_mm, triggered_utc_us, exposed_utc_us "
+      "SELECT station.id, name, line_id, x_m, z_m, planned_mm, attempt.id, attempt.number, "
+      "outcome, measured_mm, triggered_utc_us, exposed_utc_us "
       "FROM station LEFT JOIN attempt ON attempt.station_id = station.id "
-      "AND outcome IN ('captured', 'exposed') ORDER BY station.line_id, station.number",
+      "AND outcome IN ('captured', 'exposed') ORDER BY line_id, station.number",
       contents->directory, "a station");
   constexpr int kFirstOfAttempt = 6;
+  Indices indices;
   while (row.step()) {
-    SessionStation station{.name = row.name(0)};
+    SessionStation station{.name = row.name(1)};
     row.call("station " + station.name);
-    const auto line = lines.find(row.integer(1, INT64_MIN, INT64_MAX));
-    if (line == lines.end()) row.fail(1, "a line of the session");
-    station.line = line->second;
-    row.number(2, 0, kMostStations);
+    indices[row.integer(0, INT64_MIN, INT64_MAX)] = static_cast<int>(contents->stations.size());
+    station.line = index_of(lines, row, 2);
     station.planned_m = {row.real(3, -kFarthest_m, kFarthest_m),
                          row.real(4, -kFarthest_m, kFarthest_m)};
     station.planned_mm = row.real(5, -kFarthest_mm, kFarthest_mm);
     if (!row.is_null(kFirstOfAttempt)) station.shot = read_shot(row, kFirstOfAttempt);
     contents->stations.push_back(std::move(station));
   }
-}
-
-// How far the feedback may be from the planned position: to the nearest neighbour on the line, or
-// the largest tolerance of a slider.
-double reach_mm(const SessionContents& contents, std::size_t index) {
-  const SessionStation& station = contents.stations[index];
-  double nearest_mm = HUGE_VAL;
-  for (const std::size_t other : {index - 1, index + 1}) {
-    if (other >= contents.stations.size()) continue;
-    const SessionStation& neighbour = contents.stations[other];
-    if (neighbour.line != station.line) continue;
-    nearest_mm = std::min(nearest_mm, std::abs(neighbour.planned_mm - station.planned_mm));
-  }
-  return std::max(nearest_mm, kLargestTolerance_mm);
-}
-
-void require_shots_at_their_stations(const SessionContents& contents) {
-  for (std::size_t i = 0; i < contents.stations.size(); ++i) {
-    const SessionStation& station = contents.stations[i];
-    if (!station.shot) continue;
-    const double off_mm = station.shot->measured_mm - station.planned_mm;
-    if (std::abs(off_mm) <= reach_mm(contents, i)) continue;
-    throw_damaged_session(
-        contents.directory,
-        fmt::format("measured_mm of station {} is {:.6g}, but the station is planned at {:.6g} mm",
-                    station.name, station.shot->measured_mm, station.planned_mm));
-  }
+  return indices;
 }
 
 PlanPoint position_of(const SessionStation& station, LineAxis axis) {
@@ -131,7 +103,7 @@ PlanPoint position_of(const SessionStation& station, LineAxis axis) {
 }
 
 // A session only writes names within its directory; any other may be an attack.
-std::string file_within(const CheckedRow& row, int column, const fs::path& directory) {
+std::string file_within(const SessionRow& row, int column, const fs::path& directory) {
   const fs::path path(row.name(column));
   bool inside = path.is_relative();
   for (const fs::path& part : path) inside = inside && part != "..";
@@ -140,60 +112,34 @@ std::string file_within(const CheckedRow& row, int column, const fs::path& direc
                           session_database_path(directory).string(), excerpt(path.string())));
 }
 
-std::string sha256_of(const CheckedRow& row, int column) {
-  constexpr std::size_t kDigits = 64;
-  std::string sum = row.text(column);
-  if (sum.size() != kDigits || sum.find_first_not_of("0123456789abcdef") != std::string::npos) {
-    row.fail(column, "64 lower-case hexadecimal digits");
-  }
-  return sum;
-}
-
-FrameLens lens_of(const CheckedRow& row, int column) {
+FrameLens lens_of(const SessionRow& row, int column) {
   const std::string word = row.name(column);
-  const auto lens = std::find_if(kFrameLenses.begin(), kFrameLenses.end(),
-                                 [&](FrameLens each) { return name_of(each) == word; });
-  if (lens == kFrameLenses.end()) row.fail(column, "both, front or back");
-  return *lens;
-}
-
-SessionFrame read_frame(CheckedRow& row, const SessionContents& contents) {
-  const std::string file = file_within(row, 0, contents.directory);
-  row.call("frame " + file);
-  row.number(3, 1, kLargestSide_px);
-  row.number(4, 1, kLargestSide_px);
-  return {.file = file,
-          .bytes = row.integer(1, 1, kLargestFile_bytes),
-          .sha256 = sha256_of(row, 2),
-          .exposure = row.number(5, 0, contents.exposures - 1),
-          .lens = lens_of(row, 6)};
-}
-
-// Every row is checked; the frames of failed attempts are not kept.
-void read_frames(SqliteConnection* database, SessionContents* contents) {
-  Indices station_of_attempt;
-  for (std::size_t i = 0; i < contents->stations.size(); ++i) {
-    const auto& shot = contents->stations[i].shot;
-    if (shot && !shot->on_card) station_of_attempt[shot->attempt] = static_cast<int>(i);
+  for (const FrameLens lens : kFrameLenses) {
+    if (name_of(lens) == word) return lens;
   }
-  CheckedRow row(
-      database,
-      "SELECT file, bytes, sha256, width_px, height_px, exposure, lens, attempt_id FROM frame",
-      contents->directory, "a frame");
+  row.fail(column, "both, front or back");
+}
+
+// Those of failed attempts are left out.
+void read_frames(SqliteConnection* database, const Indices& stations, SessionContents* contents) {
+  SessionRow row(database,
+                 "SELECT file, bytes, sha256, exposure, lens, station_id FROM frame "
+                 "JOIN attempt ON attempt.id = attempt_id AND outcome = 'captured' "
+                 "JOIN station ON station.id = station_id "
+                 "ORDER BY line_id, station.number, exposure, lens",
+                 contents->directory, "a frame");
   while (row.step()) {
-    SessionFrame frame = read_frame(row, *contents);
-    const auto found = station_of_attempt.find(row.integer(7, INT64_MIN, INT64_MAX));
-    if (found == station_of_attempt.end()) continue;
-    frame.station = found->second;
+    SessionFrame frame{.file = file_within(row, 0, contents->directory)};
+    row.call("frame " + frame.file);
+    frame.bytes = row.integer(1, 1, kLargestFile_bytes);
+    frame.sha256 = row.name(2);
+    frame.exposure = row.number(3, 0, contents->exposures - 1);
+    frame.lens = lens_of(row, 4);
+    frame.station = index_of(stations, row, 5);
     const SessionStation& station = contents->station_of(frame);
     frame.position_m = position_of(station, contents->line_of(station).axis);
     contents->frames.push_back(std::move(frame));
   }
-  std::sort(contents->frames.begin(), contents->frames.end(),
-            [](const SessionFrame& a, const SessionFrame& b) {
-              return std::tuple(a.station, a.exposure, name_of(a.lens)) <
-                     std::tuple(b.station, b.exposure, name_of(b.lens));
-            });
 }
 
 }  // namespace
@@ -204,10 +150,8 @@ SessionContents read_session_contents(SqliteConnection* database, const fs::path
   contents.directory = directory;
   read_session_row(database, &contents);
   const Indices lines = read_lines(database, &contents);
-  read_stations(database, lines, &contents);
-  require_stored_plan(contents, database->text("SELECT plan_json FROM session"));
-  require_shots_at_their_stations(contents);
-  read_frames(database, &contents);
+  const Indices stations = read_stations(database, lines, &contents);
+  read_frames(database, stations, &contents);
   return contents;
 }
 

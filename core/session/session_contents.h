@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,15 +21,8 @@ inline constexpr std::array kFrameLenses{FrameLens::kBoth, FrameLens::kFront, Fr
 
 // The word of the database.
 constexpr std::string_view name_of(FrameLens lens) {
-  switch (lens) {
-    case FrameLens::kBoth:
-      return "both";
-    case FrameLens::kFront:
-      return "front";
-    case FrameLens::kBack:
-      return "back";
-  }
-  throw std::logic_error("unknown lens");
+  constexpr std::array<std::string_view, 3> kWords = {"both", "front", "back"};
+  return kWords[static_cast<std::size_t>(lens)];
 }
 
 // The most pictures of a station that a session may hold.
@@ -65,8 +57,8 @@ struct SessionStation {
 
 // A picture of a captured station. World frame of core/geometry/sphere.h, y = 0.
 struct SessionFrame {
-  int station = 0;         // index into SessionContents::stations
   std::string file{};      // relative to the session's directory and within it
+  int station = 0;         // index into SessionContents::stations
   std::int64_t bytes = 0;  // of the file
   std::string sha256{};    // of the file
   int exposure = 0;        // index in the bracket
@@ -91,9 +83,8 @@ struct SessionContents {
 };
 
 // Reads one state of a session, also while another program writes to it. Throws Error, as
-// throw_damaged_session does, for a value of the wrong type or range, lines and stations that are
-// not those of the stored plan, a position by the feedback that is not at its station, and a frame
-// outside the directory. Whether frames are missing says frame_faults (frame_faults.h).
+// throw_damaged_session does, for a value that is missing or out of range, and a frame outside the
+// directory. Whether frames are missing says frame_faults (frame_faults.h).
 SessionContents read_session_contents(SqliteConnection* database,
                                       const std::filesystem::path& directory);
 

@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <map>
-#include <string>
-
 #include "core/base/error.h"
 #include "core/session/session_schema.h"
 
@@ -13,34 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The definitions of tables, indexes and views by name.
-std::map<std::string, std::string> definitions_of(SqliteConnection* database) {
-  SqliteStatement row(database, "SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL");
-  std::map<std::string, std::string> definitions;
-  while (row.step()) definitions[row.text(0)] = row.text(1);
-  return definitions;
-}
-
-std::map<std::string, std::string> definitions_made_by(const char* schema) {
-  SqliteConnection memory(":memory:", SqliteAccess::kReadWrite);
-  memory.execute(schema);
-  return definitions_of(&memory);
-}
-
-// A damaged definition may still be valid SQL that selects other rows.
-void require_tables(SqliteConnection* database, const fs::path& directory) {
-  static const auto kExpected = definitions_made_by(kSessionSchema);
-  const auto there = definitions_of(database);
-  for (const auto& [name, sql] : kExpected) {
-    const auto found = there.find(name);
-    if (found == there.end()) {
-      throw_damaged_session(directory, fmt::format("it has no '{}'", name));
-    }
-    if (found->second != sql) {
-      throw_damaged_session(directory, fmt::format("the definition of '{}' was changed", name));
-    }
-  }
-}
+constexpr std::int64_t kLatest_us = 7258118400000000;  // 2200-01-01; a WallTime holds until 2262
 
 [[noreturn]] void throw_no_session(const fs::path& directory) {
   throw Error(
@@ -91,16 +61,62 @@ void require_sound_session(SqliteConnection* database, const fs::path& directory
   if (dangling > 0) {
     throw_damaged_session(directory, fmt::format("{} rows refer to missing rows", dangling));
   }
-  require_tables(database, directory);
 }
 
 SqliteConnection open_session_to_read(const fs::path& directory) {
   if (!fs::exists(session_database_path(directory))) throw_no_session(directory);
-  SqliteConnection database = open_sqlite_read_only(session_database_path(directory));
+  SqliteConnection database(session_database_path(directory), SqliteAccess::kReadOnly);
   require_session_format(&database, directory);
   if (is_empty_session(&database)) throw_no_session(directory);
   require_sound_session(&database, directory);
   return database;
+}
+
+SessionRow::SessionRow(SqliteConnection* database, const std::string& sql, fs::path directory,
+                       std::string row)
+    : statement_(database, sql), directory_(std::move(directory)), row_(std::move(row)) {}
+
+void SessionRow::fail(int column, const std::string& what) const {
+  const std::string found = is_null(column) ? "NULL" : excerpt(statement_.text(column));
+  throw_damaged_session(directory_, fmt::format("{} of {} is {}; it must be {}",
+                                                statement_.column_name(column), row_, found, what));
+}
+
+std::int64_t SessionRow::integer(int column, std::int64_t min, std::int64_t max) const {
+  const std::int64_t value = statement_.integer(column);
+  if (is_null(column) || value < min || value > max) {
+    fail(column, fmt::format("a whole number from {} to {}", min, max));
+  }
+  return value;
+}
+
+int SessionRow::number(int column, int min, int max) const {
+  return static_cast<int>(integer(column, min, max));
+}
+
+double SessionRow::real(int column, double min, double max) const {
+  const double value = statement_.real(column);
+  if (is_null(column) || value < min || value > max) {
+    fail(column, fmt::format("a number from {:.10g} to {:.10g}", min, max));
+  }
+  return value;
+}
+
+std::string SessionRow::text(int column) const {
+  if (is_null(column)) fail(column, "text");
+  return statement_.text(column);
+}
+
+std::string SessionRow::name(int column) const {
+  std::string name = statement_.text(column);
+  if (name.empty()) fail(column, "a name");
+  return name;
+}
+
+std::int64_t SessionRow::utc_us(int column) const { return integer(column, 0, kLatest_us); }
+
+std::optional<std::int64_t> SessionRow::optional_utc_us(int column) const {
+  return is_null(column) ? std::nullopt : std::optional(utc_us(column));
 }
 
 }  // namespace raywalk

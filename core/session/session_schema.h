@@ -19,9 +19,9 @@ CREATE TABLE session (
   mode TEXT NOT NULL,
   camera TEXT NOT NULL,
   frames TEXT NOT NULL,
-  exposures INTEGER NOT NULL,
+  bracket_ev TEXT NOT NULL CHECK (json_array_length(bracket_ev) BETWEEN 1 AND 1000),
   locked_exposure TEXT NOT NULL DEFAULT '',
-  plan_json TEXT NOT NULL,
+  part_of TEXT,
   config_text TEXT NOT NULL
 ) STRICT;
 
@@ -106,19 +106,6 @@ FROM frame
 JOIN attempt ON attempt.id = frame.attempt_id AND attempt.outcome = 'captured'
 JOIN station ON station.id = attempt.station_id
 JOIN line ON line.id = station.line_id;
-)sql";
-
-// A second copy of every value. PRAGMA integrity_check compares an index with its table
-// (sqlite.org/pragma.html), so that it finds a changed byte in any value of a row. Sessions of
-// earlier programs do not have these indexes until they are opened for writing.
-inline constexpr char kSessionCopies[] = R"sql(
-CREATE INDEX session_copy ON session (created_utc_us, mode, camera, frames, exposures, locked_exposure, plan_json, config_text);
-CREATE INDEX line_copy ON line (name, axis, across_m, validation);
-CREATE INDEX station_copy ON station (name, line_id, number, x_m, z_m, planned_mm);
-CREATE INDEX attempt_copy ON attempt (station_id, number, outcome, begun_utc_us, ended_utc_us, commanded_mm, measured_mm, moving_ms, settling_ms, triggered_utc_us, exposed_utc_us, exposing_ms, transfer_ms, own_ms, fault, message);
-CREATE INDEX frame_copy ON frame (file, attempt_id, exposure, lens, bytes, sha256, width_px, height_px, camera_name, settings);
-CREATE INDEX event_copy ON event (at_utc_us, kind, text);
-CREATE INDEX journal_copy ON journal (line_id, at_utc_us, position_mm);
 )sql";
 
 }  // namespace raywalk

@@ -3,7 +3,6 @@
 
 #include <opencv2/core/types.hpp>
 #include <string>
-#include <vector>
 
 #include "render/view_frame.h"
 
@@ -17,7 +16,8 @@ struct ViewDescription {
   ViewFrame frame{};  // what it shows: a panorama, or a flat picture of fov_deg
 };
 
-// The file `picture` (JPEG, PNG, WebP or TIFF) with metadata added; its pixels stay as they are.
+// The file `picture`, a JPEG, PNG, WebP or TIFF as OpenCV encodes it, with metadata added; its
+// pixels stay as they are.
 // - Panoramas: Photo Sphere metadata (XMP "GPano", https://developers.google.com/streetview/
 //   spherical-metadata), the whole sphere in `size`. North of PoseHeadingDegrees is the room's +z,
 //   the heading grows towards +x; PosePitchDegrees and PoseRollDegrees are the attitude's.
@@ -28,9 +28,7 @@ struct ViewDescription {
 //   one panorama per picture, and viewers would show both as one.
 // - All: position and attitude as X_m, Y_m, Z_m, YawDeg, PitchDeg and RollDeg of the XMP namespace
 //   kRaywalkNamespace, as GPano has no place for a position.
-// Throws Error naming `name`. Not thread-safe: Exiv2 initializes itself at its first use.
-std::vector<unsigned char> with_metadata(const std::vector<unsigned char>& picture, cv::Size size,
-                                         const ViewDescription& view, const std::string& name);
+std::string with_metadata(const std::string& picture, cv::Size size, const ViewDescription& view);
 
 inline constexpr const char* kRaywalkNamespace = "urn:raywalk:view:1#";
 

@@ -11,8 +11,7 @@ void write_picture(const std::filesystem::path& file, const cv::Mat& image,
   if (format.bits == 16 && image.depth() == CV_8U) image.convertTo(wide, CV_16U, 257.0);
   const std::vector<unsigned char> pixels =
       encode_image(file, wide.empty() ? image : wide, format.quality);
-  const std::vector<unsigned char> bytes = with_metadata(pixels, image.size(), view, file.string());
-  write_file_atomically(file, std::as_bytes(std::span(bytes)));
+  write_file_atomically(file, with_metadata({pixels.begin(), pixels.end()}, image.size(), view));
 }
 
 }  // namespace raywalk::render

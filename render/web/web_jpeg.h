@@ -5,7 +5,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "core/files/atomic_output.h"
-#include "core/files/jpeg_encoder.h"
+#include "core/files/jpeg.h"
 
 namespace raywalk::render {
 

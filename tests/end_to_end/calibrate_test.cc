@@ -134,12 +134,11 @@ TEST_F(CalibrateTest, SessionWithoutStationsIsRefusedByEveryStep) {
   const fs::path session = directory_ / "session";
   fs::create_directories(session);
   SqliteConnection(session / "session.db", SqliteAccess::kReadWrite)
-      .execute(fmt::format(
-          "{}{}PRAGMA application_id = {}; PRAGMA user_version = {};"
-          "INSERT INTO session (id, created_utc_us, mode, camera, frames, exposures, plan_json, "
-          "config_text) VALUES (1, 0, 'stations', 'osc', 'panorama', 1, "
-          "'{{\"frames\": \"panorama\", \"bracket_ev\": [0], \"lines\": []}}', '')",
-          kSessionSchema, kSessionCopies, kSessionApplicationId, kSessionFormatVersion));
+      .execute(
+          fmt::format("{}PRAGMA application_id = {}; PRAGMA user_version = {};"
+                      "INSERT INTO session (id, created_utc_us, mode, camera, frames, bracket_ev, "
+                      "config_text) VALUES (1, 0, 'stations', 'osc', 'panorama', '[0]', '')",
+                      kSessionSchema, kSessionApplicationId, kSessionFormatVersion));
   for (const char* step : {"lens", "stitch", "mask --cone-deg 20", "poses", "grid", "rectify",
                            "all", "all --method rotation"}) {
     expect_error(calibrate(std::string(step) + " --partial " + session.string()), 1, "no stations");

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "capture/simulated/jpeg_encoder.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/jpeg.h"
 #include "core/files/shipped_configs.h"
 
 namespace raywalk::capture {

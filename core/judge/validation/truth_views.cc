@@ -13,7 +13,6 @@
 #include "core/base/error.h"
 #include "core/files/csv.h"
 #include "core/files/image_file.h"
-#include "core/files/turned_pictures.h"
 #include "core/view/view_plan.h"
 
 namespace raywalk {
@@ -50,7 +49,7 @@ TruthView truth_at(const CsvTable& table, std::size_t row, const std::filesystem
   // Which lines serve a viewpoint does not depend on how they are connected.
   const ViewPlan plan(room.grid(), truth.viewpoint, {kHalfPi, 0.0});
   truth.line_distance_m = nearest_line_m(room.grid(), plan);
-  const PictureHeader header = panorama_header_of(truth.file);
+  const ImageHeader header = panorama_header_of(truth.file);
   truth.width = header.size.width;
   turned->add(truth.file, header.orientation);
   if (truth.width % 4 != 0 || truth.width < kMinWidth_px) {
