@@ -28,6 +28,7 @@ pkg_check_modules(GPIOD REQUIRED IMPORTED_TARGET libgpiod>=1.6)
 find_package(SQLiteCpp 3.2 REQUIRED)  # and SQLite
 pkg_check_modules(HTTPLIB REQUIRED IMPORTED_TARGET cpp-httplib>=0.11)
 pkg_check_modules(EXIF REQUIRED IMPORTED_TARGET libexif>=0.6.24)
+pkg_check_modules(MICROHTTPD REQUIRED IMPORTED_TARGET libmicrohttpd>=0.9.75)
 pkg_check_modules(YAML_CPP REQUIRED IMPORTED_TARGET yaml-cpp>=0.7)
 if(RAYWALK_BUILD_TESTS)
   find_package(GTest 1.12 REQUIRED)

@@ -1,57 +1,77 @@
 #include "render/serve/serve_room.h"
 
 #include <fmt/format.h>
+#include <stdlib.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <optional>
+#include <system_error>
 #include <thread>
 
-#include "core/base/escaped.h"
-#include "core/http/web_server.h"
-#include "render/serve/private_directory.h"
+#include "core/base/error.h"
 #include "render/serve/room_site.h"
 
 namespace raywalk::render {
 namespace {
 
-constexpr std::chrono::milliseconds kPoll{50};
+// A folder in the system's one for temporary files that this user alone can read; removed with
+// everything in it.
+class PrivateFolder {
+ public:
+  PrivateFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "raywalk-serve-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) {
+      throw Error("cannot make the directory " + name +
+                  "; set TMPDIR to a writable one or give --export");
+    }
+    path_ = name;
+  }
+  ~PrivateFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  PrivateFolder(const PrivateFolder&) = delete;
+  PrivateFolder& operator=(const PrivateFolder&) = delete;
 
-std::string address_of(const ServeOptions& options, int port, const Access& access) {
-  const bool is_v6 = options.host.find(':') != std::string::npos;
-  const std::string host = is_v6 ? "[" + options.host + "]" : options.host;
-  const std::string address = fmt::format("http://{}:{}/", host, port);
-  return access.token() ? address + fmt::format("?{}={}", kTokenParameter, *access.token())
-                        : address;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+void print_address(const std::string& host, int port, const std::string& token) {
+  const bool is_v6 = host.find(':') != std::string::npos;
+  fmt::print("http://{}:{}/{}\n", is_v6 ? "[" + host + "]" : host, port,
+             token.empty() ? "" : fmt::format("?{}={}", kTokenParameter, token));
+  if (host == "0.0.0.0" || host == "::") {
+    fmt::print("from another machine, with this one's name or address instead of {}\n", host);
+  }
+  std::fflush(stdout);
 }
-
-bool is_any_address(const std::string& host) { return host == "0.0.0.0" || host == "::"; }
 
 }  // namespace
 
 void serve_room(const Room& room, const ServeOptions& options, const RoomExporter& export_room,
                 const std::function<bool()>& stopped) {
-  std::optional<PrivateDirectory> temporary;
+  std::optional<PrivateFolder> temporary;
   std::optional<RoomSite> site;
-  WebServer server(options.host, options.port,
-                   [&site](const RequestHead& head) { return site->answer(head); });
+  std::atomic<bool> ready = false;
+  const WebServer server(options.host, options.port, [&](const Request& request) {
+    if (!ready) throw HttpFault(503, "the room is being exported; try again soon");
+    return site->answer(request);
+  });
   std::filesystem::path folder = options.exported;
   if (folder.empty()) {
-    temporary.emplace();
-    folder = temporary->path() / "room";
+    folder = temporary.emplace().path() / "room";
     export_room(folder);
   }
   site.emplace(room, folder, options.host);
-  server.start();
-  fmt::print("{}\n", escaped(address_of(options, server.port(), site->access())));
-  if (is_any_address(options.host)) {
-    fmt::print("from another machine, with this one's name or address instead of {}\n",
-               options.host);
-  }
-  std::fflush(stdout);
-  while (!stopped()) std::this_thread::sleep_for(kPoll);
+  ready = true;
+  print_address(options.host, server.port(), site->token());
+  while (!stopped()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
   site->stop();
-  server.stop();
 }
 
 }  // namespace raywalk::render

@@ -9,9 +9,9 @@
 
 #include "core/base/error.h"
 #include "core/files/test_directory.h"
-#include "core/http/web_server.h"
 #include "core/view/test_room.h"
 #include "render/serve/test_export.h"
+#include "render/serve/web_server.h"
 
 namespace raywalk::render {
 namespace {
@@ -21,7 +21,7 @@ using testing::ThrowsMessage;
 
 // A port that was free a moment ago.
 int free_port() {
-  return WebServer("127.0.0.1", 0, [](const RequestHead&) { return Reply{}; }).port();
+  return WebServer("127.0.0.1", 0, [](const Request&) { return Reply{}; }).port();
 }
 
 class ServeRoomTest : public testing::Test {
@@ -93,7 +93,7 @@ TEST_F(ServeRoomTest, LeavesNothingBehindAfterAnError) {
 }
 
 TEST_F(ServeRoomTest, ExportsNothingForAPortInUse) {
-  const WebServer other("127.0.0.1", 0, [](const RequestHead&) { return Reply{}; });
+  const WebServer other("127.0.0.1", 0, [](const Request&) { return Reply{}; });
   EXPECT_THAT(
       [&] {
         serve_room(

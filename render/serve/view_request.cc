@@ -7,11 +7,12 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <string_view>
 
 #include "core/base/error.h"
 #include "core/files/words.h"
-#include "core/http/http_fault.h"
+#include "render/serve/web_server.h"
 
 namespace raywalk::render {
 namespace {
@@ -29,10 +30,20 @@ struct Bounds {
 constexpr Bounds kMetres{-1e6, 1e6};
 constexpr Bounds kTurns{-36000.0, 36000.0};  // require_viewport's hundred turns
 
+using Query = std::multimap<std::string, std::string>;
+
 [[noreturn]] void refuse(const std::string& sentence) { throw HttpFault(400, sentence); }
 
-std::optional<double> number_of(const RequestTarget& target, const char* name, Bounds bounds) {
-  const std::optional<std::string> text = parameter_of(target, name);
+// None where it is not given.
+std::optional<std::string> parameter_of(const Query& query, const std::string& name) {
+  const auto [first, end] = query.equal_range(name);
+  if (first == end) return std::nullopt;
+  if (std::next(first) != end) refuse(name + " is given twice; give it once");
+  return first->second;
+}
+
+std::optional<double> number_of(const Query& query, const char* name, Bounds bounds) {
+  const std::optional<std::string> text = parameter_of(query, name);
   if (!text) return std::nullopt;
   const std::optional<double> value = parse_finite_number(*text);
   if (!value || *value < bounds.least || *value > bounds.most) {
@@ -42,14 +53,14 @@ std::optional<double> number_of(const RequestTarget& target, const char* name, B
   return value;
 }
 
-double required_metres(const RequestTarget& target, const char* name) {
-  const std::optional<double> value = number_of(target, name, kMetres);
+double required_metres(const Query& query, const char* name) {
+  const std::optional<double> value = number_of(query, name, kMetres);
   if (!value) refuse(fmt::format("{} is missing; give the viewpoint as x and z in metres", name));
   return *value;
 }
 
-std::optional<int> pixels_of(const RequestTarget& target, const char* name) {
-  const std::optional<std::string> text = parameter_of(target, name);
+std::optional<int> pixels_of(const Query& query, const char* name) {
+  const std::optional<std::string> text = parameter_of(query, name);
   if (!text) return std::nullopt;
   const std::optional<int> value = parse_whole_number(*text);
   if (!value || *value < 1 || *value > kMostServedSide_px) {
@@ -60,9 +71,8 @@ std::optional<int> pixels_of(const RequestTarget& target, const char* name) {
 }
 
 template <typename Names>
-std::optional<std::string> choice_of(const RequestTarget& target, const char* name,
-                                     const Names& choices) {
-  std::optional<std::string> value = parameter_of(target, name);
+std::optional<std::string> choice_of(const Query& query, const char* name, const Names& choices) {
+  std::optional<std::string> value = parameter_of(query, name);
   if (value && std::none_of(choices.begin(), choices.end(),
                             [&](std::string_view choice) { return choice == *value; })) {
     refuse(fmt::format("{} is {}; it must be one of {}", name, excerpt(*value),
@@ -71,19 +81,19 @@ std::optional<std::string> choice_of(const RequestTarget& target, const char* na
   return value;
 }
 
-void require_known(const RequestTarget& target) {
-  for (const QueryParameter& parameter : target.query) {
-    if (std::find(kParameters.begin(), kParameters.end(), parameter.name) == kParameters.end()) {
-      refuse(fmt::format("{} is not a parameter of views; they are {}", excerpt(parameter.name),
+void require_known(const Query& query) {
+  for (const auto& [name, value] : query) {
+    if (std::find(kParameters.begin(), kParameters.end(), name) == kParameters.end()) {
+      refuse(fmt::format("{} is not a parameter of views; they are {}", excerpt(name),
                          fmt::join(kParameters, ", ")));
     }
   }
 }
 
-void read_size(const RequestTarget& target, ViewRequest* request) {
-  const std::optional<double> fov_deg = number_of(target, "fov", {0.0, kMaxFovDeg});
-  const std::optional<int> width = pixels_of(target, "width");
-  const std::optional<int> height = pixels_of(target, "height");
+void read_size(const Query& query, ViewRequest* request) {
+  const std::optional<double> fov_deg = number_of(query, "fov", {0.0, kMaxFovDeg});
+  const std::optional<int> width = pixels_of(query, "width");
+  const std::optional<int> height = pixels_of(query, "height");
   if (!fov_deg) {
     if (height) refuse("height is for a flat picture; give fov, or the width alone for a panorama");
     if (width && *width % 4 != 0) {
@@ -105,20 +115,20 @@ void read_size(const RequestTarget& target, ViewRequest* request) {
 
 }  // namespace
 
-ViewRequest parse_view_request(const RequestTarget& target) {
-  require_known(target);
+ViewRequest parse_view_request(const Query& query) {
+  require_known(query);
   ViewRequest request;
-  request.viewpoint = {required_metres(target, "x"), required_metres(target, "z")};
-  request.up_m = number_of(target, "y", kMetres).value_or(0.0);
-  request.frame.yaw_deg = number_of(target, "yaw", kTurns).value_or(0.0);
-  request.frame.pitch_deg = number_of(target, "pitch", kTurns).value_or(0.0);
-  request.frame.roll_deg = number_of(target, "roll", kTurns).value_or(0.0);
-  read_size(target, &request);
-  if (const auto name = choice_of(target, "generation", kGenerationNames)) {
+  request.viewpoint = {required_metres(query, "x"), required_metres(query, "z")};
+  request.up_m = number_of(query, "y", kMetres).value_or(0.0);
+  request.frame.yaw_deg = number_of(query, "yaw", kTurns).value_or(0.0);
+  request.frame.pitch_deg = number_of(query, "pitch", kTurns).value_or(0.0);
+  request.frame.roll_deg = number_of(query, "roll", kTurns).value_or(0.0);
+  read_size(query, &request);
+  if (const auto name = choice_of(query, "generation", kGenerationNames)) {
     request.generation = generation_from_name(*name);
   }
-  request.k_deg = number_of(target, "k", {45.0, 90.0});
-  request.png = choice_of(target, "format", kFormats).value_or("jpg") == "png";
+  request.k_deg = number_of(query, "k", {45.0, 90.0});
+  request.png = choice_of(query, "format", kFormats).value_or("jpg") == "png";
   return request;
 }
 

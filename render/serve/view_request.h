@@ -1,11 +1,11 @@
 // What /view?... asks for.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 
 #include "core/geometry/sphere.h"
-#include "core/http/request_target.h"
 #include "core/view/view_options.h"
 #include "render/view_frame.h"
 
@@ -29,6 +29,6 @@ struct ViewRequest {
 // (jpg, png). With fov a flat picture of width x height (1280x720 unless given), without a panorama
 // of that width. Throws HttpFault 400, naming the parameter, for any other parameter, one given
 // twice, what is not a number or out of range, and pictures above the limits.
-ViewRequest parse_view_request(const RequestTarget& target);
+ViewRequest parse_view_request(const std::multimap<std::string, std::string>& query);
 
 }  // namespace raywalk::render

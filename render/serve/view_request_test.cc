@@ -3,17 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/http/test_fault.h"
+#include "render/serve/test_client.h"
 
 namespace raywalk::render {
 namespace {
 
-ViewRequest parsed(const std::string& query) {
-  return parse_view_request(parse_request_target("/view?" + query));
-}
-
 TEST(ViewRequest, IsAPanoramaWithoutAFieldOfView) {
-  const ViewRequest request = parsed("x=0.25&z=-1e-1");
+  const ViewRequest request = view_of("x=0.25&z=-1e-1");
   EXPECT_EQ(request.viewpoint.x_m, 0.25);
   EXPECT_EQ(request.viewpoint.z_m, -0.1);
   EXPECT_EQ(request.frame.fov_deg, 0.0);
@@ -21,11 +17,11 @@ TEST(ViewRequest, IsAPanoramaWithoutAFieldOfView) {
   EXPECT_FALSE(request.generation);
   EXPECT_FALSE(request.k_deg);
   EXPECT_FALSE(request.png);
-  EXPECT_EQ(parsed("x=0&z=0&width=2048&y=0").panorama_width_px, 2048);
+  EXPECT_EQ(view_of("x=0&z=0&width=2048&y=0").panorama_width_px, 2048);
 }
 
 TEST(ViewRequest, IsFlatWithOne) {
-  const ViewRequest request = parsed(
+  const ViewRequest request = view_of(
       "x=0&z=0&y=-0.25&yaw=400&pitch=-10&roll=2.5&fov=90&width=640&height=480&generation=hlf-vd&k="
       "76&"
       "format=png");
@@ -38,7 +34,7 @@ TEST(ViewRequest, IsFlatWithOne) {
   EXPECT_EQ(request.generation, Generation::kHlfVd);
   EXPECT_EQ(request.k_deg, 76.0);
   EXPECT_TRUE(request.png);
-  EXPECT_EQ(parsed("x=0&z=0&fov=90").frame.size, "1280x720");
+  EXPECT_EQ(view_of("x=0&z=0&fov=90").frame.size, "1280x720");
 }
 
 // Each is refused, and the sentence begins with the parameter or names it.
@@ -75,20 +71,20 @@ TEST(ViewRequest, RefusesEachWrongParameterByName) {
       {"format", "x=0&z=0&format=PNG"}};
   for (const auto& [name, query] : wrong) {
     std::string message;
-    EXPECT_EQ(fault_of([&, &q = query] { parsed(q); }, &message), 400) << query;
-    EXPECT_THAT(message, testing::ContainsRegex("(^|parameter )" + name + " ")) << query;
+    EXPECT_EQ(fault_of([&, &q = query] { view_of(q); }, &message), 400) << query;
+    EXPECT_THAT(message, testing::ContainsRegex("^" + name + " ")) << query;
   }
 }
 
 TEST(ViewRequest, RefusesWhatIsNoNumber) {
   for (const char* name : {"x", "z", "y", "yaw", "pitch", "roll", "fov", "k"}) {
     for (const char* value : {"nan", "NaN", "inf", "-inf", "Infinity", "1e999", "-1e999", "0x10",
-                              "1,5", "1%00", "+1", "%201", "1e", "1e7"}) {
+                              "1,5", "1 ", " 1", "1e", "1e7"}) {
       const std::string others = name == std::string("x")   ? "&z=0"
                                  : name == std::string("z") ? "&x=0"
                                                             : "&x=0&z=0";
       std::string message;
-      EXPECT_EQ(fault_of([&] { parsed(std::string(name) + "=" + value + others); }, &message), 400)
+      EXPECT_EQ(fault_of([&] { view_of(std::string(name) + "=" + value + others); }, &message), 400)
           << name << "=" << value;
       EXPECT_THAT(message, testing::StartsWith(std::string(name) + " is ")) << value;
     }
@@ -96,8 +92,8 @@ TEST(ViewRequest, RefusesWhatIsNoNumber) {
 }
 
 TEST(ViewRequest, AllowsTheLargestPictures) {
-  EXPECT_EQ(parsed("x=0&z=0&width=4096").panorama_width_px, 4096);
-  EXPECT_EQ(parsed("x=0&z=0&fov=90&width=4096&height=2048").frame.size, "4096x2048");
+  EXPECT_EQ(view_of("x=0&z=0&width=4096").panorama_width_px, 4096);
+  EXPECT_EQ(view_of("x=0&z=0&fov=90&width=4096&height=2048").frame.size, "4096x2048");
 }
 
 }  // namespace

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
+#include <string>
 #include <vector>
 
 #include "core/base/error.h"
 #include "core/view/renderer.h"
 #include "core/view/view_height.h"
+#include "core/view/view_mode.h"
 #include "render/view_file.h"
 #include "render/view_frame.h"
 #include "render/view_settings.h"
@@ -59,34 +61,19 @@ Reply picture_reply(const cv::Mat& picture, bool png) {
           .fields = {{"Cache-Control", "no-store"}}};
 }
 
+// Counts those that are inside.
+class Counted {
+ public:
+  explicit Counted(std::atomic<int>* inside) : inside_(inside) { ++*inside_; }
+  ~Counted() { --*inside_; }
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) = delete;
+
+ private:
+  std::atomic<int>* inside_;
+};
+
 }  // namespace
-
-Turns::Turn::Turn(Turns& turns) : turns_(turns) {
-  std::unique_lock lock(turns_.mutex_);
-  // One has its turn, the others wait.
-  const bool is_full = turns_.line_.size() > static_cast<std::size_t>(turns_.most_waiting_);
-  if (turns_.stopped_ || is_full) {
-    throw HttpFault(503, turns_.stopped_ ? "the server is stopping"
-                                         : "too many views are being rendered; try again soon");
-  }
-  turns_.line_.push_back(this);
-  turns_.changed_.wait(lock, [&] { return turns_.stopped_ || turns_.line_.front() == this; });
-  if (!turns_.stopped_) return;
-  turns_.line_.remove(this);
-  throw HttpFault(503, "the server is stopping");
-}
-
-Turns::Turn::~Turn() {
-  const std::lock_guard lock(turns_.mutex_);
-  turns_.line_.remove(this);
-  turns_.changed_.notify_all();
-}
-
-void Turns::stop() {
-  const std::lock_guard lock(mutex_);
-  stopped_ = true;
-  changed_.notify_all();
-}
 
 struct ViewService::Prepared {
   Prepared(const Room& room, const ViewSettings& asked)
@@ -97,30 +84,32 @@ struct ViewService::Prepared {
   Renderer renderer;
 };
 
-ViewService::ViewService(const Room& room) : room_(room), turns_(kMostWaitingViews) {}
+ViewService::ViewService(const Room& room) : room_(room) {}
 ViewService::~ViewService() = default;
 
 Reply ViewService::answer(const ViewRequest& request) {
-  RenderedView view;
-  std::string summary;
-  try {
-    const Turns::Turn turn(turns_);
-    Prepared& prepared = prepared_for(request);
-    view = render_framed(&prepared.renderer, viewpoint_of(request, room_), request.frame);
-    summary = view_summary(prepared.mode, view.report);
-  } catch (const HttpFault& fault) {
-    if (fault.status() != 503) throw;
-    Reply reply = refusal(fault);
+  const Counted inside(&inside_);
+  if (stopped_ || inside_ > 1 + kMostWaitingViews) {
+    Reply reply = refusal(HttpFault(503, "too many views are being rendered; try again soon"));
     reply.fields.emplace_back("Retry-After", kRetryAfter_s);
     return reply;
+  }
+  const std::lock_guard turn(turn_);
+  if (stopped_) throw HttpFault(503, "the server is stopping");
+  try {
+    Prepared& prepared = prepared_for(request);
+    const RenderedView view =
+        render_framed(&prepared.renderer, viewpoint_of(request, room_), request.frame);
+    Reply reply = picture_reply(view.image, request.png);
+    reply.fields.emplace_back("X-Raywalk-View", view_summary(prepared.mode, view.report));
+    return reply;
+  } catch (const HttpFault&) {
+    throw;
   } catch (const UsageError& error) {
     throw HttpFault(400, error.what());
   } catch (const Error& error) {
     throw HttpFault(422, error.what());
   }
-  Reply reply = picture_reply(view.image, request.png);
-  reply.fields.emplace_back("X-Raywalk-View", summary);
-  return reply;
 }
 
 ViewService::Prepared& ViewService::prepared_for(const ViewRequest& request) {

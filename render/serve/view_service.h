@@ -1,52 +1,18 @@
 // Renders the views that clients ask for, one at a time.
 #pragma once
 
-#include <condition_variable>
-#include <cstdint>
+#include <atomic>
 #include <list>
 #include <memory>
 #include <mutex>
-#include <optional>
-#include <string>
 
-#include "core/http/reply.h"
 #include "core/room/room.h"
-#include "core/view/view_mode.h"
 #include "render/serve/view_request.h"
+#include "render/serve/web_server.h"
 
 namespace raywalk::render {
 
 inline constexpr int kMostWaitingViews = 4;
-
-// A view uses all threads, so that several at a time would all be late: requests take turns in the
-// order they came.
-class Turns {
- public:
-  explicit Turns(int most_waiting) : most_waiting_(most_waiting) {}
-
-  // Waits for its turn, which ends with it. Throws HttpFault 503 where too many wait, or after
-  // stop().
-  class Turn {
-   public:
-    explicit Turn(Turns& turns);
-    ~Turn();
-    Turn(const Turn&) = delete;
-    Turn& operator=(const Turn&) = delete;
-
-   private:
-    Turns& turns_;
-  };
-
-  // Refuses those who wait and all that come.
-  void stop();
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::list<const Turn*> line_;  // the first one has its turn
-  int most_waiting_;
-  bool stopped_ = false;
-};
 
 class ViewService {
  public:
@@ -61,7 +27,7 @@ class ViewService {
   Reply answer(const ViewRequest& request);
 
   // Refuses the requests that wait; the view being rendered is finished.
-  void stop() { turns_.stop(); }
+  void stop() { stopped_ = true; }
 
  private:
   struct Prepared;
@@ -69,7 +35,9 @@ class ViewService {
   Prepared& prepared_for(const ViewRequest& request);
 
   const Room& room_;
-  Turns turns_;
+  std::atomic<bool> stopped_ = false;
+  std::atomic<int> inside_ = 0;                    // requests that wait or are answered
+  std::mutex turn_;                                // of the request that renders
   std::list<std::unique_ptr<Prepared>> prepared_;  // last used first; of who has the turn
 };
 

@@ -3,13 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <atomic>
+#include <future>
 #include <opencv2/imgcodecs.hpp>
-#include <thread>
+#include <string>
 #include <vector>
 
-#include "core/http/test_fault.h"
 #include "core/view/test_room.h"
+#include "render/serve/test_client.h"
 #include "render/view_settings.h"
 
 namespace raywalk::render {
@@ -18,10 +18,6 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 using testing::Pair;
-
-ViewRequest view_of(const std::string& query) {
-  return parse_view_request(parse_request_target("/view?" + query));
-}
 
 cv::Mat picture_of(const Reply& reply) {
   EXPECT_EQ(reply.status, 200);
@@ -124,63 +120,26 @@ TEST_F(ViewServiceTest, NeedsDistancesForCorrectedViews) {
               Contains(Pair("X-Raywalk-View", testing::StartsWith("initial"))));
 }
 
-TEST_F(ViewServiceTest, RefusesAllOnceItIsStopped) {
+TEST_F(ViewServiceTest, RefusesViewsWhenTooManyWaitAndOnceItIsStopped) {
+  std::vector<std::future<int>> statuses;
+  for (int i = 0; i < 16; ++i) {
+    statuses.push_back(std::async(std::launch::async, [this] {
+      return service_.answer(view_of("x=0&z=0&width=1024")).status;
+    }));
+  }
+  int rendered = 0;
+  for (std::future<int>& status : statuses) {
+    const int value = status.get();
+    EXPECT_THAT(value, testing::AnyOf(200, 503));
+    rendered += value == 200 ? 1 : 0;
+  }
+  EXPECT_GE(rendered, 1 + kMostWaitingViews);
+  EXPECT_LT(rendered, 16);
+  EXPECT_EQ(service_.answer(view_of("x=0&z=0")).status, 200);
   service_.stop();
   const Reply reply = service_.answer(view_of("x=0&z=0"));
   EXPECT_EQ(reply.status, 503);
   EXPECT_THAT(reply.fields, Contains(Pair("Retry-After", "1")));
-}
-
-// Threads that wait for a turn behind one that has it.
-class TurnsTest : public testing::Test {
- protected:
-  ~TurnsTest() override {
-    for (std::thread& thread : threads_) thread.join();
-  }
-  void wait_behind(int number) {
-    const std::size_t before = begun_;
-    threads_.emplace_back([this, number] {
-      ++begun_;
-      const int fault = fault_of([&] {
-        const Turns::Turn turn(turns_);
-        served_.push_back(number);  // one at a time
-      });
-      if (fault == 503) ++refused_;
-    });
-    while (begun_ == before) std::this_thread::yield();
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
-
-  Turns turns_{2};
-  std::vector<int> served_;
-  std::atomic<std::size_t> begun_ = 0;
-  std::atomic<int> refused_ = 0;
-  std::vector<std::thread> threads_;
-};
-
-TEST_F(TurnsTest, ComeInOrder) {
-  {
-    const Turns::Turn turn(turns_);
-    wait_behind(1);
-    wait_behind(2);
-    EXPECT_TRUE(served_.empty());
-    EXPECT_EQ(fault_of([&] { Turns::Turn too_many(turns_); }), 503);
-  }
-  for (std::thread& thread : threads_) thread.join();
-  threads_.clear();
-  EXPECT_THAT(served_, testing::ElementsAre(1, 2));
-  EXPECT_EQ(fault_of([&] { Turns::Turn again(turns_); }), 0);
-}
-
-TEST_F(TurnsTest, EndWhenStopped) {
-  const Turns::Turn turn(turns_);
-  wait_behind(1);
-  wait_behind(2);
-  turns_.stop();
-  for (std::thread& thread : threads_) thread.join();
-  threads_.clear();
-  EXPECT_EQ(refused_, 2);
-  EXPECT_TRUE(served_.empty());
 }
 
 }  // namespace

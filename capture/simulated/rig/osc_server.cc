@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <httplib.h>
+#include <sys/socket.h>
 
 #include <atomic>
 #include <condition_variable>
@@ -14,7 +15,6 @@
 #include "capture/simulated/rig/osc_api.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
-#include "core/http/connection_threads.h"
 
 namespace raywalk::capture {
 namespace {
@@ -23,7 +23,7 @@ constexpr const char* kHost = "127.0.0.1";
 constexpr const char* kJson = "application/json";
 constexpr std::chrono::milliseconds kStep{2};     // polling interval of the faults
 constexpr std::chrono::seconds kSilentReply{30};  // longer than any client's timeout
-constexpr std::size_t kMostClients = 256;
+constexpr std::size_t kMostClients = 64;
 constexpr const char* kWebPage =
     "<!DOCTYPE html><html><head><title>Camera</title></head><body>Please log in.</body></html>";
 
@@ -40,10 +40,14 @@ void send_truncated(httplib::Response& response) {
 class OscServer::Impl {
  public:
   Impl(SimulatedCamera& camera, int port) : camera_(camera), api_(camera) {
-    server_.set_socket_options(reuse_address);
+    // httplib's default, SO_REUSEPORT, would let two servers share a port.
+    server_.set_socket_options([](int socket) {
+      const int yes = 1;
+      setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
+    });
     server_.set_tcp_nodelay(true);
     // httplib deletes it.
-    server_.new_task_queue = [] { return new ThreadPerConnection(kMostClients); };
+    server_.new_task_queue = [] { return new httplib::ThreadPool(kMostClients); };
     // A client may keep its connection open for a whole session.
     server_.set_keep_alive_max_count(1'000'000);
     server_.set_keep_alive_timeout(1);
