@@ -1,12 +1,12 @@
 // The measured connection error, (11) of the paper.
-#include "core/judge/validation/connect_error.h"
+#include "core/evaluate/validation/connect_error.h"
 
 #include <pybind11/stl.h>
 
 #include <string>
 #include <vector>
 
-#include "core/judge/validation/connect_error_file.h"
+#include "core/evaluate/validation/connect_error_file.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/room.h"

@@ -4,8 +4,8 @@
 
 #include <optional>
 
-#include "core/judge/trade/measured_settings.h"
-#include "core/judge/trade/view_time.h"
+#include "core/evaluate/trade/measured_settings.h"
+#include "core/evaluate/trade/view_time.h"
 #include "core/room/room.h"
 #include "render/presets.h"
 

@@ -8,11 +8,11 @@
 
 #include "core/base/error.h"
 #include "core/base/progress.h"
+#include "core/evaluate/trade/dial_json.h"
 #include "core/files/atomic_output.h"
 #include "core/files/block_results.h"
 #include "core/files/output_path.h"
 #include "core/files/sha256.h"
-#include "core/judge/trade/dial_json.h"
 #include "core/room/room_fingerprint.h"
 #include "render/picture/write_picture.h"
 #include "render/view_file.h"

@@ -1,5 +1,5 @@
 // Hold-out measurement: how well stations are re-created from the stations kept around them
-// (core/judge/held_out).
+// (core/evaluate/held_out).
 #pragma once
 
 #include <span>

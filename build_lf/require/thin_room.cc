@@ -12,10 +12,10 @@
 #include "build_lf/volume_writer.h"
 #include "core/base/pick_evenly.h"
 #include "core/base/progress.h"
+#include "core/evaluate/held_out/recreated_station.h"
 #include "core/files/atomic_output.h"
 #include "core/files/folder_size.h"
 #include "core/files/sha256.h"
-#include "core/judge/held_out/recreated_station.h"
 #include "core/room/omega_map.h"
 
 namespace raywalk::build_lf {

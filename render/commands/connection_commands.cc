@@ -7,8 +7,8 @@
 
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
-#include "core/judge/validation/connect_error_file.h"
-#include "core/judge/validation/error_model_report.h"
+#include "core/evaluate/validation/connect_error_file.h"
+#include "core/evaluate/validation/error_model_report.h"
 #include "render/commands/commands.h"
 #include "render/commands/report_option.h"
 #include "render/commands/view_flags.h"

@@ -8,7 +8,7 @@
 
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
-#include "core/judge/trade/trade.h"
+#include "core/evaluate/trade/trade.h"
 #include "render/commands/commands.h"
 #include "render/commands/report_option.h"
 #include "render/commands/view_flags.h"

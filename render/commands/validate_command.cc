@@ -8,7 +8,7 @@
 
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
-#include "core/judge/validation/validate.h"
+#include "core/evaluate/validation/validate.h"
 #include "render/commands/commands.h"
 #include "render/commands/report_option.h"
 #include "render/commands/view_flags.h"

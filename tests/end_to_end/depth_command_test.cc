@@ -12,8 +12,8 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/evaluate/metrics/psnr.h"
 #include "core/files/image_file.h"
-#include "core/judge/metrics/psnr.h"
 #include "core/room/kept_stations.h"
 
 namespace raywalk::build_lf {
