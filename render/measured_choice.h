@@ -4,8 +4,7 @@
 
 #include <optional>
 
-#include "core/evaluate/trade/measured_settings.h"
-#include "core/evaluate/trade/view_time.h"
+#include "core/evaluate/measured_settings.h"
 #include "core/room/room.h"
 #include "render/presets.h"
 

@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/progress.h"
-#include "core/evaluate/trade/dial_json.h"
+#include "core/evaluate/measured_settings.h"
 #include "core/files/atomic_output.h"
 #include "core/files/block_results.h"
 #include "core/files/output_path.h"

@@ -18,7 +18,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
-#include "core/evaluate/trade/held_out_views.h"
+#include "core/evaluate/held_out_views.h"
 #include "core/files/atomic_output.h"
 #include "core/files/output_path.h"
 #include "core/files/sha256.h"

@@ -1,5 +1,5 @@
 // Hold-out measurement: how well stations are re-created from the stations kept around them
-// (core/evaluate/held_out).
+// (core/evaluate/recreated_station.h).
 #pragma once
 
 #include <span>

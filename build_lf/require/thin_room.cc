@@ -12,7 +12,7 @@
 #include "build_lf/volume_writer.h"
 #include "core/base/pick_evenly.h"
 #include "core/base/progress.h"
-#include "core/evaluate/held_out/recreated_station.h"
+#include "core/evaluate/recreated_station.h"
 #include "core/files/atomic_output.h"
 #include "core/files/folder_size.h"
 #include "core/files/sha256.h"
@@ -138,7 +138,7 @@ ThinnedFacts thinned_facts(const Room& room, const KeptStations& kept, const fs:
   const std::vector<HeldOutStation> dropped = dropped_stations(room.grid(), kept);
   const std::vector<int> views = pick_evenly(static_cast<int>(dropped.size()), kMaxViews);
   facts.views = static_cast<int>(views.size());
-  facts.psnr_db = facts.worst_psnr_db = kMaxRecreationDb;
+  facts.psnr_db = facts.worst_psnr_db = kMaxPsnrDb;
   if (views.empty()) return facts;
   facts.psnr_db = 0.0;
   Progress progress("re-creating", std::ssize(views), "stations");

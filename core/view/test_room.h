@@ -4,7 +4,7 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "core/evaluate/metrics/psnr.h"
+#include "core/evaluate/metrics.h"
 #include "core/files/test_directory.h"
 #include "core/room/room.h"
 #include "core/view/renderer.h"

@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "core/evaluate/metrics/psnr.h"
+#include "core/evaluate/metrics.h"
 #include "core/files/image_file.h"
 #include "core/room/kept_stations.h"
 
