@@ -12,6 +12,7 @@
 #include "build_lf/volume_writer.h"
 #include "core/base/pick_evenly.h"
 #include "core/base/progress.h"
+#include "core/evaluate/metrics.h"
 #include "core/evaluate/recreated_station.h"
 #include "core/files/atomic_output.h"
 #include "core/files/folder_size.h"
