@@ -187,15 +187,6 @@ TEST_F(ConnectErrorTest, CommonErrorIsOverThePairsOfTheMostDemandingK) {
   EXPECT_EQ(result.common_share, lfu.coverage);
 }
 
-// At a physical connection both lines are read at the corner, where they captured the same rays.
-TEST_F(ConnectErrorTest, NarrowPhysicalConnectionHasHardlyAnError) {
-  const SyntheticRoomSpec spec{.overhang_m = kAmpleOverhang_m, .width = 256, .distances = false};
-  const ConnectError result =
-      measure(spec, Generation::kInitial,
-              {.viewpoints = 4, .overlap_deg = 1.5, .k_list_deg = {45.0, 90.0}});
-  EXPECT_LT(result.rows[1].e_connect, 0.01 * result.rows[0].e_connect);
-}
-
 TEST_F(ConnectErrorTest, CorrectionRemovesTheError) {
   const SyntheticRoomSpec spec{.overhang_m = 0.25};
   const ConnectErrorOptions options{.viewpoints = 5};

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 
 #include "core/base/error.h"
@@ -40,11 +41,6 @@ struct StatedOptimum {
 // Section IV-B of the paper: 76 degrees at 1.5 N; 87 to 72 degrees over 1.2 N to 2.5 N.
 constexpr std::array<StatedOptimum, 3> kStatedOptima{{{1.2, 87}, {1.5, 76}, {2.5, 72}}};
 
-struct DistanceCurve {
-  double distance_over_side = 0.0;
-  ConnectionErrorCurve errors;
-};
-
 // Throws unless `value` is in [least, most]; NaN is in no range.
 void require_range(const std::string& what, double value, double least, double most) {
   if (value >= least && value <= most) return;
@@ -68,19 +64,13 @@ void check_options(const ErrorModelOptions& options) {
 
 bool same_distance(double a, double b) { return std::abs(a - b) < kSameDistance; }
 
-bool is_among(const std::vector<double>& distances, double distance) {
+bool is_among(std::span<const double> distances, double distance) {
   return std::ranges::any_of(distances,
                              [&](double known) { return same_distance(known, distance); });
 }
 
-std::vector<double> sorted_distances(const ErrorModelOptions& options) {
-  std::vector<double> distances = options.distances_over_side;
-  std::ranges::sort(distances);
-  distances.erase(std::unique(distances.begin(), distances.end(), same_distance), distances.end());
-  return distances;
-}
-
-// The given distances and kSweepSamples equally spaced ones between the least and the greatest.
+// The given distances, sorted, and kSweepSamples equally spaced ones between the least and the
+// greatest.
 std::vector<double> sweep_distances(const std::vector<double>& given) {
   std::vector<double> sweep = given;
   for (int i = 0; i < kSweepSamples; ++i) {
@@ -92,22 +82,6 @@ std::vector<double> sweep_distances(const std::vector<double>& given) {
   return sweep;
 }
 
-std::vector<DistanceCurve> compute_curves(const ErrorModelOptions& options,
-                                          const std::vector<double>& distances) {
-  const CellSampling sampling{
-      .side_m = options.side_m, .step_m = options.step_m, .viewpoints = options.viewpoints};
-  std::vector<DistanceCurve> curves(distances.size());
-  parallel_for(0, static_cast<int>(distances.size()), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      const double distance = distances[static_cast<std::size_t>(i)];
-      const double distance_m = distance * options.side_m;
-      curves[static_cast<std::size_t>(i)] = {
-          distance, connection_error_curve(sampling, std::span(&distance_m, 1))};
-    }
-  });
-  return curves;
-}
-
 // The paper's optimum; null where it states none.
 Json stated_k_deg(double distance) {
   for (const StatedOptimum& stated : kStatedOptima) {
@@ -116,27 +90,44 @@ Json stated_k_deg(double distance) {
   return nullptr;
 }
 
-// Of error-model.json. `given`: sorted.
-Json document_of(const ErrorModelOptions& options, const std::vector<double>& given,
-                 const std::vector<DistanceCurve>& curves) {
-  Json json{
-      {"side_m", options.side_m}, {"step_m", options.step_m}, {"viewpoints", options.viewpoints}};
+// The errors over k of sources at a distance, given in multiples of the side.
+Json curve_at(double distance, const ErrorModelOptions& options) {
+  const CellSampling sampling{
+      .side_m = options.side_m, .step_m = options.step_m, .viewpoints = options.viewpoints};
+  const double distance_m = distance * options.side_m;
+  const ConnectionErrorCurve errors = connection_error_curve(sampling, std::span(&distance_m, 1));
+  return {{"d_src_m", distance_m},
+          {"d_src_over_side", distance},
+          {"e_m_rad", errors.mismatch_rad},
+          {"e_b_rad", errors.bending_rad},
+          {"e_t", errors.total},
+          {"optimum_k_deg", errors.optimum_k_deg},
+          {"least_e_t", *std::ranges::min_element(errors.total)},
+          {"paper_k_deg", stated_k_deg(distance)},
+          {"given", is_among(options.distances_over_side, distance)}};
+}
+
+// Of error-model.json.
+Json error_model(const ErrorModelOptions& options) {
+  std::vector<double> given = options.distances_over_side;
+  std::ranges::sort(given);
+  given.erase(std::unique(given.begin(), given.end(), same_distance), given.end());
+  const std::vector<double> distances = sweep_distances(given);
+  std::vector<Json> curves(distances.size());
+  parallel_for(0, static_cast<int>(distances.size()), 1, [&](int begin, int /*end*/) {
+    const auto i = static_cast<std::size_t>(begin);
+    curves[i] = curve_at(distances[i], options);
+  });
+  const auto detail = std::ranges::find_if(
+      distances, [&](double distance) { return same_distance(distance, given[given.size() / 2]); });
+  Json json{{"side_m", options.side_m},
+            {"step_m", options.step_m},
+            {"viewpoints", options.viewpoints},
+            {"k_deg", Json::array()},
+            {"detail", detail - distances.begin()},
+            {"curves", curves}};
   for (int k = ConnectionErrorCurve::kMinDeg; k <= ConnectionErrorCurve::kMaxDeg; ++k) {
     json["k_deg"].push_back(k);
-  }
-  for (const DistanceCurve& curve : curves) {
-    const double distance = curve.distance_over_side;
-    const ConnectionErrorCurve& errors = curve.errors;
-    if (same_distance(distance, given[given.size() / 2])) json["detail"] = json["curves"].size();
-    json["curves"].push_back({{"d_src_m", distance * options.side_m},
-                              {"d_src_over_side", distance},
-                              {"e_m_rad", errors.mismatch_rad},
-                              {"e_b_rad", errors.bending_rad},
-                              {"e_t", errors.total},
-                              {"optimum_k_deg", errors.optimum_k_deg},
-                              {"least_e_t", *std::ranges::min_element(errors.total)},
-                              {"paper_k_deg", stated_k_deg(distance)},
-                              {"given", is_among(given, distance)}});
   }
   for (const StatedOptimum& stated : kStatedOptima) {
     json["paper"].push_back(
@@ -168,9 +159,7 @@ void print_table(const Json& document, std::ostream& table) {
 void write_error_model_report(const ErrorModelOptions& options, std::ostream& table) {
   check_options(options);
   make_directories(options.report_dir);
-  const std::vector<double> given = sorted_distances(options);
-  const Json document =
-      document_of(options, given, compute_curves(options, sweep_distances(given)));
+  const Json document = error_model(options);
   write_file_atomically(options.report_dir / "error-model.json", json_text(document));
   write_file_atomically(options.report_dir / "index.html", report_page("error_model", document));
   print_table(document, table);

@@ -56,14 +56,6 @@ TEST_F(RecreatedStationTest, DistancesRemoveGhosts) {
   EXPECT_LT(of.hidden_share, 1e-3) << "nothing hides anything in an empty room";
 }
 
-TEST_F(RecreatedStationTest, SkyNeedsNoDistances) {
-  SyntheticRoomSpec spec = long_line();
-  spec.scene.infinitely_far = true;
-  const RecreationScore of = score(room_of(spec), {.others = 7});
-  EXPECT_EQ(of.psnr_with_distances_db, kMaxPsnrDb);
-  EXPECT_EQ(of.psnr_without_depth_db, kMaxPsnrDb);
-}
-
 TEST_F(RecreatedStationTest, WrongDistancesAreFound) {
   SyntheticRoomSpec spec = long_line();
   const Gap gap{.others = 3};
@@ -74,18 +66,6 @@ TEST_F(RecreatedStationTest, WrongDistancesAreFound) {
   const RecreationScore wrong = score(room_of(spec, "wrong.lf"), gap);
   EXPECT_LT(wrong.psnr_with_distances_db, right.psnr_with_distances_db - 8.0);
   EXPECT_EQ(wrong.psnr_without_depth_db, right.psnr_without_depth_db);
-}
-
-TEST_F(RecreatedStationTest, DistancesAreThoseOfTheRoomGiven) {
-  SyntheticRoomSpec spec = long_line();
-  const Room room = room_of(spec);
-  spec.stored_distance = [](int, int, double exact_m) {
-    return static_cast<float>(1.25 * exact_m);
-  };
-  const Room wrong = room_of(spec, "wrong.lf");
-  const Room kept = without(room, {.others = 3});
-  EXPECT_LT(score(room, kept, wrong, 8).psnr_with_distances_db,
-            score(room, kept, room, 8).psnr_with_distances_db - 8.0);
 }
 
 TEST_F(RecreatedStationTest, OwnMapOfAStationLeftOutIsNotUsed) {
@@ -118,14 +98,6 @@ TEST_F(RecreatedStationTest, TheStationsOwnPositionCounts) {
     return station == 8 ? OffLine{.across_m = 0.03, .up_m = -0.02} : OffLine{};
   };
   EXPECT_GT(score(room_of(spec), Gap{}).psnr_with_distances_db, 38.0);
-}
-
-TEST_F(RecreatedStationTest, NeighboursAreMixedByNearness) {
-  const Room room = room_of(long_line());
-  // The left neighbour is next to the station, the right one far away.
-  const Room kept = room.subset({{0, 1, 2, 3, 4, 5, 6, 7, 16}});
-  EXPECT_GT(score(room, kept, room, 8).psnr_without_depth_db,
-            score(room, {.others = 7}).psnr_without_depth_db + 3.0);
 }
 
 TEST_F(RecreatedStationTest, OccludedPointsAreReadFromTheOtherNeighbour) {
@@ -251,13 +223,6 @@ TEST_F(RecreatedStationTest, WidePanoramasAreSampledToTheSameResult) {
   const RecreationScore wide = score(room_of(spec, "wide.lf"), {.others = 3}, 2.0);
   EXPECT_NEAR(wide.psnr_without_depth_db, narrow.psnr_without_depth_db, 0.5);
   EXPECT_NEAR(wide.psnr_of_tolerance_db, narrow.psnr_of_tolerance_db, 1.5);
-}
-
-TEST_F(RecreatedStationTest, AnyEvenWidthIsRendered) {
-  SyntheticRoomSpec spec = long_line();
-  spec.width = 66;
-  const RecreationScore of = score(room_of(spec), {.others = 3});
-  EXPECT_GT(of.psnr_with_distances_db, of.psnr_without_depth_db + 3.0);
 }
 
 }  // namespace

@@ -68,15 +68,6 @@ TEST(NearSilhouettes, EndAtThePoles) {
   }
 }
 
-// The pixel and its four neighbours are on the silhouette: 5 x 5 pixels and 5 more on each side.
-TEST(NearSilhouettes, OfOnePixelAre45Pixels) {
-  for (const int column : {0, 20, 63}) {
-    cv::Mat distances = flat_distances(1000);
-    distances.at<ushort>(16, column) = 500;
-    EXPECT_EQ(near_pixels(distances), 45) << column;
-  }
-}
-
 TEST(SilhouetteScores, TellErrorsNearSilhouettesFromOthers) {
   const cv::Mat truth = flat_image(kSize, {100, 100, 100});
   const cv::Mat distances = two_distances(1000, 2000);

@@ -264,7 +264,6 @@ std::string trade(const Room& room, const TradeOptions& options) {
     input.views = listed_views(options.truth, room);
   }
   input.settings = trade_sweep({.centres = options.centres,
-                                .stored_width_px = room.panorama().width,
                                 .width_px = input.views.front().image.cols,
                                 .threads = thread_count()});
   // Presets that are not in the sweep are added to it.

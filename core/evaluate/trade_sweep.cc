@@ -19,27 +19,6 @@ int width_of_share(int width_px, double share) {
   return std::max(4, 4 * static_cast<int>(std::lround(share * width_px / 4.0)));
 }
 
-// Whether columns of an initial view lie between captured ones, so that they are interpolated.
-bool resampled(int stored_width_px, int width_px) {
-  const double fold = std::max(1.0, std::round(double(stored_width_px) / width_px));
-  return fold * width_px != stored_width_px;
-}
-
-bool has_effect(const Dial& dial, const ViewOptions& options, int stored_width_px) {
-  switch (dial.effect) {
-    case DialEffect::kAllViews:
-      return true;
-    case DialEffect::kSampledViews:
-      return options.generation != Generation::kInitial ||
-             resampled(stored_width_px, options.width);
-    case DialEffect::kCorrectedViews:
-      return options.generation != Generation::kInitial;
-    case DialEffect::kTwoSidedViews:
-      return options.generation == Generation::kTwoSided;
-  }
-  return true;
-}
-
 // A parameter's value as part of a setting's name; threads are no dial.
 std::string phrase(const std::string& parameter, const ordered_json& value) {
   const std::string text =
@@ -61,7 +40,7 @@ std::string name_of(const TradeSetting& setting, const TradeSetting& centre) {
 // Collects variations of the central settings without duplicates.
 class Sweep {
  public:
-  explicit Sweep(const SweepBase& base) : base_(base) {
+  explicit Sweep(const SweepBase& base) {
     for (const ViewOptions& options : base.centres) {
       TradeSetting centre{generation_name(options.generation), options, base.threads};
       centre.options.width = base.width_px;
@@ -77,9 +56,9 @@ class Sweep {
       if (centre.options.generation != generation) continue;
       TradeSetting setting = centre;
       change(&setting);
-      for (const Dial& dial : kDials) {
-        if (has_effect(dial, setting.options, base_.stored_width_px)) continue;
-        dial.value.set(&setting.options, dial.value.get(centre.options));
+      // Others have no second side.
+      if (generation != Generation::kTwoSided) {
+        setting.options.second_side = centre.options.second_side;
       }
       setting.name = name_of(setting, centre);
       if (find_setting(settings_, setting) == settings_.size()) settings_.push_back(setting);
@@ -89,7 +68,6 @@ class Sweep {
   std::vector<TradeSetting> take() { return std::move(settings_); }
 
  private:
-  const SweepBase& base_;
   std::vector<TradeSetting> centres_;
   std::vector<TradeSetting> settings_;
 };
@@ -114,7 +92,7 @@ std::vector<TradeSetting> trade_sweep(const SweepBase& base) {
   for (const Dial& dial : kDials) {
     if (!dial.sweep) continue;
     const Generation generation =
-        dial.effect == DialEffect::kTwoSidedViews ? Generation::kTwoSided : Generation::kHlfVd;
+        dial.sweep->of_two_sided_views ? Generation::kTwoSided : Generation::kHlfVd;
     for (const double value : dial.sweep->values) {
       sweep.add(generation, [&](TradeSetting* setting) {
         dial.value.set(&setting->options,

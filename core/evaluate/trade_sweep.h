@@ -26,7 +26,6 @@ std::size_t find_setting(std::span<const TradeSetting> settings, const TradeSett
 // Input of a sweep.
 struct SweepBase {
   std::vector<ViewOptions> centres{};  // of each generation the central setting, at any width
-  int stored_width_px = 0;             // of the room's panoramas
   int width_px = 0;                    // of the truths
   int threads = 1;                     // all that may be used
 };

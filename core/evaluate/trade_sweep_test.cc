@@ -25,7 +25,7 @@ class TradeSweepTest : public ::testing::Test {
       base_.centres.push_back({.generation = generation, .k_deg = 80.0});
     }
   }
-  SweepBase base_{.stored_width_px = 64, .width_px = 64, .threads = 2};
+  SweepBase base_{.width_px = 64, .threads = 2};
 };
 
 std::set<std::string> names(const std::vector<TradeSetting>& settings) {
@@ -76,16 +76,6 @@ TEST_F(TradeSweepTest, ParametersWithoutEffectAreNotVaried) {
   const auto initial = values(of_generation(sweep, Generation::kInitial));
   for (const auto& [parameter, all] : initial) EXPECT_THAT(all, SizeIs(1)) << parameter;
   EXPECT_THAT(values(of_generation(sweep, Generation::kHlfVd)).at("second_side"), SizeIs(1));
-}
-
-TEST_F(TradeSweepTest, ARoomWithoutDistancesHasItsInitialSetting) {
-  base_.centres.resize(1);
-  EXPECT_THAT(trade_sweep(base_), SizeIs(1));
-}
-
-TEST_F(TradeSweepTest, OneCoreGivesOneNumberOfThreads) {
-  base_.threads = 1;
-  EXPECT_THAT(values(trade_sweep(base_)).at("threads"), SizeIs(1));
 }
 
 TEST_F(TradeSweepTest, NamesListDifferencesFromTheCentre) {

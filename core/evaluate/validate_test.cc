@@ -172,15 +172,6 @@ TEST_F(ValidateTest, AnErrorThatCannotBeMeasuredIsNull) {
   EXPECT_EQ(metrics()["connection"]["comparable"], false);
 }
 
-TEST_F(ValidateTest, ARoomWithoutDistancesHasInitialViewsOnly) {
-  make_room({.width = 64, .distances = false});
-  make_two_truths();
-  validate(room_, options_);
-  ASSERT_EQ(metrics()["modes"].size(), 1U);
-  EXPECT_EQ(metrics()["modes"][0]["generation"], "initial");
-  EXPECT_EQ(metrics()["distances"], "none");
-}
-
 // A dolly that is in the true views only: masked pixels affect no score.
 TEST_F(ValidateTest, MaskedPixelsOfATruthAreNotCompared) {
   make_room({.width = 64});
