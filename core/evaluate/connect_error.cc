@@ -16,7 +16,6 @@
 #include "core/base/progress.h"
 #include "core/files/sha256.h"
 #include "core/geometry/position_tolerance.h"
-#include "core/room/connection_errors.h"
 #include "core/room/room_fingerprint.h"
 #include "core/view/column_sources.h"
 #include "core/view/connection.h"
@@ -29,6 +28,14 @@ using nlohmann::ordered_json;
 
 constexpr int kCorners = 4;
 constexpr int kMaxConnectViewpoints = 250;
+// The least share of pairs readable at every k whose errors speak for the room: with less, most of
+// its corners are not compared at all.
+constexpr double kLeastComparableShare = 0.5;
+
+const char* connection_at(double k_deg) {
+  if (k_deg == 45.0) return "lfu";
+  return k_deg == 90.0 ? "rayspace360" : "hybrid";
+}
 
 // An output column in the overlap of a corner.
 struct OverlapColumn {
@@ -189,7 +196,7 @@ class CellMeasurement {
 ordered_json json_of(const ConnectError& measured) {
   ordered_json rows = ordered_json::array();
   for (const ConnectErrorAtK& row : measured.rows) {
-    rows.push_back({{"connection", connection_name(row.k_deg)},
+    rows.push_back({{"connection", connection_at(row.k_deg)},
                     {"k_deg", row.k_deg},
                     {"generation", generation_name(measured.generation)},
                     {"e_connect", row.e_connect},
@@ -200,7 +207,7 @@ ordered_json json_of(const ConnectError& measured) {
            {{"viewpoints", measured.options.viewpoints},
             {"overlap_deg", measured.options.overlap_deg},
             {"common_share", measured.common_share},
-            {"comparable", measured.common_share >= kLeastCommonShare}}},
+            {"comparable", measured.common_share >= kLeastComparableShare}}},
           {"rows", rows}};
 }
 
@@ -298,7 +305,7 @@ std::string connect_error_table(const ConnectError& measurement) {
                       "at pairs common", "coverage");
   for (const ConnectErrorAtK& row : measurement.rows) {
     text += fmt::format("{:>6g}  {:<11}  {:>10}  {:>17}  {:>7.1f}%\n", row.k_deg,
-                        connection_name(row.k_deg), cell_text(row.e_connect),
+                        connection_at(row.k_deg), cell_text(row.e_connect),
                         cell_text(row.e_connect_common), 100.0 * row.coverage);
   }
   return text + fmt::format("{:.1f}% of the corners are readable at every k\n\n",
