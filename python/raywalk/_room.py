@@ -237,7 +237,7 @@ class Room:
     def view_settings(self, **settings: Unpack[ViewSettings]) -> Dict[str, Any]:
         """The settings that views are rendered with, each by its key, and why.
 
-        "k_source" says how an automatic k was chosen, "reason" what a preset or a measured choice
+        "k_source" says how k was chosen, "reason" what a preset or a measured choice
         followed.
         """
         return _native.view_settings(self._room, dict(settings))
@@ -298,8 +298,7 @@ class Room:
         """E_connect over k, measured on all cells as ``raywalk-render connect-error`` does.
 
         ``viewpoints`` x ``viewpoints`` of a cell, 1 to 250 per side; ``k_list_deg`` in 45..90, that
-        of the command if it is not given. ``store`` keeps the measurement in the room, for views
-        with k_deg="auto". Takes minutes for corrected views of 49 x 49 viewpoints.
+        of the command if it is not given. ``store`` keeps the measurement in the room. Takes minutes for corrected views of 49 x 49 viewpoints.
         """
         k_list = None if k_list_deg is None else [float(k_deg) for k_deg in k_list_deg]
         return ConnectError(

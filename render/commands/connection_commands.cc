@@ -56,10 +56,7 @@ void add_connect_error(CLI::App* app) {
       ->delimiter(',')
       ->capture_default_str();
   add_threads_option(command, &arguments->threads);
-  command->footer(
-      "Examples:\n  raywalk-render connect-error room.lf --generation initial,hlf-vd\n"
-      "view, path, validate and trade with --k auto then use the k of the least error over the "
-      "corners that are readable at every k.");
+  command->footer("Examples:\n  raywalk-render connect-error room.lf --generation initial,hlf-vd");
   command->callback([arguments] { run(*arguments); });
 }
 

@@ -29,7 +29,7 @@ std::vector<NamedMode> preset_modes(const Room& room) {
   for (const std::string_view preset_name : kPresets) {
     const std::string name(preset_name);
     const Preset preset = preset_of(name, scene);
-    modes.push_back({name, preset.reason, view_mode(preset.settings, room)});
+    modes.push_back({name, preset.reason, view_mode(preset.settings)});
   }
   return modes;
 }

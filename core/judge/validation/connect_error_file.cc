@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "core/files/atomic_output.h"
-#include "core/room/choose_k.h"
 
 namespace raywalk {
 namespace {
@@ -70,11 +69,6 @@ void write_connect_error(const Room& room, std::span<const Generation> generatio
     measurements.push_back(measure_and_store_connect_error(room, generation, options));
   }
   table << connect_error_table(measurements);
-  for (const Generation generation : generations) {
-    const ChosenK chosen = choose_k(room, generation_name(generation));
-    table << fmt::format("--k auto, {} views: {:g} degrees ({})\n", generation_name(generation),
-                         chosen.k_deg, chosen.source);
-  }
   table << "distances in use: " << room.distances_origin() << '\n';
 }
 

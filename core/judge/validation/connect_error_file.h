@@ -24,7 +24,7 @@ ConnectError measure_and_store_connect_error(const Room& room, Generation genera
                                              const ConnectErrorOptions& options);
 
 // The work of `raywalk-render connect-error`: measures each generation, stores it as soon as it is
-// measured, and prints the table and what --k auto now takes. Throws as measure_connect_error does,
+// measured, and prints the table. Throws as measure_connect_error does,
 // and Error before any work where the room cannot be written.
 void write_connect_error(const Room& room, std::span<const Generation> generations,
                          const ConnectErrorOptions& options, std::ostream& table);

@@ -1,20 +1,19 @@
-// require.json: what the scene of a room requires of layers, stations, connection and storage.
+// require.json: what the scene of a room requires of layers, stations and storage.
 import { axis, chart, type Series, seriesOf } from "../chart";
-import { h, svg } from "../dom";
+import { h } from "../dom";
 import { type Describe, facts, section } from "../page";
 import { type Place, plan } from "../plan";
 import { table } from "../table";
 import { counted, type Json, length, text, textOf } from "../values";
 
 const CURVE_POINTS = 60;
-const FIELD_deg = 15; // side of a field of distance.directions
 
 const metres = (value: number | null) =>
   value === null || !isFinite(value) ? "sky" : `${value.toFixed(2)} m`;
 const radians = (degrees: number) => (degrees * Math.PI) / 180;
 
 export const require: Describe = (d) => {
-  const { spacing, storage, connection, tolerance_px } = d;
+  const { spacing, storage, tolerance_px } = d;
   const width = storage.panorama_width_px;
   return {
     title: `What ${d.room} requires`,
@@ -27,7 +26,6 @@ export const require: Describe = (d) => {
       ["spacing, with distances", length(spacing.needed_with_distances_m)],
       ["captured", length(spacing.captured_median_m)],
       ["stations needed", `${spacing.stations_needed_with_distances} of ${spacing.stations}`],
-      ["k", connection.k_deg === undefined ? "no cell" : textOf("k_deg", connection.k_deg)],
       ["width worth storing", widthOf(storage.worth_width_px, "any")],
     ),
     sections: [
@@ -43,7 +41,6 @@ export const require: Describe = (d) => {
         }),
       ),
       stations(d),
-      lines(d),
       section(
         "Storage",
         `Width: with the error of the distances, at half a cell (${metres(storage.reach_m)}) and half a step, the residual parallax equals ${tolerance_px} px of a panorama of ${widthOf(storage.worth_width_px, "any width")}; a wider one stores detail that views displace by more. Distances: maps ${storage.needed_distance_width_px} px wide keep ${textOf("kept_share", storage.share_within_tolerance)} of the directions within the tolerance at this reach, which needs ${counted(storage.omega_steps, "step")} of inverse distance, ${counted(storage.omega_bits, "bit")}.`,
@@ -77,50 +74,7 @@ function scene(d: Json) {
     `Distances from the stations, weighted by solid angle and confidence: 1 % are nearer than ${metres(near_m)}, half nearer than ${metres(median_m)}, 99 % nearer than ${metres(far_m)}. Sky covers ${textOf("sky_share", sky_share)} of the directions; ${textOf("known_share", known_share)} of them are known.`,
     omega_error_per_m !== null &&
       `Where two maps see the same surface, 95 % of the pixels agree on its inverse distance within ${text(omega_error_per_m)} per metre${median_m === null ? "" : `: ${length(error_m)} at ${metres(median_m)}`}.`,
-    directionMap(d.distance.directions),
-    h("div", { class: "figures" }, floorPlan(d), horizon(d.distance.directions)),
-  );
-}
-
-// The nearest surface of every field of directions, as a panorama.
-function directionMap(directions: Json[]) {
-  const near = directions.map((field) => field.near_m).filter((m) => m !== null);
-  const [least, most] = [Math.min(...near), Math.max(...near)];
-  const fields = directions.map(({ longitude_deg, latitude_deg, near_m }) => {
-    // By ratios, from 0 (near, bright) to 1 (far, dark).
-    const place = most > least && near_m ? Math.log(near_m / least) / Math.log(most / least) : 0;
-    const [x, y] = [longitude_deg + 180, 90 - latitude_deg];
-    const colour = near_m === null ? "#cfe6f5" : `hsl(${60 + 220 * place} 65% ${70 - 45 * place}%)`;
-    const ink = near_m !== null && place > 0.45 ? "#fff" : "#1f2933";
-    return [
-      svg("rect", {
-        x: x - FIELD_deg / 2,
-        y: y - FIELD_deg / 2,
-        width: FIELD_deg - 0.5,
-        height: FIELD_deg - 0.5,
-        fill: colour,
-      }),
-      svg(
-        "text",
-        { x, y: y + 2, "text-anchor": "middle", "font-size": 5.5, fill: ink },
-        near_m === null ? "sky" : near_m.toFixed(near_m < 9.95 ? 1 : 0),
-      ),
-    ];
-  });
-  const title = "Nearest surface in every direction";
-  const names = ["back", "left", "front", "right", "back"].map((name, i) =>
-    svg("text", { x: 90 * i, y: 190, "text-anchor": "middle", "font-size": 8 }, name),
-  );
-  return h(
-    "figure",
-    { "data-title": title },
-    h("h3", {}, title),
-    svg("svg", { viewBox: "-20 0 400 194", role: "img", "aria-label": title }, fields, names),
-    h(
-      "figcaption",
-      {},
-      `The nearest 1 % per field of 15 x 15 degrees, in metres, from ${metres(least)} (yellow) to ${metres(most)} (violet): longitude across, latitude up.`,
-    ),
+    floorPlan(d),
   );
 }
 
@@ -150,32 +104,6 @@ function floorPlan(d: Json) {
       name: `${line}, station ${station}${kept ? "" : ", could be dropped"}`,
     })),
   });
-}
-
-// The fields of directions beside the horizon, those above and below it as one.
-function horizon(directions: Json[]) {
-  const around = directions.filter(({ latitude_deg }) => Math.abs(latitude_deg) < FIELD_deg);
-  const curve = (name: string, key: string, merged: (...values: number[]) => number): Series => ({
-    name,
-    points: [...new Set(around.map((field) => field.longitude_deg))].flatMap((x) => {
-      const fields = around.filter((field) => field.longitude_deg === x && field[key] !== null);
-      return fields.length ? [{ x, y: merged(...fields.map((field) => field[key])) }] : [];
-    }),
-  });
-  const mean = (...values: number[]) => values.reduce((a, b) => a + b) / values.length;
-  return chart(
-    [
-      curve("nearest 1 %", "near_m", Math.min),
-      curve("median", "median_m", mean),
-      curve("99 %", "far_m", Math.max),
-    ],
-    {
-      title: "Around the horizon",
-      x: axis("longitude_deg"),
-      y: axis("distance_m"),
-      caption: "Within 15 degrees of the horizon; 0° is the front (z), 90° the right (x).",
-    },
-  );
 }
 
 function stations(d: Json) {
@@ -288,39 +216,6 @@ function ghosts({ distance, layers, spacing, storage, tolerance_px }: Json): Ser
       points: [edge(0), edge(100 * widest_m)],
     },
   ];
-}
-
-function lines({ room, connection }: Json) {
-  if (connection.k_deg === undefined) {
-    return section("Connection between lines", "The room has no cell, so no lines connect.");
-  }
-  const model = connection.model_k_deg;
-  return section(
-    "Connection between lines",
-    `--k auto takes ${connection.k_deg} degrees for hlf-vd views: ${connection.k_source}.`,
-    !connection.measured.length &&
-      `raywalk-render connect-error ${room} --generation initial,hlf-vd,two-sided measures E_connect; the model E_t is shown for comparison and chooses nothing.`,
-    h(
-      "div",
-      { class: "figures" },
-      chart(seriesOf(connection.model_curve, "k_deg", "e_t", "E_t", "line"), {
-        title: "The model E_t over the room's distances",
-        x: axis("k_deg"),
-        y: "E_t, equation (6)",
-        marks: [{ x: model, name: `least: ${model}` }],
-      }),
-      chart(
-        seriesOf(connection.measured_curves, "k_deg", "e_connect", (row) => row.generation),
-        {
-          title: "Measured E_connect",
-          x: axis("k_deg"),
-          y: "E_connect / squared 8-bit levels",
-          caption: "Over the corners readable at every k.",
-        },
-      ),
-    ),
-    table(connection.measured, { caption: "k with the least measured error" }),
-  );
 }
 
 function bytes(s: Json) {
