@@ -12,7 +12,7 @@ const metres = (value: number | null) =>
   value === null || !isFinite(value) ? "sky" : `${value.toFixed(2)} m`;
 const radians = (degrees: number) => (degrees * Math.PI) / 180;
 
-export const require: Describe = (d) => {
+export const report: Describe = (d) => {
   const { spacing, storage, tolerance_px } = d;
   const width = storage.panorama_width_px;
   return {
