@@ -188,8 +188,8 @@ TEST_F(BuildLfTest, DamagedRoomsAreNamed) {
   }
   write_file_atomically(volume, whole);
   std::string manifest = read_file(manifest_path(capture_.room()));
-  const std::string version = "\"format_version\": 2";
-  manifest.replace(manifest.find(version), version.size(), "\"format_version\": 3");
+  const std::string version = "\"format_version\": 3";
+  manifest.replace(manifest.find(version), version.size(), "\"format_version\": 4");
   write_file_atomically(manifest_path(capture_.room()), manifest);
   expect_error(build_lf("info " + capture_.room().string()), 1, "newer");
 }
