@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 constexpr const char* kLockFile = "lock";
 constexpr const char* kFingerprintFile = "inputs.sha256";
 constexpr const char* kBlocksDirectory = "blocks";
-constexpr std::array kVolumeDirectories = {"lines", "distances", kDevelopedDirectory};
+constexpr std::array kVolumeDirectories = {"lines", "distances/given", "distances/estimated",
+                                           kDevelopedDirectory};
 
 fs::path made_directory(const fs::path& directory) {
   std::error_code error;
@@ -34,7 +35,8 @@ fs::path partial_path(const fs::path& out) { return out.string() + ".partial"; }
 bool is_part_of_room(const fs::path& relative, bool is_directory) {
   const std::string name = relative.filename().string();
   if (is_directory) {
-    return name == "lines" || name.rfind("distances", 0) == 0 || name == "held-out";
+    return name == "lines" || name.starts_with("distances") || name == "given" ||
+           name == "estimated" || name == "held-out";
   }
   const std::string extension = relative.extension().string();
   return name.front() == '.' || name == "lock" || extension == ".h5" || extension == ".json" ||
@@ -93,7 +95,7 @@ PartialRoom::~PartialRoom() {
 void PartialRoom::prepare(const std::string& fingerprint) {
   std::error_code error;
   const fs::path inputs = directory_ / kFingerprintFile;
-  for (const char* name : kVolumeDirectories) made_directory(directory_ / name);
+  for (const char* name : kVolumeDirectories) make_directories(directory_ / name);
   remove_unfinished_volumes(directory_);
   if (is_of(fingerprint)) return;
   if (has_finished_volume()) {
@@ -144,7 +146,9 @@ void PartialRoom::complete() {
     fs::remove_all(directory_ / name);
   }
   remove_unfinished_volumes(directory_);
-  if (fs::is_empty(directory_ / "distances")) fs::remove(directory_ / "distances");
+  for (const char* name : {"distances/given", "distances/estimated", "distances"}) {
+    if (fs::is_empty(directory_ / name)) fs::remove(directory_ / name);
+  }
   move_into_place(directory_, out_);
   completed_ = true;
 }

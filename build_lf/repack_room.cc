@@ -7,6 +7,7 @@
 #include <functional>
 #include <string>
 
+#include "build_lf/distance_sets.h"
 #include "build_lf/free_space.h"
 #include "build_lf/pack_room.h"
 #include "build_lf/partial_room.h"
@@ -19,9 +20,8 @@
 #include "core/files/folder_size.h"
 #include "core/files/output_path.h"
 #include "core/files/sha256.h"
-#include "core/room/distance_record.h"
-#include "core/room/requirements.h"
 #include "core/room/room.h"
+#include "core/room/room_fingerprint.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -76,11 +76,10 @@ void repack_line(const Room& room, int index, const RayForm& form, const fs::pat
       progress);
 }
 
-void repack_distances(const Room& room, int index, bool compressed, const fs::path& to,
-                      Progress* progress) {
-  const DistanceVolume& distances = room.distances(index);
+void repack_distances(const DistanceVolume& distances, const Line& line, bool compressed,
+                      const fs::path& to, Progress* progress) {
   write_distance_volume(
-      to, room.grid().lines[static_cast<std::size_t>(index)],
+      to, line,
       {.stations = {distances.stations().begin(), distances.stations().end()},
        .size = distances.size(),
        .origin = distances.origin(),
@@ -117,14 +116,6 @@ RoomManifest repacked_manifest(const Room& room, const fs::path& out) {
   for (const Line& line : room.grid().lines) {
     manifest.rays_sha256.push_back(checksum_of_line(line_volume_path(out, line.id)));
   }
-  const auto used = set_of(
-      open_distance_volumes(distances_directory(room.directory()), room.grid()), room.grid());
-  auto written = set_of(open_distance_volumes(distances_directory(out), room.grid()), room.grid());
-  if (!manifest.distances || !used || !written) return manifest;
-  add_file_checksums(distances_directory(out), &*written);
-  const DistanceSet* recorded = recorded_as(*manifest.distances, *used);
-  if (recorded == nullptr) return manifest;
-  (*manifest.distances)[static_cast<std::size_t>(recorded - manifest.distances->data())] = *written;
   return manifest;
 }
 
@@ -165,9 +156,12 @@ void repack_room(const RepackOptions& options) {
   require_space_for(room, options, out);
   copy_the_rest(options.room, out);
   const std::vector<Line>& lines = room.grid().lines;
+  std::vector<FoundDistances> distances = find_distances(options.room, room.manifest());
+  std::erase_if(distances, [](const FoundDistances& found) { return !found.fault.empty(); });
   std::int64_t images = 0;
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    images += std::ssize(lines[i].stations) + room.distances(static_cast<int>(i)).maps();
+  for (const Line& line : lines) images += std::ssize(line.stations);
+  for (const FoundDistances& found : distances) {
+    for (const DistanceVolume& volume : found.volumes) images += volume.maps();
   }
   Progress progress("repacking", images, "images");
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -177,13 +171,15 @@ void repack_room(const RepackOptions& options) {
                          room.volume(index).form() == options.form, std::ssize(lines[i].stations)};
     run_repack(rays, &progress,
                [&] { repack_line(room, index, options.form, rays.to, &progress); });
-    if (room.distances(index).maps() == 0) continue;
-    const bool compressed = options.form.compressed();
-    const RepackJob maps{
-        distance_volume_path(options.room, lines[i].id), distance_volume_path(out, lines[i].id),
-        room.distances(index).compressed() == compressed, room.distances(index).maps()};
-    run_repack(maps, &progress,
-               [&] { repack_distances(room, index, compressed, maps.to, &progress); });
+    for (const FoundDistances& found : distances) {
+      const bool compressed = options.form.compressed();
+      const DistanceVolume& volume = found.volumes[i];
+      const RepackJob maps{distance_volume_path(options.room, lines[i].id, found.kind),
+                           distance_volume_path(out, lines[i].id, found.kind),
+                           volume.compressed() == compressed || volume.maps() == 0, volume.maps()};
+      run_repack(maps, &progress,
+                 [&] { repack_distances(volume, lines[i], compressed, maps.to, &progress); });
+    }
   }
   write_file_atomically(manifest_path(out), manifest_to_json(repacked_manifest(room, out)));
   Room::open(out);  // checks that the result can be opened

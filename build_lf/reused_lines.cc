@@ -11,8 +11,8 @@
 #include <system_error>
 #include <utility>
 
+#include "build_lf/distance_sets.h"
 #include "build_lf/pack_room.h"
-#include "build_lf/room_distances.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"
@@ -120,9 +120,8 @@ std::optional<EarlierRoom> open_earlier(const fs::path& directory) {
     for (std::size_t i = 0; i < manifest.rays_sha256.size(); ++i) {
       earlier.rays_sha256[manifest.grid.lines[i].id] = manifest.rays_sha256[i];
     }
-    if (manifest.distances) {
-      const RoomDistances distances = find_distances(directory, manifest);
-      if (distances.given) earlier.given = distances.given->directory;
+    for (const FoundDistances& found : find_distances(directory, manifest)) {
+      if (found.kind == DistanceKind::kGiven && found.fault.empty()) earlier.given = found.folder;
     }
     return earlier;
   } catch (const Error& unusable) {
@@ -152,7 +151,7 @@ LineInputs line_inputs(const PackPlan& plan, std::size_t line) {
   LineInputs inputs;
   const std::string form = form_text(plan.form);
   inputs.rays = sha256_hex(form + rays_text(of_grid, plan.sources[line], plan.panorama));
-  if (plan.has_maps(line)) {
+  if (plan.has_maps()) {
     const std::string lossless = form.empty() ? "" : "compressed\n";
     inputs.distances =
         sha256_hex(lossless + distances_text(of_grid, plan.sources[line], plan.distance_map));

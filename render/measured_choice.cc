@@ -126,8 +126,8 @@ Preset settings_for(const ViewFlags& flags, const Demand& demand, const Room& ro
   return demanded ? demanded_settings(flags, demand, room) : preset_settings(flags, room);
 }
 
-ViewMode mode_of(const Preset& chosen, const Room& room) {
-  ViewMode mode = view_mode(chosen.settings, room);
+ViewMode mode_of(const Preset& chosen) {
+  ViewMode mode = view_mode(chosen.settings);
   if (!chosen.k_source.empty()) mode.k_source = chosen.k_source;
   return mode;
 }

@@ -33,7 +33,7 @@ Preset demanded_settings(const ViewFlags& flags, const Demand& demand, const Roo
 // demanded_settings() where anything is demanded, else preset_settings().
 Preset settings_for(const ViewFlags& flags, const Demand& demand, const Room& room);
 
-// The mode for a room of views with these settings.
-ViewMode mode_of(const Preset& chosen, const Room& room);
+// The mode of views with these settings.
+ViewMode mode_of(const Preset& chosen);
 
 }  // namespace raywalk::render

@@ -149,7 +149,6 @@ std::string DepthWork::make_fused_maps(IndexRange share) {
 
 std::string DepthWork::compare_final_colours(Block block) {
   require(DepthStep::kVolumes);
-  remove_other_volumes(room_, plan(), partial_);
   const Room estimated = room_.with_distances(partial_.volumes());
   const std::vector<StationIndex> stations = all_stations(estimated.grid());
   return compare_colours(estimated, stations, surface_maps_of(estimated),

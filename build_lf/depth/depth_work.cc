@@ -37,9 +37,9 @@ std::string fingerprint_of(const Room& room, const DepthOptions& options, Panora
     text += checksum_of_line(line_volume_path(room.directory(), line.id)) + "\n";
   }
   RoomManifest manifest = room.manifest();
-  manifest.distances.reset();          // they are not used, and a run changes them
-  manifest.gains.clear();              // the same
-  text += manifest_to_json(manifest);  // station positions
+  manifest.distances = DistanceKind::kNone;  // they are not used, and a run changes them
+  manifest.gains = false;                    // the same
+  text += manifest_to_json(manifest);        // station positions
   if (options.valid_mask) text += read_file(*options.valid_mask);
   return sha256_hex(text);
 }
@@ -57,10 +57,7 @@ void require_method(const Room& room, const DepthOptions& options) {
 Room room_to_estimate(const DepthOptions& options) {
   Room room = Room::open_rays(options.room);
   require_method(room, options);
-  if (options.hold_out == 0) {
-    require_distances_replaceable(options.room);
-    return room;
-  }
+  if (options.hold_out == 0) return room;
   if (options.hold_out < 2)
     throw UsageError("--hold-out: give 2 or more, or 0 to use all stations");
   if (options.compare_truth) {
@@ -276,18 +273,10 @@ InverseDistanceMap DepthWork::final_map(const SweepReference& reference) const {
 
 void DepthWork::install() {
   require(DepthStep::kVolumes);
-  remove_other_volumes(room_, plan(), partial_);
   // An interrupted move leaves the volumes that it replaces where the new ones were.
-  const BlockResults volumes = results(DepthStep::kVolumes);
-  if (options_.hold_out > 0) {
-    volumes.remove();
-    partial_.complete("");
-    return;
-  }
-  replace_estimated(options_.room, partial_.volumes(), [&](const std::string& keep_as) {
-    volumes.remove();
-    partial_.complete(keep_as);
-  });
+  results(DepthStep::kVolumes).remove();
+  partial_.complete();
+  if (options_.hold_out == 0) use_distances(options_.room, DistanceKind::kEstimated);
 }
 
 }  // namespace raywalk::build_lf

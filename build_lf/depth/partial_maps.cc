@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <iterator>
 #include <limits>
-#include <set>
 #include <span>
 #include <system_error>
 
@@ -177,24 +176,15 @@ InverseDistanceMap PartialMaps::load_stored(const std::string& stage, StationInd
   return std::move(*map);
 }
 
-void PartialMaps::complete(const std::string& keep_as) {
-  const fs::path distances = room_ / "distances";
+void PartialMaps::complete() {
+  const fs::path place = distances_directory(room_, DistanceKind::kEstimated);
+  make_directories(place.parent_path());
   std::error_code error;
-  if (!fs::exists(distances, error)) {
-    rename_or_throw(volumes_, distances);
-  } else {
-    // The kept directory gets its new name before it loses the old one, so that a crash cannot lose
-    // it.
-    if (!keep_as.empty()) {
-      const fs::path kept = directory_ / "kept";
-      copy_by_links(distances, kept);
-      fs::remove_all(room_ / keep_as, error);
-      rename_or_throw(kept, room_ / keep_as);
-    }
-    if (!exchange(volumes_, distances)) {
-      rename_or_throw(distances, directory_ / "replaced");
-      rename_or_throw(volumes_, distances);
-    }
+  if (!fs::exists(place, error)) {
+    rename_or_throw(volumes_, place);
+  } else if (!exchange(volumes_, place)) {
+    rename_or_throw(place, directory_ / "replaced");
+    rename_or_throw(volumes_, place);
   }
   fs::remove_all(directory_, error);
 }
@@ -208,7 +198,6 @@ void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
   Progress progress("writing", count, "maps");
   for (const std::size_t l : lines) {
     const std::vector<SweepReference> of_line = maps_of_line(plan, l);
-    if (of_line.empty()) continue;
     DistanceMaps maps{{}, plan.size, "estimated by " + name_of(method), {}};
     for (const SweepReference& reference : of_line) {
       maps.stations.push_back(reference.station.station);
@@ -224,16 +213,6 @@ void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
     maps.compressed = room.volume(static_cast<int>(l)).form().compressed();
     const Line& line = room.grid().lines[l];
     write_distance_volume(partial.volumes() / (line.id + ".h5"), line, maps, &progress);
-  }
-}
-
-void remove_other_volumes(const Room& room, const DepthPlan& plan, const PartialMaps& partial) {
-  std::set<fs::path> names;
-  for (const SweepReference& reference : plan.maps) {
-    names.insert(room.grid().lines[static_cast<std::size_t>(reference.station.line)].id + ".h5");
-  }
-  for (const fs::directory_entry& entry : fs::directory_iterator(partial.volumes())) {
-    if (!names.contains(entry.path().filename())) fs::remove_all(entry.path());
   }
 }
 

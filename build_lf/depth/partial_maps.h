@@ -1,6 +1,6 @@
 // The working directory `<room>/distances.partial` of a depth run, which replaces
-// `<room>/distances` when complete. A stopped run leaves its finished maps there, to be resumed.
-// Runs that do a block of a step each share it.
+// `<room>/distances/estimated` when complete. A stopped run leaves its finished maps there, to be
+// resumed. Runs that do a block of a step each share it.
 #pragma once
 
 #include <cstddef>
@@ -60,10 +60,9 @@ class PartialMaps {
   std::filesystem::path results() const { return directory_ / "blocks"; }
   // The existing directory to write the volumes to.
   const std::filesystem::path& volumes() const { return volumes_; }
-  // Moves the volumes to `<room>/distances`, atomically if the file system can exchange
-  // directories, and removes everything else. The previous `distances` are removed or, if `keep_as`
-  // is not empty, kept as `<room>/<keep_as>`, replacing what is there. Throws Error on failure.
-  void complete(const std::string& keep_as);
+  // Moves the volumes to `<room>/distances/estimated`, atomically if the file system can exchange
+  // directories, and removes everything else. Throws Error on failure.
+  void complete();
 
  private:
   // By the one who has the directory alone.
@@ -79,15 +78,11 @@ class PartialMaps {
   bool removable_ = false;  // nothing is in the directory that took time
 };
 
-// Writes the finished maps of lines that have any to partial.volumes(), and what views leave out of
+// Writes the finished maps of lines to partial.volumes(), and what views leave out of
 // each line's stations, which `contradictions_of` tells. Throws Error if a map is damaged or cannot
 // be written, and Interrupted.
 void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
                    const PartialMaps& partial, const std::vector<std::size_t>& lines,
                    const std::function<Contradictions(int line)>& contradictions_of);
-
-// Removes all other volumes from partial.volumes(): an interrupted run can have left there what it
-// replaced.
-void remove_other_volumes(const Room& room, const DepthPlan& plan, const PartialMaps& partial);
 
 }  // namespace raywalk::build_lf

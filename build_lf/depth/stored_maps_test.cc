@@ -47,7 +47,8 @@ TEST_F(StoredMapsTest, AreReadBackAsTheRoomsDistances) {
   store_maps(&partial);
   write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial, {0, 1, 2, 3},
                 no_contradictions_);
-  partial.complete("");
+  partial.complete();
+  use_distances(room_.room().directory(), DistanceKind::kEstimated);
   const Room room = Room::open(room_.room().directory());
   EXPECT_EQ(room.distances(2).maps(), 0);
   const DistanceVolume& distances = room.distances(0);

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "core/room/requirements.h"
+#include "build_lf/require/facts.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {

@@ -18,6 +18,7 @@
 #include "core/files/folder_size.h"
 #include "core/files/sha256.h"
 #include "core/room/omega_map.h"
+#include "core/room/room_fingerprint.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -53,8 +54,8 @@ StationDistances distances_of(const DistanceVolume& volume, int map, int width) 
 }
 
 // `part` is the room with only the kept stations.
-void write_line(const Room& part, int index, int distance_width, const fs::path& out,
-                Progress* progress) {
+void write_line(const Room& part, int index, DistanceKind kind, int distance_width,
+                const fs::path& out, Progress* progress) {
   const Line& line = part.grid().lines[static_cast<size_t>(index)];
   const LineVolume& rays = part.volume(index);
   const fs::path rays_file = line_volume_path(out, line.id);
@@ -67,8 +68,9 @@ void write_line(const Room& part, int index, int distance_width, const fs::path&
                       progress);
   }
   const DistanceVolume& distances = part.distances(index);
-  const fs::path distances_file = distance_volume_path(out, line.id);
-  if (distances.maps() == 0 || fs::exists(distances_file)) return;
+  if (kind == DistanceKind::kNone) return;
+  const fs::path distances_file = distance_volume_path(out, line.id, kind);
+  if (fs::exists(distances_file)) return;
   const int width = std::min(distance_width, distances.size().width);
   write_distance_volume(
       distances_file, line,
@@ -83,11 +85,7 @@ void write_line(const Room& part, int index, int distance_width, const fs::path&
 
 // Over everything that determines the result.
 std::string fingerprint_of(const Room& room, const KeptStations& kept, int distance_width) {
-  RoomManifest manifest = room.manifest();
-  manifest.distances.reset();  // distances_sha256 stands for those in use
-  const std::string text = fmt::format("{}{}{} {}", manifest_to_json(manifest),
-                                       distances_sha256(room), kept, distance_width);
-  return sha256_hex(text);
+  return sha256_hex(fmt::format("{}{} {}", room_fingerprint(room), kept, distance_width));
 }
 
 std::int64_t images_of(const Room& room) {
@@ -119,7 +117,7 @@ void write_thinned_room(const Room& room, const KeptStations& kept, int distance
   const Room part = room.subset(kept);
   Progress progress("thinning", images_of(part), "images");
   for (int i = 0; i < static_cast<int>(kept.size()); ++i) {
-    write_line(part, i, distance_width, partial.directory(), &progress);
+    write_line(part, i, room.manifest().distances, distance_width, partial.directory(), &progress);
   }
   write_file_atomically(
       manifest_path(partial.directory()),

@@ -49,9 +49,8 @@ DepthRun read_depth_run(const fs::path& file) {
 bool estimated_with(const fs::path& directory, const DepthRun& wanted, const fs::path& own) {
   std::error_code error;
   const fs::path report = directory / "depth.json";
-  if (!fs::exists(report, error) || !fs::exists(distances_directory(directory), error)) {
-    return false;
-  }
+  const fs::path distances = distances_directory(directory, DistanceKind::kEstimated);
+  if (!fs::exists(report, error) || !fs::exists(distances, error)) return false;
   return fs::last_write_time(report) >= fs::last_write_time(own) &&
          read_depth_run(report) == wanted;
 }
@@ -109,7 +108,7 @@ Room room_without_held_out(const Room& room, int every) {
   run.hold_out = every;
   const fs::path directory = held_out_directory(room.directory());
   if (!estimated_with(directory, run, own)) estimate(room.directory(), run);
-  return part.with_distances(distances_directory(directory));
+  return part.with_distances(distances_directory(directory, DistanceKind::kEstimated));
 }
 
 HeldOutViews held_out_views(const Room& room, int every, std::size_t most) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 namespace raywalk {
 namespace {
@@ -42,34 +41,6 @@ double total_weight(std::span<const DistanceSample> samples) {
 
 }  // namespace
 
-SampledMaps sample_maps(const Room& room, int per_map, IndexRange share) {
-  SampledMaps sampled;
-  std::size_t number = 0;
-  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
-    const DistanceVolume& volume = room.distances(line);
-    for (int map = 0; map < volume.maps(); ++map, ++number) {
-      if (number < share.begin || number >= share.end) continue;
-      sampled.looked_at.push_back(add_samples(volume, map, per_map, &sampled.samples));
-    }
-  }
-  return sampled;
-}
-
-DistanceSamples all_samples(std::vector<SampledMaps> shares) {
-  DistanceSamples result;
-  double looked_at = 0.0;
-  for (SampledMaps& share : shares) {
-    for (const double of_map : share.looked_at) looked_at += of_map;
-    if (result.samples.empty()) {
-      result.samples = std::move(share.samples);
-    } else {
-      result.samples.insert(result.samples.end(), share.samples.begin(), share.samples.end());
-    }
-  }
-  if (looked_at > 0.0) result.known_share = std::min(1.0, total_weight(result.samples) / looked_at);
-  return result;
-}
-
 std::size_t map_count(const Room& room) {
   std::size_t count = 0;
   for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
@@ -79,9 +50,16 @@ std::size_t map_count(const Room& room) {
 }
 
 DistanceSamples sample_distances(const Room& room, int per_map) {
-  std::vector<SampledMaps> all;
-  all.push_back(sample_maps(room, per_map, {0, map_count(room)}));
-  return all_samples(std::move(all));
+  DistanceSamples result;
+  double looked_at = 0.0;
+  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
+    const DistanceVolume& volume = room.distances(line);
+    for (int map = 0; map < volume.maps(); ++map) {
+      looked_at += add_samples(volume, map, per_map, &result.samples);
+    }
+  }
+  if (looked_at > 0.0) result.known_share = std::min(1.0, total_weight(result.samples) / looked_at);
+  return result;
 }
 
 std::vector<double> distance_quantiles(std::span<DistanceSample> samples,

@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "core/base/block.h"
 #include "core/room/room.h"
 
 namespace raywalk {
@@ -21,18 +20,6 @@ struct DistanceSamples {
   std::vector<DistanceSample> samples{};
   double known_share = 0.0;  // of the solid angle of all maps, weighted by confidence
 };
-
-// Samples of some of a room's maps, before they are put together.
-struct SampledMaps {
-  std::vector<DistanceSample> samples{};
-  std::vector<double> looked_at{};  // solid angle of each map, in units of a pixel at the horizon
-};
-
-// Of the maps `share`, counted through the lines, as sample_distances() does.
-SampledMaps sample_maps(const Room& room, int per_map, IndexRange share);
-
-// The samples of all maps, from those of consecutive shares.
-DistanceSamples all_samples(std::vector<SampledMaps> shares);
 
 // The number of a room's distance maps.
 std::size_t map_count(const Room& room);

@@ -64,10 +64,8 @@ inline constexpr auto kDials = std::to_array<Dial>({
      .unit = "degrees",
      .least = 45.0,
      .most = 90.0,
-     .zero = "auto",
      .group = DialGroup::kConnection,
-     .help = "Largest incidence angle of the hybrid connection in degrees, 45 to 90, or auto: the "
-             "one that connect-error measured to be best on the room, else 90",
+     .help = "Largest incidence angle of the hybrid connection in degrees, 45 to 90",
      .cost = "none",
      .phrase = "k {}°",
      .sweep = DialSweep{.values = {45.0, 76.0, 90.0}}},
@@ -171,7 +169,7 @@ std::string generation_name(Generation generation);
 Generation generation_from_name(const std::string& name);
 
 // Throws UsageError on options out of range. What the program chooses for a room must already be
-// chosen: `k_deg` and `width` must not be 0.
+// chosen: `width` must not be 0.
 void require_view_options(const ViewOptions& options);
 
 }  // namespace raywalk

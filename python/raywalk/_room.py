@@ -237,7 +237,7 @@ class Room:
     def view_settings(self, **settings: Unpack[ViewSettings]) -> Dict[str, Any]:
         """The settings that views are rendered with, each by its key, and why.
 
-        "k_source" says how an automatic k was chosen, "reason" what a preset or a measured choice
+        "k_source" says how k was chosen, "reason" what a preset or a measured choice
         followed.
         """
         return _native.view_settings(self._room, dict(settings))

@@ -29,7 +29,7 @@ std::vector<NamedOptions> presets_of(const Room& room) {
   for (const std::string_view preset_name : kPresets) {
     const std::string name(preset_name);
     const Preset preset = preset_of(name, scene);
-    presets.push_back({name, preset.reason, view_mode(preset.settings, room).options});
+    presets.push_back({name, preset.reason, view_mode(preset.settings).options});
   }
   return presets;
 }

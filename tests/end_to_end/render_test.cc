@@ -163,6 +163,8 @@ TEST_F(RenderTest, ConnectErrorPrintsATable) {
   EXPECT_THAT(measured.output,
               AllOf(HasSubstr("initial views"), HasSubstr("hlf-vd views"), HasSubstr(" 45  lfu"),
                     HasSubstr(" 80  hybrid"), HasSubstr(" 90  rayspace360"), HasSubstr("given")));
+  const CommandResult viewed = render(view_to_png("--at 0,0 --generation initial"));
+  EXPECT_THAT(viewed.output, HasSubstr("k = 90 degrees (the default)"));
 }
 
 TEST_F(RenderTest, ErrorModelWritesItsReport) {
