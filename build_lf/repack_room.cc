@@ -31,9 +31,8 @@ namespace fs = std::filesystem;
 // Written anew, of views of the room as it was stored, or what its volumes were packed from: the
 // next pack must not take them for volumes of another form.
 bool is_left_out(const fs::path& name) {
-  constexpr std::array kLeftOut = {
-      "lines",      "distances",     "manifest.json",      "lock",
-      "trade.json", "measured.json", "connect-error.json", "inputs.json"};
+  constexpr std::array kLeftOut = {"lines",      "distances",     "manifest.json", "lock",
+                                   "trade.json", "measured.json", "inputs.json"};
   return name.string().front() == '.' || std::ranges::find(kLeftOut, name) != kLeftOut.end();
 }
 

@@ -197,12 +197,11 @@ ReusedVolumes reuse_volumes(const fs::path& earlier, const PackPlan& plan,
 }
 
 std::string measurements_of(const fs::path& room) {
-  constexpr std::array<std::pair<const char*, const char*>, 6> kMeasurements{
+  constexpr std::array<std::pair<const char*, const char*>, 5> kMeasurements{
       {{"depth.json", "estimated distances"},
        {"gains.h5", "gains"},
        {"held-out", "held-out stations"},
        {"require.json", "requirements"},
-       {"connect-error.json", "connection errors"},
        {"measured.json", "measured settings"}}};
   std::vector<std::string> found;
   std::error_code error;
