@@ -61,8 +61,8 @@ std::string rays_text(const Line& line, const std::vector<StationSource>& source
 
 std::string distances_text(const Line& line, const std::vector<StationSource>& sources,
                            PanoramaSize map) {
-  std::string text =
-      fmt::format("distances {} {} {} {}\n", kRoomFormatVersion, line.id, map.width, map.height);
+  std::string text = fmt::format("distances {} {} {} {}\n", kRoomFormatVersion, sha256_of(line),
+                                 map.width, map.height);
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const StationSource& source = sources[i];
     if (!source.distance_map) continue;

@@ -2,72 +2,21 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <hdf5.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdlib>
-#include <limits>
-#include <mutex>
-#include <string_view>
 #include <system_error>
 #include <utility>
 
-#include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/room/hdf5_calls.h"
 
 namespace raywalk {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace hdf5;  // NOLINT(google-build-using-namespace): its functions are for this file
 
 constexpr std::size_t kMostSmallBytes = std::size_t{1} << 27;
-constexpr unsigned kDeflateLevel = 4;  // higher ones save a hundredth
-
-std::recursive_mutex library;
-std::string last_reason;  // of the last call of HDF5 that failed
-
-// Walking downward ends at the function that detected the error, whose description is the most
-// specific.
-herr_t keep_last(unsigned, const H5E_error2_t* error, void*) {
-  if (error->desc != nullptr && *error->desc != '\0') last_reason = error->desc;
-  return 0;
-}
-
-// Instead of printing them.
-herr_t keep_reason(hid_t stack, void*) {
-  return H5Ewalk2(stack, H5E_WALK_DOWNWARD, keep_last, nullptr);
-}
-
-// Before HDF5 is used in a thread. The first call also disables HDF5's cleanup at exit (see
-// write_guarded), which must precede its initialisation.
-void prepare_library() {
-  static const bool no_cleaning_at_exit = H5dont_atexit() >= 0;
-  static_cast<void>(no_cleaning_at_exit);
-  H5Eset_auto2(H5E_DEFAULT, keep_reason, nullptr);
-}
-
-// The system's error number that HDF5's file drivers put into their description:
-// "file write failed: ..., errno = 28, error message = 'No space left on device', ..."; 0: none.
-int error_number_in(const std::string& reason) {
-  constexpr std::string_view kBefore = "errno = ";
-  const std::size_t at = reason.find(kBefore);
-  return at == std::string::npos ? 0 : std::atoi(reason.c_str() + at + kBefore.size());
-}
-
-// What a failure means, and what to do.
-std::string meaning_of(const std::string& reason) {
-  const int number = error_number_in(reason);
-  if (number == ENOSPC || number == EDQUOT) {
-    return "the disk is full; free some space and run the command again";
-  }
-  if (number != 0) {
-    return std::generic_category().message(number) +
-           "; check the disk and the file's permissions, and run the command again";
-  }
-  return "the file is damaged or was cut short; restore it from a copy or create it again" +
-         (reason.empty() ? "" : " (HDF5: " + one_line(reason) + ")");
-}
 
 // HDF5 file format specification, section II.A: the byte after the eight of the signature is the
 // version of the superblock; from version 2 on superblock and metadata are checksummed. HDF5 1.10
@@ -76,77 +25,6 @@ constexpr int kChecksummedSuperblock = 2;
 int superblock_version(const fs::path& file) {
   const std::string head = read_file_prefix(file, 9);
   return head.size() < 9 ? 0 : static_cast<unsigned char>(head[8]);
-}
-
-// A call of HDF5 failed; last_reason says why.
-struct Hdf5Failure {};
-
-void check(herr_t status) {
-  if (status < 0) throw Hdf5Failure();
-}
-
-// Owns an identifier of HDF5.
-class Id {
- public:
-  Id(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {
-    if (id < 0) throw Hdf5Failure();
-  }
-  Id(Id&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-  Id& operator=(Id&&) = delete;
-  ~Id() {
-    if (id_ >= 0) close_(id_);
-  }
-  operator hid_t() const { return id_; }  // NOLINT(google-explicit-constructor): as HDF5 takes it
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
-
-// As stored; Raywalk's machines are little-endian.
-hid_t type_of(ElementType type) {
-  switch (type) {
-    case ElementType::kUint8:
-      return H5T_STD_U8LE;
-    case ElementType::kInt32:
-      return H5T_STD_I32LE;
-    case ElementType::kUint64:
-      return H5T_STD_U64LE;
-    case ElementType::kFloat32:
-      return H5T_IEEE_F32LE;
-    case ElementType::kFloat64:
-      break;
-  }
-  return H5T_IEEE_F64LE;
-}
-
-template <typename T>
-constexpr ElementType kElementOf = std::is_same_v<T, double>         ? ElementType::kFloat64
-                                   : std::is_same_v<T, std::int32_t> ? ElementType::kInt32
-                                                                     : ElementType::kUint64;
-
-std::vector<hsize_t> dims_of(const Shape& shape) { return {shape.begin(), shape.end()}; }
-
-Id space_of(const Shape& shape) {
-  return {H5Screate_simple(static_cast<int>(shape.size()), dims_of(shape).data(), nullptr),
-          H5Sclose};
-}
-
-Id opened(hid_t file, const std::string& dataset) {
-  return {H5Dopen2(file, dataset.c_str(), H5P_DEFAULT), H5Dclose};
-}
-
-Id stored_type_of(hid_t dataset) { return {H5Dget_type(dataset), H5Tclose}; }
-
-Id properties_of(hid_t dataset) { return {H5Dget_create_plist(dataset), H5Pclose}; }
-
-Shape shape_of_dataset(hid_t dataset) {
-  const Id space(H5Dget_space(dataset), H5Sclose);
-  const int rank = H5Sget_simple_extent_ndims(space);
-  check(rank);
-  std::vector<hsize_t> dims(static_cast<std::size_t>(rank));
-  check(H5Sget_simple_extent_dims(space, dims.data(), nullptr));
-  return {dims.begin(), dims.end()};
 }
 
 bool has_one_value(hid_t attribute) {
@@ -159,112 +37,13 @@ bool is_text(hid_t type) {
          H5Tget_size(type) <= kMostSmallBytes;
 }
 
-// Of all values; none where that is no number of bytes.
-std::optional<std::size_t> bytes_of(const Shape& shape, std::size_t bytes) {
-  for (const std::size_t extent : shape) {
-    if (extent != 0 && bytes > std::numeric_limits<std::size_t>::max() / 2 / extent) return {};
-    bytes *= extent;
-  }
-  return bytes;
-}
-
-// The shape of one index of the first dimension.
-Shape slab_of(Shape shape) {
-  shape.front() = 1;
-  return shape;
-}
-
-// One index of the first dimension of a file's values.
-Id selected(const Shape& shape, std::size_t index) {
-  std::vector<hsize_t> start(shape.size(), 0);
-  start.front() = index;
-  Id space = space_of(shape);
-  check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr,
-                            dims_of(slab_of(shape)).data(), nullptr));
-  return space;
-}
-
-// Properties of a dataset to be created. Without times, files of the same content have the same
-// bytes.
-Id new_properties() {
-  Id properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  check(H5Pset_obj_track_times(properties, false));
-  return properties;
-}
-
-Id contiguous() {
-  Id properties = new_properties();
-  check(H5Pset_layout(properties, H5D_CONTIGUOUS));
-  check(H5Pset_alloc_time(properties, H5D_ALLOC_TIME_EARLY));
-  check(H5Pset_fill_time(properties, H5D_FILL_TIME_NEVER));
-  return properties;
-}
-
-Id in_chunks(const Shape& chunk) {
-  Id properties = new_properties();
-  check(H5Pset_chunk(properties, static_cast<int>(chunk.size()), dims_of(chunk).data()));
-  return properties;
-}
-
-Id created(hid_t file, const std::string& name, hid_t type, const Shape& shape, hid_t properties) {
-  return {
-      H5Dcreate2(file, name.c_str(), type, space_of(shape), H5P_DEFAULT, properties, H5P_DEFAULT),
-      H5Dclose};
-}
-
-void write_whole(hid_t file, const std::string& name, hid_t type, const Shape& shape,
-                 const void* values) {
-  check(H5Dwrite(created(file, name, type, shape, contiguous()), type, H5S_ALL, H5S_ALL,
-                 H5P_DEFAULT, values));
-}
-
-void write_scalar(hid_t file, const std::string& where, const std::string& name, hid_t type,
-                  const void* value) {
-  const Id scalar(H5Screate(H5S_SCALAR), H5Sclose);
-  const Id attribute(H5Acreate_by_name(file, where.c_str(), name.c_str(), type, scalar, H5P_DEFAULT,
-                                       H5P_DEFAULT, H5P_DEFAULT),
-                     H5Aclose);
-  check(H5Awrite(attribute, type, value));
-}
-
-Id text_type(std::size_t length) {
-  Id type(H5Tcopy(H5T_C_S1), H5Tclose);
-  check(H5Tset_size(type, length));
-  check(H5Tset_strpad(type, H5T_STR_NULLPAD));
-  check(H5Tset_cset(type, H5T_CSET_UTF8));
-  return type;
-}
-
 }  // namespace
-
-template <typename Call>
-auto Hdf5File::guarded(const std::string& what, const Call& call) const {
-  const std::lock_guard lock(library);
-  prepare_library();
-  try {
-    return call();
-  } catch (const Hdf5Failure&) {
-    throw Error(fmt::format("{}: {}: {}", path_.string(), what, meaning_of(last_reason)));
-  }
-}
-
-// HDF5 1.10 crashes when it closes a file whose buffers cannot be written (disk full), even at
-// process exit, so after a failed write the file is never closed.
-template <typename Call>
-auto Hdf5File::write_guarded(const std::string& what, const Call& call) {
-  try {
-    return guarded(what, call);
-  } catch (const Error&) {
-    file_ = -1;
-    throw;
-  }
-}
 
 Hdf5File::Hdf5File(fs::path path) : path_(std::move(path)) {}
 Hdf5File::Hdf5File(Hdf5File&& other) noexcept
     : path_(std::move(other.path_)), file_(std::exchange(other.file_, -1)) {}
 Hdf5File::~Hdf5File() {
-  const std::lock_guard lock(library);
+  const std::lock_guard lock(library());
   if (file_ >= 0) H5Fclose(file_);
 }
 
@@ -435,91 +214,6 @@ void Hdf5File::read_slab(const std::string& name, std::size_t index, ElementType
     }
     check(H5Dread(dataset, type_of(type), space_of(slab_of(shape)), selected(shape, index),
                   H5P_DEFAULT, values.data()));
-  });
-}
-
-void Hdf5File::write_format(const std::string& format, int version) {
-  write_attribute("/", "format", format);
-  write_guarded("cannot write attribute format_version",
-                [&] { write_scalar(file_, "/", "format_version", H5T_STD_I32LE, &version); });
-}
-
-void Hdf5File::write_attribute(const std::string& where, const std::string& name,
-                               const std::string& text) {
-  write_guarded("cannot write attribute " + name,
-                [&] { write_scalar(file_, where, name, text_type(text.size()), text.data()); });
-}
-
-template <typename T>
-void Hdf5File::write(const std::string& name, const std::vector<T>& values, Shape shape) {
-  if (shape.empty()) shape = {values.size()};
-  write_guarded(fmt::format("cannot write dataset '{}'", name),
-                [&] { write_whole(file_, name, type_of(kElementOf<T>), shape, values.data()); });
-}
-template void Hdf5File::write(const std::string&, const std::vector<std::int32_t>&, Shape);
-template void Hdf5File::write(const std::string&, const std::vector<std::uint64_t>&, Shape);
-template void Hdf5File::write(const std::string&, const std::vector<double>&, Shape);
-
-void Hdf5File::write_strings(const std::string& name, const std::vector<std::string>& values) {
-  std::string all;
-  for (const std::string& value : values) all += value;
-  write_guarded(fmt::format("cannot write dataset '{}'", name), [&] {
-    write_whole(file_, name, text_type(values.front().size()), {values.size()}, all.data());
-  });
-}
-
-void Hdf5File::create_contiguous(const std::string& name, ElementType type, const Shape& shape) {
-  write_guarded(fmt::format("cannot create dataset '{}'", name),
-                [&] { created(file_, name, type_of(type), shape, contiguous()); });
-}
-
-void Hdf5File::create_deflated(const std::string& name, ElementType type, const Shape& shape) {
-  write_guarded(fmt::format("cannot create dataset '{}'", name), [&] {
-    const Id properties = in_chunks(slab_of(shape));
-    check(H5Pset_shuffle(properties));
-    check(H5Pset_deflate(properties, kDeflateLevel));
-    created(file_, name, type_of(type), shape, properties);
-  });
-}
-
-void Hdf5File::write_slab(const std::string& name, std::size_t index, const void* values) {
-  write_guarded("cannot write", [&] {
-    const Id dataset = opened(file_, name);
-    const Shape shape = shape_of_dataset(dataset);
-    check(H5Dwrite(dataset, stored_type_of(dataset), space_of(slab_of(shape)),
-                   selected(shape, index), H5P_DEFAULT, values));
-  });
-}
-
-void Hdf5File::create_encoded(const std::string& name, const Shape& shape,
-                              const EncodedChunks& chunks) {
-  write_guarded(fmt::format("cannot create dataset '{}'", name), [&] {
-    const Id properties = in_chunks(chunks.chunk);
-    // HDF5 requires a filter that is not optional to be there where the dataset is created.
-    check(H5Pset_filter(properties, chunks.filter, H5Z_FLAG_OPTIONAL, chunks.values.size(),
-                        chunks.values.data()));
-    created(file_, name, H5T_STD_U8LE, shape, properties);
-  });
-}
-
-FilePlace Hdf5File::write_chunk(const std::string& name, const Shape& start,
-                                std::span<const std::uint8_t> encoded) {
-  return write_guarded("cannot write", [&] {
-    const Id dataset = opened(file_, name);
-    const std::vector<hsize_t> place = dims_of(start);
-    unsigned skipped_filters = 0;
-    haddr_t begin = HADDR_UNDEF;
-    hsize_t bytes = 0;
-    check(H5Dwrite_chunk(dataset, H5P_DEFAULT, 0, place.data(), encoded.size(), encoded.data()));
-    check(H5Dget_chunk_info_by_coord(dataset, place.data(), &skipped_filters, &begin, &bytes));
-    return FilePlace{begin, bytes};
-  });
-}
-
-void Hdf5File::close() {
-  write_guarded("cannot write", [&] {
-    check(H5Fflush(file_, H5F_SCOPE_LOCAL));
-    check(H5Fclose(std::exchange(file_, -1)));
   });
 }
 
