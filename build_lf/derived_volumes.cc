@@ -60,41 +60,42 @@ std::int64_t images_of(const Room& room) {
   return images;
 }
 
-void write_derived_line(const Room& room, const Room& part, int index, const RayForm& form,
-                        int distance_width, const fs::path& out, Progress* progress) {
+void write_derived_rays(const Room& room, const Room& part, int index, const RayForm& form,
+                        const fs::path& out, Progress* progress) {
   throw_if_interrupted();
   const Line& line = part.grid().lines[static_cast<std::size_t>(index)];
   const LineVolume& rays = part.volume(index);
-  const fs::path rays_file = line_volume_path(out, line.id);
+  const fs::path file = line_volume_path(out, line.id);
   const bool is_same = rays.form() == form && rays.stations() == room.volume(index).stations();
-  if (fs::exists(rays_file)) {
-    advance(rays.stations(), progress);
-  } else if (is_same && form.kind == RayForm::Kind::kJpeg) {
-    copy_volume(line_volume_path(room.directory(), line.id), rays_file);
-    advance(rays.stations(), progress);
-  } else {
-    write_line_volume(rays_file, line,
-                      {.panorama = part.panorama(),
-                       .masked = rays.masked(),
-                       .read = [&](size_t i) { return stored_rays(rays, static_cast<int>(i)); },
-                       .form = form},
-                      progress);
+  if (fs::exists(file)) return advance(rays.stations(), progress);
+  if (is_same && form.kind == RayForm::Kind::kJpeg) {
+    copy_volume(line_volume_path(room.directory(), line.id), file);
+    return advance(rays.stations(), progress);
   }
-  const DistanceVolume& maps = part.distances(index);
-  const fs::path maps_file = distance_volume_path(out, line.id);
-  if (maps.maps() == 0) return;
-  if (fs::exists(maps_file)) return advance(maps.maps(), progress);
-  const int width = std::min(distance_width, maps.size().width);
+  write_line_volume(file, line,
+                    {.panorama = part.panorama(),
+                     .masked = rays.masked(),
+                     .read = [&](size_t i) { return stored_rays(rays, static_cast<int>(i)); },
+                     .form = form},
+                    progress);
+}
+
+void write_derived_maps(const DistanceVolume& maps, const Line& line, DistanceKind kind,
+                        int most_width, bool compressed, const fs::path& out, Progress* progress) {
+  throw_if_interrupted();
+  const fs::path file = distance_volume_path(out, line.id, kind);
+  if (fs::exists(file)) return advance(maps.maps(), progress);
+  const int width = std::min(most_width, maps.size().width);
   const auto read = [&](size_t i) {
     return width < maps.size().width ? reduced_distances(maps, static_cast<int>(i), width)
                                      : stored_distances(maps, static_cast<int>(i));
   };
-  write_distance_volume(maps_file, line,
+  write_distance_volume(file, line,
                         {.stations = {maps.stations().begin(), maps.stations().end()},
                          .size = {width, width / 2},
                          .origin = maps.origin(),
                          .read = read,
-                         .compressed = form.compressed(),
+                         .compressed = compressed,
                          .left_out = maps.left_out().stored_runs({width, width / 2})},
                         progress);
 }

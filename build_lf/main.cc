@@ -45,7 +45,6 @@ struct Arguments {
   std::string compress = "none";
   bool json = false;
   std::string use;
-  bool record = false;
   bool remove = false;
 };
 
@@ -271,21 +270,12 @@ void add_distances(CLI::App* app, Arguments* arguments) {
           ->add_option("--use", arguments->use,
                        "Let views use these: given (packed with the room) or estimated (by depth)")
           ->type_name("given|estimated");
-  distances
-      ->add_flag("--record", arguments->record,
-                 "Record the files that are there in the manifest, after replacing them on purpose "
-                 "or for a room of an older Raywalk")
-      ->excludes(use);
-  add_threads_option(distances, &arguments->threads);
   distances->footer(
       "Examples:\n  raywalk-build-lf distances room.lf\n"
       "  raywalk-build-lf distances room.lf --use given");
   distances->callback([arguments, use] {
-    set_thread_count(arguments->threads);
     if (*use) {
       fmt::print("{}\n", use_distances(arguments->room, distance_kind_from_name(arguments->use)));
-    } else if (arguments->record) {
-      fmt::print("{}\n", record_distances(arguments->room));
     } else {
       fmt::print("{}", distances_text(arguments->room));
     }

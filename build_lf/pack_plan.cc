@@ -172,11 +172,6 @@ Grid grid_of(const std::vector<Frame>& frames, const PackOptions& options) {
 
 }  // namespace
 
-bool PackPlan::has_maps(std::size_t line) const {
-  return std::any_of(sources[line].begin(), sources[line].end(),
-                     [](const StationSource& source) { return source.distance_map.has_value(); });
-}
-
 std::uint64_t PackPlan::bytes_of_rays(std::size_t line) const {
   const bool masked =
       std::any_of(sources[line].begin(), sources[line].end(),

@@ -53,7 +53,8 @@ struct PackPlan {
   // SHA-256 over the inputs. A stopped run can only be resumed with the same fingerprint.
   std::string fingerprint{};
 
-  bool has_maps(std::size_t line) const;
+  // Whether any station has a distance map; then every line gets a volume of them.
+  bool has_maps() const { return distance_map.width > 0; }
   // Bytes of a line's volumes and of all volumes, without headers. Of compressed rays an estimate:
   // few scenes take more.
   std::uint64_t bytes_of_rays(std::size_t line) const;

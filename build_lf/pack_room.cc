@@ -49,7 +49,7 @@ std::vector<Job> open_jobs(const PackPlan& plan, const std::vector<std::size_t>&
     if (!fs::exists(line_volume_path(room, id))) {
       jobs.push_back({i, false, static_cast<std::int64_t>(plan.sources[i].size())});
     }
-    if (plan.has_maps(i) && !fs::exists(distance_volume_path(room, id))) {
+    if (plan.has_maps() && !fs::exists(distance_volume_path(room, id))) {
       const auto maps =
           std::count_if(plan.sources[i].begin(), plan.sources[i].end(),
                         [](const StationSource& s) { return s.distance_map.has_value(); });
@@ -147,14 +147,14 @@ void complete_room(const PackPlan& plan, PartialRoom* partial) {
 }  // namespace
 
 RoomManifest manifest_of_volumes(const fs::path& room, PanoramaSize panorama, const Grid& grid) {
-  RoomManifest manifest{panorama, grid, {}, std::vector<DistanceSet>()};
+  RoomManifest manifest{panorama, grid, {}};
   for (const Line& line : grid.lines) {
     manifest.rays_sha256.push_back(checksum_of_line(line_volume_path(room, line.id)));
   }
-  const fs::path directory = distances_directory(room);
-  if (auto distances = set_of(open_distance_volumes(directory, grid), grid)) {
-    add_file_checksums(directory, &*distances);
-    manifest.distances->push_back(std::move(*distances));
+  std::error_code error;
+  for (const DistanceKind kind : {DistanceKind::kEstimated, DistanceKind::kGiven}) {
+    const fs::path folder = distances_directory(room, kind);
+    if (fs::exists(folder, error) && !fs::is_empty(folder)) manifest.distances = kind;
   }
   return manifest;
 }

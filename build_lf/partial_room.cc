@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kLockFile = "lock";
 constexpr const char* kFingerprintFile = "inputs.sha256";
-constexpr std::array kVolumeDirectories = {"lines", "distances", kDevelopedDirectory};
+constexpr std::array kVolumeDirectories = {"lines", "distances/given", "distances/estimated",
+                                           kDevelopedDirectory};
 
 fs::path made_directory(const fs::path& directory) {
   make_directories(directory);
@@ -30,7 +31,8 @@ fs::path partial_path(const fs::path& out) { return out.string() + ".partial"; }
 bool is_part_of_room(const fs::path& relative, bool is_directory) {
   const std::string name = relative.filename().string();
   if (is_directory) {
-    return name == "lines" || name.rfind("distances", 0) == 0 || name == "held-out";
+    return name == "lines" || name.starts_with("distances") || name == "given" ||
+           name == "estimated" || name == "held-out";
   }
   const std::string extension = relative.extension().string();
   return name.front() == '.' || name == "lock" || extension == ".h5" || extension == ".json" ||
@@ -126,7 +128,9 @@ void PartialRoom::complete() {
     fs::remove_all(directory_ / name);
   }
   remove_all(volumes_in(directory_, false));
-  if (fs::is_empty(directory_ / "distances")) fs::remove(directory_ / "distances");
+  for (const char* name : {"distances/given", "distances/estimated", "distances"}) {
+    if (fs::is_empty(directory_ / name)) fs::remove(directory_ / name);
+  }
   move_into_place(directory_, out_);
   completed_ = true;
 }

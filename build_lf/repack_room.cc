@@ -8,6 +8,7 @@
 #include <string>
 
 #include "build_lf/derived_volumes.h"
+#include "build_lf/distance_sets.h"
 #include "build_lf/free_space.h"
 #include "build_lf/pack_room.h"
 #include "build_lf/partial_room.h"
@@ -17,9 +18,9 @@
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/output_folder.h"
-#include "core/room/distance_record.h"
 #include "core/room/requirements.h"
 #include "core/room/room.h"
+#include "core/room/room_fingerprint.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -29,9 +30,8 @@ namespace fs = std::filesystem;
 // Written anew, of views of the room as it was stored, or what its volumes were packed from: the
 // next pack must not take them for volumes of another form.
 bool is_left_out(const fs::path& name) {
-  constexpr std::array kLeftOut = {
-      "lines",      "distances",     "manifest.json",      "lock",
-      "trade.json", "measured.json", "connect-error.json", "inputs.json"};
+  constexpr std::array kLeftOut = {"lines",      "distances",     "manifest.json", "lock",
+                                   "trade.json", "measured.json", "inputs.json"};
   return name.string().front() == '.' || name.extension() == ".partial" ||
          std::ranges::find(kLeftOut, name) != kLeftOut.end();
 }
@@ -58,14 +58,6 @@ RoomManifest repacked_manifest(const Room& room, const fs::path& out) {
   for (const Line& line : room.grid().lines) {
     manifest.rays_sha256.push_back(checksum_of_line(line_volume_path(out, line.id)));
   }
-  const auto used = set_of(
-      open_distance_volumes(distances_directory(room.directory()), room.grid()), room.grid());
-  auto written = set_of(open_distance_volumes(distances_directory(out), room.grid()), room.grid());
-  if (!manifest.distances || !used || !written) return manifest;
-  add_file_checksums(distances_directory(out), &*written);
-  const DistanceSet* recorded = recorded_as(*manifest.distances, *used);
-  if (recorded == nullptr) return manifest;
-  (*manifest.distances)[static_cast<std::size_t>(recorded - manifest.distances->data())] = *written;
   return manifest;
 }
 
@@ -105,10 +97,22 @@ void repack_room(const RepackOptions& options) {
   const fs::path& out = partial.directory();
   require_space_for(room, options, out);
   copy_the_rest(options.room, out);
-  Progress progress("repacking", images_of(room), "images");
+  std::vector<FoundDistances> distances = find_distances(options.room, room.manifest());
+  std::erase_if(distances, [](const FoundDistances& found) { return !found.fault.empty(); });
+  const std::vector<Line>& lines = room.grid().lines;
+  std::int64_t images = 0;
+  for (const Line& line : lines) images += std::ssize(line.stations);
+  for (const FoundDistances& found : distances) {
+    for (const DistanceVolume& volume : found.volumes) images += volume.maps();
+  }
+  Progress progress("repacking", images, "images");
   constexpr int kAnyWidth = std::numeric_limits<int>::max();
-  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
-    write_derived_line(room, room, line, options.form, kAnyWidth, out, &progress);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    write_derived_rays(room, room, static_cast<int>(i), options.form, out, &progress);
+    for (const FoundDistances& found : distances) {
+      write_derived_maps(found.volumes[i], lines[i], found.kind, kAnyWidth,
+                         options.form.compressed(), out, &progress);
+    }
   }
   write_file_atomically(manifest_path(out), manifest_to_json(repacked_manifest(room, out)));
   Room::open(out);  // checks that the result can be opened

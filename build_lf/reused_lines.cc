@@ -11,8 +11,8 @@
 #include <system_error>
 #include <utility>
 
+#include "build_lf/distance_sets.h"
 #include "build_lf/pack_room.h"
-#include "build_lf/room_distances.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"
@@ -56,7 +56,7 @@ std::string rays_text(const Line& line, const std::vector<StationSource>& source
 std::string distances_text(const Line& line, const std::vector<StationSource>& sources,
                            const PackPlan& plan) {
   const PanoramaSize map = plan.distance_map;
-  std::string text = fmt::format("distances {} {} {} {} {}\n", kRoomFormatVersion, line.id,
+  std::string text = fmt::format("distances {} {} {} {} {}\n", kRoomFormatVersion, sha256_of(line),
                                  map.width, map.height, plan.form.compressed());
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const StationSource& source = sources[i];
@@ -115,9 +115,8 @@ std::optional<EarlierRoom> open_earlier(const fs::path& directory) {
     for (std::size_t i = 0; i < manifest.rays_sha256.size(); ++i) {
       earlier.rays_sha256[manifest.grid.lines[i].id] = manifest.rays_sha256[i];
     }
-    if (manifest.distances) {
-      const RoomDistances distances = find_distances(directory, manifest);
-      if (distances.given) earlier.given = distances.given->directory;
+    for (const FoundDistances& found : find_distances(directory, manifest)) {
+      if (found.kind == DistanceKind::kGiven && found.fault.empty()) earlier.given = found.folder;
     }
     return earlier;
   } catch (const Error& unusable) {
@@ -145,7 +144,7 @@ LineInputs line_inputs(const PackPlan& plan, std::size_t line) {
   throw_if_interrupted();
   const Line& of_grid = plan.grid.lines[line];
   LineInputs inputs{.rays = sha256_hex(rays_text(of_grid, plan.sources[line], plan))};
-  if (plan.has_maps(line)) {
+  if (plan.has_maps()) {
     inputs.distances = sha256_hex(distances_text(of_grid, plan.sources[line], plan));
   }
   return inputs;
@@ -189,12 +188,11 @@ ReusedVolumes reuse_volumes(const fs::path& earlier, const PackPlan& plan,
 }
 
 std::string measurements_of(const fs::path& room) {
-  constexpr std::array<std::pair<const char*, const char*>, 6> kMeasurements{
+  constexpr std::array<std::pair<const char*, const char*>, 5> kMeasurements{
       {{"depth.json", "estimated distances"},
        {"gains.h5", "gains"},
        {"held-out", "held-out stations"},
        {"require.json", "requirements"},
-       {"connect-error.json", "connection errors"},
        {"measured.json", "measured settings"}}};
   std::vector<std::string> found;
   std::error_code error;

@@ -91,7 +91,7 @@ TEST_F(ReusedLinesTest, ALineWithOtherPlacesIsPackedAnew) {
   ASSERT_NE(list.find(row), std::string::npos) << list;
   list.replace(list.find(row), row.size(), "right_3.png,0.5,0,0.01\n");
   write_file_atomically(capture_.list(), list);
-  EXPECT_THAT(repacked(), ElementsAre("z1"));
+  EXPECT_THAT(repacked(), ElementsAre("z1", "maps of z1"));
 }
 
 TEST_F(ReusedLinesTest, AVolumeThatIsNotTheRoomsIsNotTakenOver) {

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "build_lf/distance_sets.h"
 #include "build_lf/reused_lines.h"
-#include "build_lf/room_distances.h"
 #include "core/base/counted.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
@@ -107,18 +107,18 @@ LineInfo line_info(const Room& room, int index, Progress* progress) {
   info.distance_size = room.distances(index).size();
   info.form = room.volume(index).form();
   info.bytes = bytes_of(line_volume_path(room.directory(), line.id)) +
-               bytes_of(distance_volume_path(room.directory(), line.id));
+               bytes_of(distance_volume_path(room.directory(), line.id, room.manifest().distances));
   return info;
 }
 
 void set_distance_sets(const Room& room, RoomInfo* info) {
-  const RoomDistances distances = find_distances(room.directory(), room.manifest());
-  for (const DistanceKind kind : {DistanceKind::kGiven, DistanceKind::kEstimated}) {
-    if (const auto& found = distances.found(kind)) {
+  for (const FoundDistances& found : find_distances(room.directory(), room.manifest())) {
+    if (found.fault.empty()) {
       info->distance_sets.push_back(
-          {found->set.origin, found->directory.filename().string(), found->in_use});
+          {found.origin, "distances/" + name_of(found.kind), found.in_use});
+    } else {
+      info->distance_faults.push_back(found.fault);
     }
-    if (!distances.fault(kind).empty()) info->distance_faults.push_back(distances.fault(kind));
   }
 }
 
@@ -195,7 +195,7 @@ RoomInfo info_of(const Room& room) {
   info.masked_share /= info.stations;
   info.compression = room.compression();
   info.distances = room.distances_origin();
-  info.refined = refined_text(room.directory());
+  info.refined = refined_text(room);
   for (const auto& line : room.gains()) {
     info.stations_with_gains += static_cast<int>(std::ranges::count_if(line, std::not_fn(is_one)));
   }

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "build_lf/distance_sets.h"
 #include "build_lf/pack_room.h"
-#include "build_lf/room_distances.h"
 #include "build_lf/station_data.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
@@ -25,7 +25,8 @@ namespace {
 struct Check {
   int line;
   int station;
-  int map;  // -1: rays
+  const FoundDistances* maps;  // null: rays
+  int map;
   std::string expected;
 };
 
@@ -46,7 +47,7 @@ void check_identity(const Room& room, int index) {
   for (const Station& station : line.stations) {
     positions.insert(positions.end(), station.position_m.begin(), station.position_m.end());
   }
-  if (Hdf5File::open(file).read_float64("position_m") != positions) {
+  if (Hdf5File::open(file).read<double>("position_m") != positions) {
     throw Error(
         fmt::format("{}: its station positions are not those of manifest.json", file.string()));
   }
@@ -56,22 +57,24 @@ void check_identity(const Room& room, int index) {
   }
 }
 
-std::vector<Check> checks_of(const Room& room, int index) {
+std::vector<Check> checks_of(const Room& room, int index,
+                             const std::vector<FoundDistances>& distances) {
   const Line& line = room.grid().lines[static_cast<size_t>(index)];
   std::vector<Check> checks;
-  checks.reserve(2 * line.stations.size());
   const std::vector<std::string> rays =
       stored_checksums(line_volume_path(room.directory(), line.id), room.volume(index).stations());
   for (int station = 0; station < room.volume(index).stations(); ++station) {
-    checks.push_back({index, station, -1, rays[static_cast<size_t>(station)]});
+    checks.push_back({index, station, nullptr, 0, rays[static_cast<size_t>(station)]});
   }
-  const DistanceVolume& distances = room.distances(index);
-  if (distances.maps() == 0) return checks;
-  const std::vector<std::string> maps =
-      stored_checksums(distance_volume_path(room.directory(), line.id), distances.maps());
-  for (int map = 0; map < distances.maps(); ++map) {
-    const auto i = static_cast<size_t>(map);
-    checks.push_back({index, distances.stations()[i], map, maps[i]});
+  for (const FoundDistances& found : distances) {
+    const DistanceVolume& volume = found.volumes[static_cast<size_t>(index)];
+    if (volume.maps() == 0) continue;
+    const std::vector<std::string> maps =
+        stored_checksums(found.folder / (line.id + ".h5"), volume.maps());
+    for (int map = 0; map < volume.maps(); ++map) {
+      const auto i = static_cast<size_t>(map);
+      checks.push_back({index, volume.stations()[i], &found, map, maps[i]});
+    }
   }
   return checks;
 }
@@ -83,12 +86,12 @@ std::span<const T> all_columns(std::span<const T> first_column, int columns) {
 }
 
 std::string actual_checksum(const Room& room, const Check& check) {
-  if (check.map < 0) {
+  if (check.maps == nullptr) {
     const TileReading reading;
     const LineVolume& volume = room.volume(check.line);
     return checksum_of_rays(volume.columns(check.station), volume.stored_valid_rows(check.station));
   }
-  const DistanceVolume& volume = room.distances(check.line);
+  const DistanceVolume& volume = check.maps->volumes[static_cast<size_t>(check.line)];
   return checksum_of_distances(
       all_columns(volume.distance_column(check.map, 0), volume.size().width),
       all_columns(volume.confidence_column(check.map, 0), volume.size().width));
@@ -97,15 +100,15 @@ std::string actual_checksum(const Room& room, const Check& check) {
 [[noreturn]] void throw_damaged(const Room& room, const Check& first, std::int64_t damaged,
                                 std::int64_t checked) {
   const Line& line = room.grid().lines[static_cast<size_t>(first.line)];
-  throw Error(
-      fmt::format("{}: line {} station {} ({}): the {} do not match their checksum; {} of {} "
-                  "checksums differ; {}",
-                  room.directory().string(), line.id, first.station,
-                  line.stations[static_cast<size_t>(first.station)].file,
-                  first.map < 0 ? "rays" : "distances", damaged, checked,
-                  first.map < 0 || room.distances(first.line).given()
-                      ? "pack the room again"
-                      : "estimate the distances again with raywalk-build-lf depth"));
+  const bool estimated = first.maps != nullptr && first.maps->kind == DistanceKind::kEstimated;
+  throw Error(fmt::format(
+      "{}: line {} station {} ({}): the {} do not match their checksum; {} of {} checksums differ; "
+      "{}",
+      room.directory().string(), line.id, first.station,
+      line.stations[static_cast<size_t>(first.station)].file,
+      first.maps == nullptr ? "rays" : name_of(first.maps->kind) + " distances", damaged, checked,
+      estimated ? "estimate the distances again with raywalk-build-lf depth"
+                : "pack the room again"));
 }
 
 // Every volume in the directory must belong to a line of the room.
@@ -120,39 +123,16 @@ void require_no_strangers(const Grid& grid, const std::filesystem::path& directo
   }
 }
 
-// The files of a recorded set must have their recorded checksums.
-void verify_files(const FoundDistances& recorded) {
-  DistanceSet actual = recorded.set;
-  add_file_checksums(recorded.directory, &actual);
-  for (std::size_t i = 0; i < actual.volumes.size(); ++i) {
-    if (actual.volumes[i].sha256 == recorded.set.volumes[i].sha256) continue;
-    throw Error(
-        fmt::format("{}: the file does not match the checksum in manifest.json; put the "
-                    "room's own file back",
-                    (recorded.directory / (actual.volumes[i].line + ".h5")).string()));
-  }
-}
-
-// Compares the distances with what the manifest records. Returns the origin of those not in use.
-std::string verify_record(const Room& room) {
-  require_no_strangers(room.grid(), distances_directory(room.directory()));
-  if (!room.manifest().distances) return "";
-  const RoomDistances distances = find_distances(room.directory(), room.manifest());
-  std::string kept;
-  for (const DistanceKind kind : {DistanceKind::kGiven, DistanceKind::kEstimated}) {
-    if (!distances.fault(kind).empty()) {
-      throw Error(
-          fmt::format("{}; put them back, or accept what is there (`raywalk-build-lf distances "
-                      "{} --record`)",
-                      distances.fault(kind), room.directory().string()));
+// The distances that are there, whole as far as their headers say.
+std::vector<FoundDistances> checked_distances(const Room& room) {
+  std::vector<FoundDistances> all = find_distances(room.directory(), room.manifest());
+  for (const FoundDistances& found : all) {
+    if (!found.fault.empty()) {
+      throw Error(found.fault + "; put the room's own file back, or remove the folder");
     }
-    const std::optional<FoundDistances>& found = distances.found(kind);
-    if (!found) continue;
-    require_no_strangers(room.grid(), found->directory);
-    verify_files(*found);
-    if (!found->in_use) kept = found->set.origin;
+    require_no_strangers(room.grid(), found.folder);
   }
-  return kept;
+  return all;
 }
 
 // What does not match its checksum.
@@ -162,9 +142,9 @@ struct Damage {
 };
 
 // Line by line, so that the checksums of a line are all that is kept in memory.
-void verify_line(const Room& room, int line, Progress* progress, Damage* damage) {
+void verify_line(const Room& room, const std::vector<Check>& checks, int line, Progress* progress,
+                 Damage* damage) {
   check_identity(room, line);
-  const std::vector<Check> checks = checks_of(room, line);
   std::mutex mutex;
   std::vector<int> damaged;
   parallel_for(0, static_cast<int>(checks.size()), 1, [&](int begin, int end) {
@@ -186,20 +166,27 @@ void verify_line(const Room& room, int line, Progress* progress, Damage* damage)
 }  // namespace
 
 VerifiedCounts verify_room(const Room& room) {
+  const std::vector<FoundDistances> distances = checked_distances(room);
   const int lines = static_cast<int>(room.grid().lines.size());
   VerifiedCounts counts;
-  for (int line = 0; line < lines; ++line) {
-    counts.panoramas += room.volume(line).stations();
-    counts.distance_maps += room.distances(line).maps();
+  std::int64_t all = 0;
+  for (const FoundDistances& found : distances) {
+    if (!found.in_use) counts.kept_distances = found.origin;
+    for (const DistanceVolume& volume : found.volumes) {
+      all += volume.maps();
+      if (found.in_use) counts.distance_maps += volume.maps();
+    }
   }
-  const std::int64_t all = counts.panoramas + counts.distance_maps;
+  for (int line = 0; line < lines; ++line) counts.panoramas += room.volume(line).stations();
+  all += counts.panoramas;
   Damage damage;
   {
     Progress progress("verifying", all, "images");
-    for (int line = 0; line < lines; ++line) verify_line(room, line, &progress, &damage);
+    for (int line = 0; line < lines; ++line) {
+      verify_line(room, checks_of(room, line, distances), line, &progress, &damage);
+    }
   }
   if (damage.first) throw_damaged(room, *damage.first, damage.count, all);
-  counts.kept_distances = verify_record(room);
   return counts;
 }
 
@@ -207,7 +194,7 @@ std::string text_of(const VerifiedCounts& counts, const Room& room) {
   const std::string kept = counts.kept_distances.empty()
                                ? ""
                                : "; those not in use (" + counts.kept_distances + ") match too";
-  const std::string refined = refined_text(room.directory());
+  const std::string refined = refined_text(room);
   return fmt::format(
       "{}: {} panoramas and {} distance maps match their checksums; distances in use: {}{}{}{}{}",
       room.directory().string(), counts.panoramas, counts.distance_maps, room.distances_origin(),

@@ -15,8 +15,8 @@ struct VerifiedCounts {
 };
 
 // Reads every volume, in parallel, and the distances that are not in use as well. Throws Error
-// naming line, station and file of the first mismatch and the number of mismatches, a recorded file
-// that is missing or not as recorded, or a volume in ROOM/distances that belongs to no line.
+// naming line, station and file of the first mismatch and the number of mismatches, a file that is
+// missing or of another room, or a volume of distances that belongs to no line.
 VerifiedCounts verify_room(const Room& room);
 
 // One line: "room.lf: 244 panoramas and ... match their checksums".

@@ -1,10 +1,8 @@
 #include "build_lf/volume_writer.h"
 
 #include <algorithm>
-#include <array>
 #include <mutex>
 #include <optional>
-#include <span>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -14,7 +12,7 @@
 #include "core/room/distance_volume.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/line_volume.h"
-#include "core/room/tiled_rays_writer.h"
+#include "core/room/tiled_rays.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -26,8 +24,7 @@ constexpr const char* kPixelGrid =
     "theta = (i + 0.5) / width * 360 - 180 degrees; phi = 90 - (j + 0.5) / height * 180 degrees";
 
 void describe_file(Hdf5File* file, const char* format, const Line& line) {
-  file->write_attribute("/", "format", format);
-  file->write_attribute("/", "format_version", kVolumeFormatVersion);
+  file->write_format(format);
   file->write_attribute("/", "line", line.id);
   file->write_attribute("/", "frame", kWorldFrame);
   file->write_attribute("/", "pixel_grid", kPixelGrid);
@@ -43,7 +40,7 @@ void write_positions(Hdf5File* file, const Line& line) {
   for (const Station& station : line.stations) {
     positions.insert(positions.end(), station.position_m.begin(), station.position_m.end());
   }
-  file->write_float64("position_m", positions, std::array<std::size_t, 2>{line.stations.size(), 3});
+  file->write("position_m", positions, {line.stations.size(), 3});
   describe_dataset(file, "position_m", "station, xyz", "m");
 }
 
@@ -101,37 +98,19 @@ void complete_valid_rows(const LineRays& rays, StationRays* station) {
   }
 }
 
-// Dataset `rays` of a line, in the form that is asked for.
-class StoredRays {
- public:
-  StoredRays(Hdf5File* hdf5, const LineRays& rays, const std::array<std::size_t, 4>& shape)
-      : hdf5_(hdf5), shape_(shape) {
-    if (rays.form.compressed()) {
-      tiles_.emplace(hdf5, rays.form, static_cast<int>(shape[0]), rays.panorama,
-                     usual_tile_columns(rays.panorama));
-    } else {
-      contiguous_ = hdf5->create_contiguous("rays", H5T_STD_U8LE, shape);
-    }
+void describe_maps(Hdf5File* hdf5, const DistanceMaps& maps,
+                   const std::vector<std::string>& sha256) {
+  if (!maps.left_out.empty()) {
+    hdf5->write("left_out", maps.left_out, {maps.left_out.size() / 4, 4});
+    describe_dataset(hdf5, "left_out", "run, (station, theta, first row, one past the last)",
+                     "pixels of the maps; what moved: not to be used where another station sees "
+                     "the place");
   }
-
-  // A station's rays, replaced by what is read later; from any thread.
-  TileChunk encode(std::span<std::uint8_t> rays) const {
-    return tiles_ ? tiles_->encode(rays) : TileChunk();
-  }
-  void write(std::size_t station, std::span<const std::uint8_t> rays, const TileChunk& chunk) {
-    if (tiles_) {
-      tiles_->write(static_cast<int>(station), chunk);
-    } else {
-      hdf5_->write_slab(contiguous_, station, H5T_NATIVE_UINT8, shape_, rays.data());
-    }
-  }
-
- private:
-  Hdf5File* hdf5_;
-  std::array<std::size_t, 4> shape_;
-  Hdf5Handle contiguous_;
-  std::optional<TiledRaysWriter> tiles_;
-};
+  describe_dataset(hdf5, "distance_m", "map, theta, phi", "m along the ray; inf: no surface");
+  describe_dataset(hdf5, "confidence", "map, theta, phi", "0: unknown, 255: certain");
+  write_checksums(hdf5, sha256,
+                  "sha256(text of sha256(distance_m[map]) and sha256(confidence[map]))");
+}
 
 }  // namespace
 
@@ -153,33 +132,37 @@ void write_line_volume(const std::filesystem::path& file, const Line& line, cons
   write_positions(&hdf5, line);
   const std::size_t count = line.stations.size();
   const auto width = static_cast<std::size_t>(rays.panorama.width);
-  const auto height = static_cast<std::size_t>(rays.panorama.height);
-  const std::array<std::size_t, 4> rays_shape{count, width, height, 3};
-  const std::array<std::size_t, 3> rows_shape{count, width, 2};
-  std::vector<std::string> sha256(count);
-  {
-    StoredRays stored(&hdf5, rays, rays_shape);
-    const Hdf5Handle valid_rows =
-        rays.masked ? hdf5.create_contiguous("valid_rows", H5T_STD_I32LE, rows_shape)
-                    : Hdf5Handle();
-    const auto read = [&](std::size_t i) {
-      StationRays station = rays.read(i);
-      complete_valid_rows(rays, &station);
-      TileChunk chunk = stored.encode(station.rays);
-      sha256[i] = checksum_of_rays(station.rays, station.valid_rows);
-      if (rays.form.compressed()) station.rays = {};  // frees the memory
-      return std::pair(std::move(station), std::move(chunk));
-    };
-    const auto order = rays.form.compressed() ? StoreOrder::kByIndex : StoreOrder::kAny;
-    convert_and_store(count, order, read, [&](std::size_t i, const auto& converted) {
-      const auto& [station, chunk] = converted;
-      stored.write(i, station.rays, chunk);
-      if (rays.masked) {
-        hdf5.write_slab(valid_rows, i, H5T_NATIVE_INT32, rows_shape, station.valid_rows.data());
-      }
-      progress->advance();
-    });
+  std::optional<TiledRaysWriter> tiles;
+  if (rays.form.compressed()) {
+    tiles.emplace(&hdf5, rays.form, static_cast<int>(count), rays.panorama,
+                  TileLayout::usual(rays.panorama));
+  } else {
+    hdf5.create_contiguous("rays", ElementType::kUint8,
+                           {count, width, static_cast<std::size_t>(rays.panorama.height), 3});
   }
+  if (rays.masked) hdf5.create_contiguous("valid_rows", ElementType::kInt32, {count, width, 2});
+  std::vector<std::string> sha256(count);
+  const auto read = [&](std::size_t i) {
+    StationRays station = rays.read(i);
+    complete_valid_rows(rays, &station);
+    TiledRaysWriter::Encoded encoded;
+    if (tiles) encoded = tiles->encode(station.rays);
+    sha256[i] = checksum_of_rays(station.rays, station.valid_rows);
+    if (tiles) station.rays = {};  // frees the memory
+    return std::pair(std::move(station), std::move(encoded));
+  };
+  const auto order = tiles ? StoreOrder::kByIndex : StoreOrder::kAny;
+  convert_and_store(count, order, read, [&](std::size_t i, const auto& converted) {
+    const auto& [station, encoded] = converted;
+    if (tiles) {
+      tiles->write(static_cast<int>(i), encoded);
+    } else {
+      hdf5.write_slab("rays", i, station.rays.data());
+    }
+    if (rays.masked) hdf5.write_slab("valid_rows", i, station.valid_rows.data());
+    progress->advance();
+  });
+  if (tiles) tiles->complete();
   describe_dataset(&hdf5, "rays", "station, theta, phi, rgb", "sRGB, 0 to 255");
   if (rays.masked) {
     describe_dataset(&hdf5, "valid_rows", "station, theta, (first, one past last)",
@@ -199,38 +182,35 @@ void write_distance_volume(const std::filesystem::path& file, const Line& line,
   Hdf5File hdf5 = Hdf5File::create(output.temporary_path());
   describe_file(&hdf5, kDistanceVolumeFormat, line);
   hdf5.write_attribute("/", "origin", maps.origin);
-  hdf5.write_int32("station", maps.stations);
-  const std::array<std::size_t, 3> shape{maps.stations.size(),
-                                         static_cast<std::size_t>(maps.size.width),
-                                         static_cast<std::size_t>(maps.size.height)};
+  hdf5.write_attribute("/", "stations_sha256", sha256_of(line));
+  hdf5.write("station", maps.stations);
   std::vector<std::string> sha256(maps.stations.size());
-  {
-    const auto create = [&](const char* name, hid_t type) {
-      return maps.compressed ? hdf5.create_deflated(name, type, shape)
-                             : hdf5.create_contiguous(name, type, shape);
+  if (!maps.stations.empty()) {
+    const Shape shape{maps.stations.size(), static_cast<std::size_t>(maps.size.width),
+                      static_cast<std::size_t>(maps.size.height)};
+    const auto create = [&](const char* name, ElementType type) {
+      maps.compressed ? hdf5.create_deflated(name, type, shape)
+                      : hdf5.create_contiguous(name, type, shape);
     };
-    const Hdf5Handle distance = create("distance_m", H5T_IEEE_F32LE);
-    const Hdf5Handle confidence = create("confidence", H5T_STD_U8LE);
-    convert_and_store(
-        maps.stations.size(), maps.compressed ? StoreOrder::kByIndex : StoreOrder::kAny, maps.read,
-        [&](std::size_t i, const StationDistances& station) {
-          hdf5.write_slab(distance, i, H5T_NATIVE_FLOAT, shape, station.distance_m.data());
-          hdf5.write_slab(confidence, i, H5T_NATIVE_UINT8, shape, station.confidence.data());
-          sha256[i] = station.sha256;
-          progress->advance();
-        });
+    create("distance_m", ElementType::kFloat32);
+    create("confidence", ElementType::kUint8);
+    convert_and_store(maps.stations.size(),
+                      maps.compressed ? StoreOrder::kByIndex : StoreOrder::kAny, maps.read,
+                      [&](std::size_t i, const StationDistances& station) {
+                        hdf5.write_slab("distance_m", i, station.distance_m.data());
+                        hdf5.write_slab("confidence", i, station.confidence.data());
+                        sha256[i] = station.sha256;
+                        progress->advance();
+                      });
+    describe_maps(&hdf5, maps, sha256);
   }
-  if (!maps.left_out.empty()) {
-    hdf5.write_int32("left_out", maps.left_out,
-                     std::array<std::size_t, 2>{maps.left_out.size() / 4, 4});
-    describe_dataset(&hdf5, "left_out", "run, (station, theta, first row, one past the last)",
-                     "pixels of the maps; what moved: not to be used where another station sees "
-                     "the place");
+  DistanceHeader header{.line = line.id, .origin = maps.origin, .stations = maps.stations};
+  if (!maps.stations.empty()) {
+    header.size = maps.size;
+    header.map_sha256 = sha256;
+    header.left_out = maps.left_out;
   }
-  describe_dataset(&hdf5, "distance_m", "map, theta, phi", "m along the ray; inf: no surface");
-  describe_dataset(&hdf5, "confidence", "map, theta, phi", "0: unknown, 255: certain");
-  write_checksums(&hdf5, sha256,
-                  "sha256(text of sha256(distance_m[map]) and sha256(confidence[map]))");
+  hdf5.write_attribute("/", "header_sha256", sha256_of(header));
   hdf5.close();
   output.commit();
 }

@@ -37,7 +37,7 @@ void write_line_volume(const std::filesystem::path& file, const Line& line, cons
 
 // The distance maps of a line, read one at a time.
 struct DistanceMaps {
-  std::vector<std::int32_t> stations;  // station of each map, increasing; at least one
+  std::vector<std::int32_t> stations;  // station of each map, increasing
   PanoramaSize size;
   std::string origin;                                 // kGivenOrigin, or the method of estimation
   std::function<StationDistances(std::size_t)> read;  // the map of stations[i]; called in parallel
@@ -46,8 +46,7 @@ struct DistanceMaps {
   std::vector<std::int32_t> left_out{};
 };
 
-// distances/<id>.h5 as core/room/distance_volume.h describes it, with `sha256` [map] and the root
-// attribute `origin`. Throws as write_line_volume does.
+// A distance volume as core/room/distance_volume.h describes it. Throws as write_line_volume does.
 void write_distance_volume(const std::filesystem::path& file, const Line& line,
                            const DistanceMaps& maps, Progress* progress);
 

@@ -41,10 +41,10 @@ function(raywalk_install_program name)
           COMPONENT runtime)
 endfunction()
 
-# raywalk_install_libraries(<name>... [EXCEPT <headers>...]): libraries of a folder that C++ programs
-# can link, raywalk_view as raywalk::view, with the headers of the folder.
+# raywalk_install_libraries(<name>... [EXCEPT <headers>...] [ONLY <headers>...]): libraries of a folder
+# that C++ programs can link, raywalk_view as raywalk::view, with the headers of the folder.
 function(raywalk_install_libraries)
-  cmake_parse_arguments(ARG "" "" "EXCEPT" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "EXCEPT;ONLY" ${ARGN})
   foreach(name IN LISTS ARG_UNPARSED_ARGUMENTS)
     string(REGEX REPLACE "^raywalk_" "" short_name ${name})
     set_target_properties(${name} PROPERTIES EXPORT_NAME ${short_name})
@@ -58,6 +58,9 @@ function(raywalk_install_libraries)
   list(FILTER headers EXCLUDE REGEX "/test_[^/]*$")
   list(TRANSFORM ARG_EXCEPT PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
   list(REMOVE_ITEM headers "" ${ARG_EXCEPT})
+  if(ARG_ONLY)
+    set(headers ${ARG_ONLY})
+  endif()
   install(FILES ${headers} DESTINATION ${RAYWALK_HEADERS}/${folder} COMPONENT development)
 endfunction()
 

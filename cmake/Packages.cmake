@@ -64,7 +64,7 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${python3}, python3-numpy")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS raywalk)
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "360-degree light fields of rooms, for Python
 Opens rooms that Raywalk packed, renders views of them to NumPy arrays, and
-computes the measures that views are judged by.")
+computes the measures that views are evaluated by.")
 
 # What cmake/raywalkConfig.cmake.in looks for.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libraywalk-dev)

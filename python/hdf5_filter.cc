@@ -6,25 +6,27 @@
 #include <cstdint>
 #include <cstdlib>
 #include <exception>
-#include <span>
 
-#include "core/room/tile_chunk.h"
+#include "core/room/tile_codec.h"
 
 namespace raywalk {
 namespace {
 
-// Decodes a chunk into memory of its own; 0 where it cannot. `values` hold the chunk's decoded
-// size.
+// Decodes a tile into memory of its own; 0 where it cannot. `values` are filter_values() of tiles.
 std::size_t filter(unsigned flags, std::size_t value_count, const unsigned values[],
                    std::size_t bytes, std::size_t* buffer_bytes, void** buffer) {
-  if ((flags & H5Z_FLAG_REVERSE) == 0 || value_count < 2) return 0;  // Raywalk encodes by itself
-  const std::size_t decoded_bytes = values[0] | std::uint64_t{values[1]} << 32U;
-  auto* const decoded = static_cast<std::uint8_t*>(std::malloc(decoded_bytes));
+  constexpr unsigned kMostSide = 65500;
+  if ((flags & H5Z_FLAG_REVERSE) == 0 || value_count < 3 || values[0] < 1 || values[0] > 2 ||
+      values[1] - 1 >= kMostSide || values[2] - 1 >= kMostSide) {
+    return 0;  // Raywalk encodes by itself
+  }
+  const RayForm::Kind kind = values[0] == 2 ? RayForm::Kind::kJpeg : RayForm::Kind::kLossless;
+  const TileSize size{static_cast<int>(values[1]), static_cast<int>(values[2])};
+  auto* const decoded = static_cast<std::uint8_t*>(std::malloc(size.bytes()));
   if (decoded == nullptr) return 0;
   bool intact = false;
   try {
-    intact =
-        decode_chunk({static_cast<const std::uint8_t*>(*buffer), bytes}, {decoded, decoded_bytes});
+    intact = decode_tile(kind, size, {static_cast<const std::uint8_t*>(*buffer), bytes}, decoded);
   } catch (const std::exception&) {  // no memory; must not reach HDF5
   }
   if (!intact) {
@@ -33,12 +35,12 @@ std::size_t filter(unsigned flags, std::size_t value_count, const unsigned value
   }
   std::free(*buffer);
   *buffer = decoded;
-  *buffer_bytes = decoded_bytes;
-  return decoded_bytes;
+  *buffer_bytes = size.bytes();
+  return size.bytes();
 }
 
-constexpr H5Z_class2_t kFilter = {H5Z_CLASS_T_VERS, kHdf5FilterId, 0,       1,
-                                  "raywalk tiles",  nullptr,       nullptr, filter};
+constexpr H5Z_class2_t kFilter = {H5Z_CLASS_T_VERS, kTileFilter, 0,       1,
+                                  "raywalk tiles",  nullptr,     nullptr, filter};
 
 }  // namespace
 }  // namespace raywalk

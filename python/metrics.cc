@@ -1,10 +1,10 @@
-// What compares pictures (core/judge/metrics).
+// What compares pictures (core/evaluate/metrics.h, fsim.h).
+#include "core/evaluate/metrics.h"
+
 #include <fmt/format.h>
 
 #include "core/base/error.h"
-#include "core/judge/metrics/fsim.h"
-#include "core/judge/metrics/psnr.h"
-#include "core/judge/metrics/ssim.h"
+#include "core/evaluate/fsim.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/work.h"

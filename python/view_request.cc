@@ -142,7 +142,7 @@ ViewRequest view_request(const py::dict& arguments) {
 
 ChosenMode chosen_mode(const Room& room, const ViewRequest& request) {
   const render::Preset chosen = render::settings_for(request.flags, request.demand, room);
-  return {render::mode_of(chosen, room), chosen.reason};
+  return {render::mode_of(chosen), chosen.reason};
 }
 
 }  // namespace raywalk::python

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "core/base/interrupt.h"
-#include "core/judge/trade/dial_json.h"
+#include "core/evaluate/measured_settings.h"
 #include "core/view/renderer.h"
 #include "python/arrays.h"
 #include "python/bindings.h"

@@ -100,20 +100,19 @@ void require_demand(const Demand& demand) {
 
 Preset demanded_settings(const ViewFlags& flags, const Demand& demand, const Room& room,
                          const TimeSource& source) {
-  const std::optional<StoredMeasurement> stored = read_measured_settings(room.directory());
-  if (!stored) {
+  const std::optional<MeasuredSettings> measured = read_measured_settings(room.directory());
+  if (!measured) {
     throw Error(
         fmt::format("{}: no trade was measured on this room; run raywalk-render trade on it first",
                     room.directory().string()));
   }
-  const MeasuredSettings& measured = stored->settings;
-  if (measured.distances_sha256 != distances_sha256(room)) {
+  if (measured->distances_sha256 != distances_sha256(room)) {
     throw Error(
-        stored->file.string() +
+        measured_settings_path(room.directory()).string() +
         ": was measured with other distances than the room has now; run raywalk-render trade "
         "again");
   }
-  Preset chosen = choose_setting(measured, demand, time_of_remap_ms(measured.width_px, source));
+  Preset chosen = choose_setting(*measured, demand, time_of_remap_ms(measured->width_px, source));
   const double measured_k_deg = chosen.settings.options.k_deg;
   chosen.settings = view_settings(flags, chosen.settings);
   if (!flags.dials.contains("k_deg") && chosen.settings.options.k_deg == measured_k_deg) {
@@ -127,8 +126,8 @@ Preset settings_for(const ViewFlags& flags, const Demand& demand, const Room& ro
   return demanded ? demanded_settings(flags, demand, room) : preset_settings(flags, room);
 }
 
-ViewMode mode_of(const Preset& chosen, const Room& room) {
-  ViewMode mode = view_mode(chosen.settings, room);
+ViewMode mode_of(const Preset& chosen) {
+  ViewMode mode = view_mode(chosen.settings);
   if (!chosen.k_source.empty()) mode.k_source = chosen.k_source;
   return mode;
 }

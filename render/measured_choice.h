@@ -4,8 +4,7 @@
 
 #include <optional>
 
-#include "core/judge/trade/measured_settings.h"
-#include "core/judge/trade/view_time.h"
+#include "core/evaluate/measured_settings.h"
 #include "core/room/room.h"
 #include "render/presets.h"
 
@@ -34,7 +33,7 @@ Preset demanded_settings(const ViewFlags& flags, const Demand& demand, const Roo
 // demanded_settings() where anything is demanded, else preset_settings().
 Preset settings_for(const ViewFlags& flags, const Demand& demand, const Room& room);
 
-// The mode for a room of views with these settings.
-ViewMode mode_of(const Preset& chosen, const Room& room);
+// The mode of views with these settings.
+ViewMode mode_of(const Preset& chosen);
 
 }  // namespace raywalk::render

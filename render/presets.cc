@@ -75,7 +75,7 @@ SceneNumbers scene_numbers(const Room& room) {
                        .width_px = room.panorama().width};
   if (!numbers.has_distances) return numbers;
   if (const auto required = current_requirements(room)) {
-    numbers.omega_max = required->layers.omega_max_per_m;
+    numbers.omega_max = required->omega_max_per_m;
   } else {
     DistanceSamples samples = sample_distances(room, kSamplesPerMap);
     if (samples.samples.empty()) return numbers;  // no map has a known distance

@@ -24,7 +24,7 @@ SceneNumbers scene_numbers(const Room& room);
 struct Preset {
   ViewSettings settings{};
   std::string reason{};
-  std::string k_source{};  // how settings.k_deg was chosen, where it was neither given nor auto
+  std::string k_source{};  // how settings.k_deg was chosen, where trade measured it
 };
 
 // fast      initial where the whole scene moves by no more than a pixel over the reach, else

@@ -101,7 +101,7 @@ TEST_F(PresetSettingsTest, FlagsAndFileOverrideThePreset) {
 TEST_F(PresetSettingsTest, EveryPresetRenders) {
   for (const char* name : kNames) {
     const Preset preset = preset_settings({.preset = name}, room_);
-    Renderer renderer(room_, view_mode(preset.settings, room_).options);
+    Renderer renderer(room_, view_mode(preset.settings).options);
     EXPECT_EQ(renderer.render({0.1, 0.2}).image.cols, 64) << name;
   }
 }

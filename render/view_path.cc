@@ -8,9 +8,10 @@
 
 #include "core/base/error.h"
 #include "core/base/progress.h"
+#include "core/evaluate/measured_settings.h"
 #include "core/files/atomic_output.h"
+#include "core/files/fingerprint.h"
 #include "core/files/output_folder.h"
-#include "core/judge/trade/dial_json.h"
 #include "core/room/room_fingerprint.h"
 #include "render/picture/write_picture.h"
 #include "render/view_file.h"

@@ -9,7 +9,6 @@
 #include "core/base/error.h"
 #include "core/files/settings.h"
 #include "core/files/shipped_configs.h"
-#include "core/room/choose_k.h"
 
 namespace raywalk::render {
 namespace {
@@ -53,18 +52,16 @@ void override_with(const std::map<std::string, std::string>& flags, ViewOptions*
   }
 }
 
-// The k that the settings give; none where it is chosen for the room. Throws UsageError where it
-// contradicts the connection.
-std::optional<double> fixed_k_deg(const ViewSettings& settings) {
+// The k of the settings. Throws UsageError where one that is not the default contradicts the
+// connection.
+double k_deg_of(const ViewSettings& settings) {
   const Dial& k = dial_of("k_deg");
-  const bool automatic = settings.options.k_deg == 0.0;
-  if (settings.connection == "hybrid") {
-    return automatic ? std::nullopt : std::optional(settings.options.k_deg);
-  }
+  const double k_deg = settings.options.k_deg;
+  if (settings.connection == "hybrid") return k_deg;
   const double own_k_deg = settings.connection == "lfu" ? k.least : k.most;
-  if (!automatic && settings.options.k_deg != own_k_deg) {
+  if (k_deg != default_of(k) && k_deg != own_k_deg) {
     throw UsageError(fmt::format("connection {} is k = {} degrees, but k is {}; use hybrid",
-                                 settings.connection, own_k_deg, settings.options.k_deg));
+                                 settings.connection, own_k_deg, k_deg));
   }
   return own_k_deg;
 }
@@ -76,7 +73,7 @@ ViewSettings view_settings(const ViewFlags& flags, const ViewSettings& base) {
   if (flags.settings) {
     schema_of(&settings).load(named_config(*flags.settings, ConfigKind::kView, "--settings"));
     try {
-      fixed_k_deg(settings);
+      k_deg_of(settings);
     } catch (const UsageError& e) {
       throw UsageError(flags.settings->string() + ": " + e.what());
     }
@@ -84,24 +81,23 @@ ViewSettings view_settings(const ViewFlags& flags, const ViewSettings& base) {
   // A connection named on the command line uses its own k: the file's k belongs to the file's
   // connection.
   const bool other_connection = flags.connection && *flags.connection != settings.connection;
-  if (other_connection && !flags.dials.contains("k_deg")) settings.options.k_deg = 0.0;
+  if (other_connection && !flags.dials.contains("k_deg")) {
+    settings.options.k_deg = default_of(dial_of("k_deg"));
+  }
   override_with(flags.preset, &settings.preset);
   override_with(flags.connection, &settings.connection);
   override_with(flags.dials, &settings.options);
-  fixed_k_deg(settings);
+  k_deg_of(settings);
   return settings;
 }
 
-ViewMode view_mode(const ViewSettings& settings, const Room& room) {
+ViewMode view_mode(const ViewSettings& settings) {
   ViewMode mode{.options = settings.options, .connection = settings.connection};
-  if (const std::optional<double> k_deg = fixed_k_deg(settings)) {
-    mode.options.k_deg = *k_deg;
-    mode.k_source = settings.connection == "hybrid" ? "given" : "fixed by the connection";
-  } else {
-    const ChosenK chosen = choose_k(room, generation_name(settings.options.generation));
-    mode.options.k_deg = chosen.k_deg;
-    mode.k_source = chosen.source;
-  }
+  mode.options.k_deg = k_deg_of(settings);
+  const bool is_default = mode.options.k_deg == default_of(dial_of("k_deg"));
+  mode.k_source = settings.connection != "hybrid" ? "fixed by the connection"
+                  : is_default                    ? "the default"
+                                                  : "given";
   return mode;
 }
 
@@ -117,7 +113,7 @@ std::vector<ViewMode> view_modes(ViewSettings settings, std::vector<std::string>
   std::vector<ViewMode> modes;
   for (const std::string& generation : generations) {
     settings.options.generation = generation_from_name(generation);
-    modes.push_back(view_mode(settings, room));
+    modes.push_back(view_mode(settings));
   }
   return modes;
 }

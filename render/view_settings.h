@@ -42,9 +42,8 @@ struct ViewFlags {
 // contradict each other: only the hybrid connection takes a k, the others fix it.
 ViewSettings view_settings(const ViewFlags& flags, const ViewSettings& base = {});
 
-// The settings resolved for a room: an automatic k becomes that of choose_k (core/room/choose_k.h).
-// Throws Error where what the room stores for it is damaged.
-ViewMode view_mode(const ViewSettings& settings, const Room& room);
+// The settings with the k of their connection.
+ViewMode view_mode(const ViewSettings& settings);
 
 // The same for each of `generations`. An empty list means all generations that the room can be
 // rendered in; without distances that is initial alone. Throws UsageError where one is named twice.

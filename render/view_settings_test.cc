@@ -53,8 +53,6 @@ double other_value(const Dial& dial) {
 }
 
 TEST_F(ViewSettingsTest, EveryDialCanBeSetInTheFileAndByFlag) {
-  write_synthetic_room({.width = 32}, directory_ / "room.lf");
-  const Room room = Room::open(directory_ / "room.lf");
   for (const Dial& dial : kDials) {
     const std::string text = text_of(dial, other_value(dial));
     ViewSettings expected;
@@ -63,7 +61,7 @@ TEST_F(ViewSettingsTest, EveryDialCanBeSetInTheFileAndByFlag) {
     EXPECT_TRUE(view_settings(file_flags(dial.key + (": " + text))) == expected) << dial.key;
     EXPECT_TRUE(view_settings({.dials = {{dial.key, text}}}) == expected) << dial.key;
     // And it reaches the renderer.
-    EXPECT_EQ(dial.value.get(view_mode(expected, room).options), other_value(dial)) << dial.key;
+    EXPECT_EQ(dial.value.get(view_mode(expected).options), other_value(dial)) << dial.key;
   }
 }
 
@@ -92,7 +90,7 @@ TEST_F(ViewSettingsTest, FlagsOverrideTheFile) {
 TEST_F(ViewSettingsTest, AConnectionOnTheCommandLineDoesNotInheritTheFilesK) {
   ViewFlags flags = file_flags("connection: hybrid\nk_deg: 70\n");
   flags.connection = "lfu";
-  EXPECT_EQ(view_settings(flags).options.k_deg, 0.0) << "auto";
+  EXPECT_EQ(view_settings(flags).options.k_deg, 90.0);
 }
 
 TEST_F(ViewSettingsTest, MistakesInTheFileNameTheFile) {
@@ -127,13 +125,10 @@ class ViewModeTest : public ViewSettingsTest {
 };
 
 TEST_F(ViewModeTest, TheThreeConnectionsAreOneRuleWithTheirOwnK) {
-  const Room room = room_of(false);
-  EXPECT_EQ(view_mode({.connection = "lfu"}, room).options.k_deg, 45.0);
-  EXPECT_EQ(view_mode({.connection = "rayspace360"}, room).options.k_deg, 90.0);
-  EXPECT_EQ(view_mode(view_settings({.dials = {{"k_deg", "76"}}}), room).options.k_deg, 76.0);
-  const ViewMode automatic = view_mode({}, room);
-  EXPECT_EQ(automatic.options.k_deg, 90.0);
-  EXPECT_THAT(automatic.k_source, HasSubstr("not measured on this room"));
+  EXPECT_EQ(view_mode({.connection = "lfu"}).options.k_deg, 45.0);
+  EXPECT_EQ(view_mode({.connection = "rayspace360"}).options.k_deg, 90.0);
+  EXPECT_EQ(view_mode(view_settings({.dials = {{"k_deg", "76"}}})).options.k_deg, 76.0);
+  EXPECT_EQ(view_mode({}).options.k_deg, 90.0);
 }
 
 TEST(ViewSettingsRanges, NotANumberIsInNoRange) {

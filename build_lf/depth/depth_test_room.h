@@ -9,6 +9,7 @@
 
 #include "build_lf/depth/inverse_distance_map.h"
 #include "build_lf/depth/station_picture.h"
+#include "build_lf/distance_sets.h"
 #include "build_lf/volume_writer.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
@@ -75,7 +76,8 @@ class DepthTestRoom {
 
   // Adds exact distances, as if they had been packed with the room, at every n-th station.
   void give_distances(const SyntheticScene& scene, PanoramaSize size, int every = 1) {
-    std::filesystem::create_directories(directory_ / "distances");
+    std::filesystem::create_directories(
+        distances_directory(directory_.path(), DistanceKind::kGiven));
     for (const Line& line : grid().lines) {
       DistanceMaps maps{{}, size, kGivenOrigin, {}};
       for (int i = 0; i < static_cast<int>(line.stations.size()); i += every) {
@@ -89,6 +91,7 @@ class DepthTestRoom {
       write_distance_volume(distance_volume_path(directory_.path(), line.id), line, maps,
                             &progress);
     }
+    use_distances(directory_.path(), DistanceKind::kGiven);
     room_ = Room::open(directory_.path());
   }
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "build_lf/room_distances.h"
 #include "core/base/error.h"
 #include "core/panorama/transposed_border.h"
 
@@ -90,9 +89,9 @@ std::vector<bool> near_edges(const std::vector<float>& omega, PanoramaSize size,
 }  // namespace
 
 GivenDistances::GivenDistances(const Room& room) : volumes_(room.grid().lines.size()) {
-  const RoomDistances distances = find_distances(room.directory(), room.manifest());
-  if (!distances.given_fault.empty()) throw Error(distances.given_fault);
-  if (distances.given) volumes_ = open_distance_volumes(distances.given->directory, room.grid());
+  const std::filesystem::path folder = distances_directory(room.directory(), DistanceKind::kGiven);
+  std::error_code error;
+  if (std::filesystem::exists(folder, error)) volumes_ = open_distance_volumes(folder, room.grid());
 }
 
 bool GivenDistances::empty() const {

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "build_lf/depth/depth_test_room.h"
-#include "build_lf/room_distances.h"
 #include "core/base/error.h"
 
 namespace raywalk::build_lf {
@@ -160,7 +159,7 @@ TEST_F(DepthTruthTest, NothingToCompareIsAnError) {
               ThrowsMessage<Error>(HasSubstr("--every")));
 }
 
-TEST_F(DepthTruthTest, GivenDistancesAreFoundAfterBeingMoved) {
+TEST_F(DepthTruthTest, GivenDistancesAreFoundWhereOthersAreInUse) {
   EXPECT_TRUE(GivenDistances(room_.room()).empty());
   room_.give_distances(spec().scene, kTruthSize);
   const GivenDistances in_use(room_.room());
@@ -168,10 +167,9 @@ TEST_F(DepthTruthTest, GivenDistancesAreFoundAfterBeingMoved) {
   ASSERT_TRUE(before.has_value());
   EXPECT_THAT(*before, Each(::testing::Gt(0.0f)));
   const std::filesystem::path directory = room_.room().directory();
-  std::filesystem::rename(directory / "distances", kept_directory(directory, DistanceKind::kGiven));
-  const GivenDistances moved(Room::open(directory));
-  EXPECT_FALSE(moved.empty());
-  EXPECT_EQ(moved.omega_of({1, 4}, kTruthSize), before);
+  const GivenDistances unused(Room::open_rays(directory));
+  EXPECT_FALSE(unused.empty());
+  EXPECT_EQ(unused.omega_of({1, 4}, kTruthSize), before);
 }
 
 }  // namespace

@@ -33,9 +33,9 @@ std::string fingerprint_of(const Room& room, const DepthOptions& options, Panora
     text += checksum_of_line(line_volume_path(room.directory(), line.id)) + "\n";
   }
   RoomManifest manifest = room.manifest();
-  manifest.distances.reset();          // they are not used, and a run changes them
-  manifest.gains.clear();              // the same
-  text += manifest_to_json(manifest);  // station positions
+  manifest.distances = DistanceKind::kNone;  // they are not used, and a run changes them
+  manifest.gains = false;                    // the same
+  text += manifest_to_json(manifest);        // station positions
   if (options.valid_mask) text += read_file(*options.valid_mask);
   return sha256_hex(text);
 }
@@ -53,10 +53,7 @@ void require_method(const Room& room, const DepthOptions& options) {
 Room room_to_estimate(const DepthOptions& options) {
   Room room = Room::open_rays(options.room);
   require_method(room, options);
-  if (options.hold_out == 0) {
-    require_distances_replaceable(options.room);
-    return room;
-  }
+  if (options.hold_out == 0) return room;
   if (options.hold_out < 2)
     throw UsageError("--hold-out: give 2 or more, or 0 to use all stations");
   if (options.compare_truth) {
@@ -207,9 +204,8 @@ InverseDistanceMap DepthWork::final_map(const SweepReference& reference) const {
 }
 
 void DepthWork::install() {
-  if (options_.hold_out > 0) return partial_.complete("");
-  replace_estimated(options_.room, partial_.volumes(),
-                    [&](const std::string& keep_as) { partial_.complete(keep_as); });
+  partial_.complete();
+  if (options_.hold_out == 0) use_distances(options_.room, DistanceKind::kEstimated);
 }
 
 }  // namespace raywalk::build_lf

@@ -15,16 +15,15 @@
 #include "build_lf/depth/depth_truth.h"
 #include "build_lf/depth/map_images.h"
 #include "build_lf/depth/plane_sweep.h"
+#include "build_lf/distance_sets.h"
 #include "build_lf/gains/make_gains.h"
 #include "build_lf/gains/room_gains.h"
 #include "build_lf/gains/surface_maps.h"
-#include "build_lf/room_distances.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/pick_evenly.h"
 #include "core/files/atomic_output.h"
 #include "core/files/json.h"
-#include "core/room/distance_record.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -66,11 +65,12 @@ GivenDistances truth_of(const DepthOptions& options) {
 }
 
 void set_use(const fs::path& room, DepthSummary* summary) {
-  const RoomDistances distances = find_distances(room, read_manifest(room));
-  const FoundDistances* in_use = distances.in_use();
-  summary->distances = in_use == nullptr ? "none" : in_use->set.origin;
-  if (distances.given && !distances.given->in_use) {
-    summary->kept_given = distances.given->directory.string();
+  summary->distances = "none";
+  for (const FoundDistances& found : find_distances(room, read_manifest(room))) {
+    if (found.in_use) summary->distances = found.origin;
+    if (!found.in_use && found.kind == DistanceKind::kGiven) {
+      summary->kept_given = found.folder.string();
+    }
   }
 }
 

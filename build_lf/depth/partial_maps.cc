@@ -178,28 +178,19 @@ InverseDistanceMap PartialMaps::load_stored(const std::string& stage, StationInd
   return std::move(*map);
 }
 
-void PartialMaps::complete(const std::string& keep_as) {
-  const fs::path distances = room_ / "distances";
+void PartialMaps::complete() {
+  const fs::path place = distances_directory(room_, DistanceKind::kEstimated);
+  make_directories(place.parent_path());
   // Under another name first: a run that is killed after the exchange leaves the previous distances
   // there, which are not taken for the new ones.
   const fs::path installed = directory_ / kInstalled;
   rename_or_throw(volumes_, installed);
   std::error_code error;
-  if (!fs::exists(distances, error)) {
-    rename_or_throw(installed, distances);
-  } else {
-    // The kept directory gets its new name before it loses the old one, so that a crash cannot lose
-    // it.
-    if (!keep_as.empty()) {
-      const fs::path kept = directory_ / "kept";
-      copy_by_links(distances, kept);
-      fs::remove_all(room_ / keep_as, error);
-      rename_or_throw(kept, room_ / keep_as);
-    }
-    if (!exchange(installed, distances)) {
-      rename_or_throw(distances, directory_ / "replaced");
-      rename_or_throw(installed, distances);
-    }
+  if (!fs::exists(place, error)) {
+    rename_or_throw(installed, place);
+  } else if (!exchange(installed, place)) {
+    rename_or_throw(place, directory_ / "replaced");
+    rename_or_throw(installed, place);
   }
   fs::remove_all(directory_, error);
 }
@@ -213,7 +204,6 @@ void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
   Progress progress("finishing lines", count, "maps");
   for (std::size_t l = lines.begin; l < lines.end; ++l) {
     const std::vector<SweepReference> of_line = maps_of_line(plan, l);
-    if (of_line.empty()) continue;
     const Line& line = room.grid().lines[l];
     const fs::path volume = partial.volumes() / (line.id + ".h5");
     if (fs::exists(volume)) {

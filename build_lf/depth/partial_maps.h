@@ -1,6 +1,6 @@
 // The working directory `<room>/distances.partial` of a depth run, which replaces
-// `<room>/distances` when complete. A stopped run leaves its finished maps there, to be resumed.
-// Processes that do a block of a step each share it.
+// `<room>/distances/estimated` when complete. A stopped run leaves its finished maps there, to be
+// resumed. Processes that do a block of a step each share it.
 #pragma once
 
 #include <cstddef>
@@ -57,10 +57,9 @@ class PartialMaps {
   const std::filesystem::path& directory() const { return directory_; }
   // The existing directory to write the volumes to.
   const std::filesystem::path& volumes() const { return volumes_; }
-  // Moves the volumes to `<room>/distances`, atomically if the file system can exchange
-  // directories, and removes everything else. The previous `distances` are removed or, if `keep_as`
-  // is not empty, kept as `<room>/<keep_as>`, replacing what is there. Throws Error on failure.
-  void complete(const std::string& keep_as);
+  // Moves the volumes to `<room>/distances/estimated`, atomically if the file system can exchange
+  // directories, and removes everything else. Throws Error on failure.
+  void complete();
 
  private:
   void prepare(const std::string& fingerprint);
@@ -74,9 +73,9 @@ class PartialMaps {
   bool removable_ = false;  // nothing is in the directory that took time
 };
 
-// Writes the finished maps of those of the lines that have any, and are not written yet, to
-// partial.volumes(), and what views leave out of each line's stations, which `contradictions_of`
-// finds. Throws Error if a map is damaged or cannot be written, and Interrupted.
+// Writes the finished maps of those of the lines that are not written yet to partial.volumes(), and
+// what views leave out of each line's stations, which `contradictions_of` finds. Throws Error if a
+// map is damaged or cannot be written, and Interrupted.
 void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
                    const PartialMaps& partial, IndexRange lines,
                    const LineSearch& contradictions_of);

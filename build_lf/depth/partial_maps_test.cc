@@ -34,7 +34,7 @@ class PartialMapsTest : public ::testing::Test {
  protected:
   fs::path room() const { return directory_.path(); }
   fs::path partial() const { return directory_ / "distances.partial"; }
-  fs::path distances() const { return directory_ / "distances"; }
+  fs::path distances() const { return directory_ / "distances" / "estimated"; }
 
   static std::optional<InverseDistanceMap> load(const PartialMaps& maps,
                                                 const std::string& stage = "swept") {
@@ -42,7 +42,7 @@ class PartialMapsTest : public ::testing::Test {
   }
   // A room whose distances are `text`.
   void give_distances(const std::string& text) const {
-    fs::create_directory(distances());
+    fs::create_directories(distances());
     write_file_atomically(distances() / "x0.h5", text);
   }
   std::string distances_text(const fs::path& directory) const {
@@ -157,7 +157,7 @@ TEST_F(PartialMapsTest, CompletingMovesTheDistancesAndCleansUp) {
   PartialMaps maps(room(), "inputs");
   maps.store("swept", map_of(0.0f));
   write_file_atomically(maps.volumes() / "x0.h5", "estimated");
-  maps.complete("");
+  maps.complete();
   EXPECT_EQ(distances_text(distances()), "estimated");
   EXPECT_EQ(directory_.entries(), 1U);
 }
@@ -177,32 +177,10 @@ TEST_F(PartialMapsTest, EstimatedDistancesAreReplaced) {
   write_file_atomically(distances() / "x9.h5", "of a line that has none now");
   PartialMaps maps(room(), "inputs");
   write_file_atomically(maps.volumes() / "x0.h5", "new");
-  maps.complete("");
+  maps.complete();
   EXPECT_EQ(distances_text(distances()), "new");
   EXPECT_FALSE(fs::exists(distances() / "x9.h5"));
   EXPECT_EQ(directory_.entries(), 1U);
-}
-
-TEST_F(PartialMapsTest, GivenDistancesAreKept) {
-  give_distances("given");
-  PartialMaps maps(room(), "inputs");
-  write_file_atomically(maps.volumes() / "x0.h5", "estimated");
-  maps.complete("distances-given");
-  EXPECT_EQ(distances_text(distances()), "estimated");
-  EXPECT_EQ(distances_text(directory_ / "distances-given"), "given");
-  EXPECT_EQ(directory_.entries(), 2U);
-}
-
-// The user has copied the given distances back.
-TEST_F(PartialMapsTest, RestoredGivenDistancesAreKeptAgain) {
-  give_distances("given");
-  fs::copy(distances(), directory_ / "distances-given");
-  PartialMaps maps(room(), "inputs");
-  write_file_atomically(maps.volumes() / "x0.h5", "estimated");
-  maps.complete("distances-given");
-  EXPECT_EQ(distances_text(distances()), "estimated");
-  EXPECT_EQ(distances_text(directory_ / "distances-given"), "given");
-  EXPECT_EQ(directory_.entries(), 2U);
 }
 
 }  // namespace

@@ -11,8 +11,8 @@ namespace raywalk::build_lf {
 cv::Mat station_image(const Room& room, StationIndex station, PanoramaSize size) {
   const LineVolume& volume = room.volume(station.line);
   cv::Mat image(volume.panorama().width, volume.panorama().height, CV_8UC3);
-  const TileReading reading;
   for (int theta = 0; theta < image.rows; ++theta) {
+    const TileReading reading;
     const auto column = volume.column(station.station, theta);
     std::memcpy(image.ptr(theta), column.data(), column.size());
   }

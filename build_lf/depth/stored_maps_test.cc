@@ -46,7 +46,8 @@ TEST_F(StoredMapsTest, AreReadBackAsTheRoomsDistances) {
   PartialMaps partial(room_.room().directory(), "inputs");
   store_maps(&partial);
   write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial, {0, 4}, no_contradictions_);
-  partial.complete("");
+  partial.complete();
+  use_distances(room_.room().directory(), DistanceKind::kEstimated);
   const Room room = Room::open(room_.room().directory());
   EXPECT_EQ(room.distances(2).maps(), 0);
   const DistanceVolume& distances = room.distances(0);

@@ -6,10 +6,10 @@
 
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
+#include "core/evaluate/captured_station.h"
 #include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
-#include "core/judge/held_out/captured_station.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -61,7 +61,7 @@ std::optional<Eigen::Vector3d> StationSurface::point_m(int theta, int row) const
 }
 
 bool StationSurface::same_surface(double a_m, double b_m) const {
-  return std::abs(a_m - b_m) <= surface_tolerance(size_) * std::max(a_m, b_m);
+  return std::abs(a_m - b_m) <= surface_tolerance_of(size_.width) * std::max(a_m, b_m);
 }
 
 std::optional<Eigen::Vector3d> StationSurface::neighbour(int theta, int row,

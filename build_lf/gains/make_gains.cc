@@ -12,7 +12,6 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/output_folder.h"
-#include "core/room/connection_errors.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
@@ -27,11 +26,6 @@ bool all_are_one(const GainFields& fields) {
 
 void write_manifest(const fs::path& room, const RoomManifest& manifest) {
   write_file_atomically(manifest_path(room), manifest_to_json(manifest));
-}
-
-void remove_measurements(const fs::path& room) {
-  std::error_code ignored;
-  fs::remove(connection_errors_path(room), ignored);
 }
 
 // Adds up the solid angle and the squared log gains of a station.
@@ -130,27 +124,17 @@ void replace_gains(const fs::path& room, const GainFields& fields) {
   }
   const DistancesLock lock(room);
   RoomManifest manifest = read_manifest(room);
-  const fs::path made = room / "gains.new.h5";
-  write_gain_fields(made, manifest.grid, fields);
-  const GainsRecord record = record_of_gains(made);
-  remove_measurements(room);
-  // Without old gains the new file comes first: one that is not recorded is not used.
-  if (!manifest.gains.empty()) {
-    manifest.gains.push_back(record);
-    write_manifest(room, manifest);
-  }
-  rename_or_throw(made, gains_path(room));
-  manifest.gains = {record};
+  write_gain_fields(gains_path(room), manifest.grid, fields);
+  manifest.gains = true;
   write_manifest(room, manifest);
 }
 
 bool remove_gains(const fs::path& room) {
   const DistancesLock lock(room);
   RoomManifest manifest = read_manifest(room);
-  const bool recorded = !manifest.gains.empty();
+  const bool recorded = manifest.gains;
   if (recorded) {
-    remove_measurements(room);
-    manifest.gains.clear();
+    manifest.gains = false;
     write_manifest(room, manifest);
   }
   std::error_code ignored;

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/room/needed_stations.h"
+#include "core/room/kept_stations.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -17,10 +17,10 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
+#include "core/evaluate/held_out_views.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/output_folder.h"
-#include "core/judge/trade/held_out_views.h"
 #include "core/room/refined_record.h"
 #include "core/room/requirements.h"
 #include "core/room/room.h"
@@ -78,18 +78,18 @@ class Refinement {
       write_line(line, &sharpening, &progress);
     }
     const PanoramaSize size{width_, width_ / 2};
-    write_file_atomically(manifest_path(out),
-                          manifest_to_json(manifest_of_volumes(out, size, refined_.grid())));
     const fs::path source =
         fs::absolute(options_.room)
             .lexically_relative(fs::absolute(without_trailing_slash(options_.out)));
     std::size_t photographs = 0;
     for (const Line& line : room_.grid().lines) photographs += line.stations.size();
-    write_refined_record(out, {.source = source,
-                               .source_fingerprint = room_fingerprint(captured_),
-                               .source_stations = static_cast<int>(photographs),
-                               .hold_out = options_.hold_out,
-                               .sharpening = sharpening});
+    RoomManifest manifest = manifest_of_volumes(out, size, refined_.grid());
+    manifest.refined = {.source = source,
+                        .source_fingerprint = room_fingerprint(captured_),
+                        .source_stations = static_cast<int>(photographs),
+                        .hold_out = options_.hold_out,
+                        .sharpening = sharpening};
+    write_file_atomically(manifest_path(out), manifest_to_json(manifest));
     Room::open(out);  // checks that the result can be opened
     partial_.complete();
   }
@@ -101,7 +101,7 @@ class Refinement {
       throw UsageError("--hold-out: must be at least 2: every n-th station is left out; 0 = none");
     }
     Room room = Room::open(options.room);
-    if (read_refined_record(options.room)) {
+    if (room.manifest().refined) {
       throw Error(fmt::format("{}: is a refined room already; refine the captured one",
                               options.room.string()));
     }
@@ -112,10 +112,10 @@ class Refinement {
     return room;
   }
 
-  // Over everything that determines the result. The captured room's manifest records its gains.
+  // Over everything that determines the result.
   std::string fingerprint() const {
     return sha256_hex(fmt::format("refine 1 {} {} {}\n{}{}{}", width_, options_.hold_out,
-                                  name_of(options_.form), manifest_to_json(captured_.manifest()),
+                                  name_of(options_.form), room_fingerprint(captured_),
                                   manifest_to_json(refined_.manifest()), distances_sha256(room_)));
   }
 
@@ -156,7 +156,8 @@ class Refinement {
                          .form = options_.form},
                         progress);
     }
-    const fs::path distances = distance_volume_path(partial_.directory(), line.id);
+    const fs::path distances =
+        distance_volume_path(partial_.directory(), line.id, DistanceKind::kEstimated);
     if (fs::exists(distances)) return;
     std::vector<std::int32_t> all(kept.size());
     for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::int32_t>(i);

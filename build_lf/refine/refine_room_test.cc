@@ -117,7 +117,7 @@ TEST_F(RefineRoomTest, ExposuresAgreeAfterwards) {
   const fs::path file = gains_path(captured.room().directory());
   write_gain_fields(file, captured.grid(), gains);
   RoomManifest manifest = captured.room().manifest();
-  manifest.gains = {record_of_gains(file)};
+  manifest.gains = true;
   write_file_atomically(manifest_path(captured.room().directory()), manifest_to_json(manifest));
   const Room room = refined(Room::open(captured.room().directory()));
   EXPECT_TRUE(room.gains().empty());
@@ -185,7 +185,7 @@ TEST_F(RefineRoomTest, AStoppedRunIsResumed) {
   GainFields gains = unit_gain_fields(captured.grid());
   gains[0][0].whole = ColourGain::all(1.5f);
   write_gain_fields(gains_path(options.room), captured.grid(), gains);
-  changed.gains = {record_of_gains(gains_path(options.room))};
+  changed.gains = true;
   write_file_atomically(manifest, manifest_to_json(changed));
   EXPECT_THAT(error_of([&] { refine_room(options); }), HasSubstr("holds an unfinished room"));
   write_file_atomically(manifest, text);
@@ -198,9 +198,9 @@ TEST_F(RefineRoomTest, KnowsWhatItWasMadeFrom) {
   DepthTestRoom captured(spec());
   captured.give_distances(spec().scene, {64, 32}, 8);
   const Room room = refined(captured.room());
-  EXPECT_THAT(refined_text(room.directory()), HasSubstr("developed from 68 photographs of ../"));
-  EXPECT_THAT(refined_text(room.directory()), Not(HasSubstr("changed")));
-  const auto record = read_refined_record(room.directory());
+  EXPECT_THAT(refined_text(room), HasSubstr("developed from 68 photographs of ../"));
+  EXPECT_THAT(refined_text(room), Not(HasSubstr("changed")));
+  const auto record = room.manifest().refined;
   ASSERT_TRUE(record);
   EXPECT_GT(record->sharpening[0], 0.0);
   const auto shown = current_refined_room(captured.room());
@@ -209,8 +209,8 @@ TEST_F(RefineRoomTest, KnowsWhatItWasMadeFrom) {
   EXPECT_FALSE(current_refined_room(room));
   captured.give_distances(spec().scene, {64, 32}, 4);
   EXPECT_FALSE(current_refined_room(captured.room()));
-  EXPECT_THAT(refined_text(room.directory()), HasSubstr("has changed since: refine it again"));
-  EXPECT_EQ(refined_text(captured.room().directory()), "");
+  EXPECT_THAT(refined_text(room), HasSubstr("has changed since: refine it again"));
+  EXPECT_EQ(refined_text(captured.room()), "");
   EXPECT_THAT(error_of([&] { refine_room(options_of(room)); }), HasSubstr("is a refined room"));
 }
 
@@ -220,7 +220,7 @@ TEST_F(RefineRoomTest, HeldOutStationsAreNotUsed) {
   RefineOptions options = options_of(captured.room());
   options.hold_out = 4;
   refine_room(options);
-  const auto record = read_refined_record(options.out);
+  const auto record = read_manifest(options.out).refined;
   EXPECT_EQ(record->hold_out, 4);
   // Of 17 stations the 3rd, 7th, 11th and 15th of every line.
   EXPECT_EQ(record->source_stations, 4 * 13);

@@ -5,7 +5,7 @@
 #include "core/base/median.h"
 #include "core/base/pick_evenly.h"
 #include "core/base/progress.h"
-#include "core/judge/held_out/recreated_station.h"
+#include "core/evaluate/recreated_station.h"
 #include "core/room/kept_stations.h"
 
 namespace raywalk::build_lf {

@@ -1,11 +1,11 @@
 // Hold-out measurement: how well stations are re-created from the stations kept around them
-// (core/judge/held_out).
+// (core/evaluate/recreated_station.h).
 #pragma once
 
 #include <span>
 #include <vector>
 
-#include "core/room/requirements.h"
+#include "build_lf/require/facts.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {

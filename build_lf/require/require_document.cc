@@ -7,8 +7,7 @@
 
 #include "build_lf/room_maps.h"
 #include "core/base/pick_evenly.h"
-#include "core/room/choose_k.h"
-#include "core/room/connection_model.h"
+#include "core/room/requirements.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -58,47 +57,97 @@ Json surroundings_of(const Room& room) {
   return surroundings;
 }
 
-// E_t over k by the model. The room must have a cell.
-Json model_curve(const Room& room) {
-  const ConnectionErrorCurve curve = connection_model(room).curve;
-  Json points = Json::array();
-  for (size_t i = 0; i < curve.total.size(); ++i) {
-    points.push_back(
-        {{"k_deg", ConnectionErrorCurve::kMinDeg + static_cast<int>(i)}, {"e_t", curve.total[i]}});
-  }
-  return points;
+Json json_of(const DistanceFacts& f) {
+  Json error = f.omega_error_per_m ? Json(*f.omega_error_per_m) : Json(nullptr);
+  return {{"near_m", f.near_m},
+          {"median_m", f.median_m},
+          {"far_m", f.far_m},
+          {"sky_share", f.sky_share},
+          {"known_share", f.known_share},
+          {"omega_error_per_m", std::move(error)}};
 }
 
-// Measured E_connect over k, of the generations that have a least one.
-Json measured_curves(const Room& room) {
-  Json points = Json::array();
-  for (const ConnectionErrorMeasurement& each : read_connection_errors(room.directory())) {
-    if (!least_error(each)) continue;
-    for (const ConnectionErrorAtK& row : each.rows) {
-      points.push_back({{"generation", each.generation},
-                        {"k_deg", row.k_deg},
-                        {"e_connect", row.e_connect_common}});
-    }
+Json json_of(const LayerFacts& f) {
+  Json by_d_p = Json::array();
+  for (const auto& [d_p_m, layers] : f.by_d_p) {
+    by_d_p.push_back({{"d_p_m", d_p_m}, {"layers", layers}});
   }
-  return points;
+  return {{"omega_min_per_m", f.omega_min_per_m},
+          {"omega_max_per_m", f.omega_max_per_m},
+          {"by_d_p", std::move(by_d_p)}};
+}
+
+Json json_of(const SpacingFacts& f) {
+  Json with_layers = Json::array();
+  for (const auto& [layers, needed_m] : f.needed_with_layers) {
+    with_layers.push_back({{"layers", layers}, {"needed_m", needed_m}});
+  }
+  Json held_out = Json::array();
+  for (const HeldOutFacts& of_stride : f.held_out) {
+    held_out.push_back({{"stride", of_stride.stride},
+                        {"step_m", of_stride.step_m},
+                        {"views", of_stride.views},
+                        {"psnr_with_distances_db", of_stride.psnr_with_distances_db},
+                        {"psnr_without_depth_db", of_stride.psnr_without_depth_db},
+                        {"psnr_of_tolerance_db", of_stride.psnr_of_tolerance_db},
+                        {"hidden_share", of_stride.hidden_share}});
+  }
+  return {{"captured_median_m", f.captured_median_m},
+          {"captured_max_m", f.captured_max_m},
+          {"needed_without_depth_m", f.needed_without_depth_m},
+          {"needed_with_layers", std::move(with_layers)},
+          {"needed_by_error_m", f.needed_by_error_m},
+          {"measured_up_to_m", f.measured_up_to_m},
+          {"needed_with_distances_m", f.needed_with_distances_m},
+          {"stations", f.stations},
+          {"stations_needed_without_depth", f.stations_needed_without_depth},
+          {"stations_needed_with_distances", f.stations_needed_with_distances},
+          {"held_out", std::move(held_out)}};
+}
+
+Json json_of(const StorageFacts& f) {
+  return {{"reach_m", f.reach_m},
+          {"panorama_width_px", f.panorama_width_px},
+          {"worth_width_px", f.worth_width_px},
+          {"distance_width_px", f.distance_width_px},
+          {"needed_distance_width_px", f.needed_distance_width_px},
+          {"share_within_tolerance", f.share_within_tolerance},
+          {"omega_steps", f.omega_steps},
+          {"omega_bits", f.omega_bits},
+          {"ray_bytes", f.ray_bytes},
+          {"ray_bytes_thinned", f.ray_bytes_thinned},
+          {"ray_bytes_worth", f.ray_bytes_worth},
+          {"distance_bytes", f.distance_bytes},
+          {"distance_bytes_needed", f.distance_bytes_needed}};
 }
 
 }  // namespace
 
-Json require_document(const Room& room, const RoomRequirements& requirements,
-                      const KeptStations& kept) {
-  Json document = requirements_document(requirements);
-  document["room"] = room.directory().string();
-  document["lines"] = room.grid().lines.size();
-  document["stations"] = stations_of(room.grid(), kept);
-  document["surroundings"] = surroundings_of(room);
-  if (room.grid().cells.empty()) return document;
-  const ChosenK chosen = choose_k(room, "hlf-vd");
-  document["connection"].update({{"k_deg", chosen.k_deg},
-                                 {"k_source", chosen.source},
-                                 {"model_curve", model_curve(room)},
-                                 {"measured_curves", measured_curves(room)}});
-  return document;
+Json json_of(const ThinnedFacts& f) {
+  return {{"room", f.room},
+          {"stations", f.stations},
+          {"distance_maps", f.distance_maps},
+          {"bytes", f.bytes},
+          {"views", f.views},
+          {"psnr_db", f.psnr_db},
+          {"worst_psnr_db", f.worst_psnr_db}};
+}
+
+Json require_document(const Room& room, const SceneFacts& facts, const KeptStations& kept) {
+  return {{"format", kRequirementsFormat},
+          {"format_version", kRequirementsVersion},
+          {"distances", room.distances_origin()},
+          {"distances_sha256", distances_sha256(room)},
+          {"tolerance_px", facts.tolerance_px},
+          {"distance", json_of(facts.distance)},
+          {"layers", json_of(facts.layers)},
+          {"spacing", json_of(facts.spacing)},
+          {"storage", json_of(facts.storage)},
+          {"thinned", facts.thinned ? json_of(*facts.thinned) : Json(nullptr)},
+          {"room", room.directory().string()},
+          {"lines", room.grid().lines.size()},
+          {"stations", stations_of(room.grid(), kept)},
+          {"surroundings", surroundings_of(room)}};
 }
 
 }  // namespace raywalk::build_lf

@@ -3,14 +3,17 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/room/requirements.h"
+#include "build_lf/require/facts.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
 
-// The requirements_document() of a room, with what the report shows besides: the k that views use,
-// errors over k, the stations, those of them to keep, and surfaces around them.
-nlohmann::ordered_json require_document(const Room& room, const RoomRequirements& requirements,
+// The facts of a room, the distances they were measured on, and what the report shows besides: the
+// stations, those of them to keep, and surfaces around them.
+nlohmann::ordered_json require_document(const Room& room, const SceneFacts& facts,
                                         const KeptStations& kept);
+
+// Its key `thinned`.
+nlohmann::ordered_json json_of(const ThinnedFacts& thinned);
 
 }  // namespace raywalk::build_lf

@@ -25,9 +25,8 @@
 #include "core/files/output_folder.h"
 #include "core/geometry/spacing.h"
 #include "core/report/report.h"
-#include "core/room/connection_errors.h"
-#include "core/room/connection_model.h"
-#include "core/room/needed_stations.h"
+#include "core/room/kept_stations.h"
+#include "core/room/requirements.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -79,14 +78,6 @@ SpacingFacts spacing_facts(const Room& room, const DistanceFacts& distance, Omeg
   return facts;
 }
 
-ConnectionFacts connection_facts(const Room& room) {
-  ConnectionFacts facts;
-  if (room.grid().cells.empty()) return facts;
-  facts.model_k_deg = connection_model(room).curve.optimum_k_deg;
-  facts.measured = least_errors(room.directory());
-  return facts;
-}
-
 // Creates the report's directory first, so that a --thin that names it or a parent directory fails
 // now, not when the finished room is renamed.
 void prepare_outputs(const RequireOptions& options) {
@@ -134,8 +125,7 @@ std::string spacing_text(double spacing_m) {
 }
 
 // For a terminal.
-std::string summary_of(const RoomRequirements& r, const Json& document,
-                       const RequireOptions& options) {
+std::string summary_of(const SceneFacts& r, const Room& measured, const RequireOptions& options) {
   const std::string room = escaped(options.room.string());
   std::string text = fmt::format(
       "{}: surfaces from {} to {}, for {:g} px, with distances {}:\n"
@@ -143,19 +133,10 @@ std::string summary_of(const RoomRequirements& r, const Json& document,
       "  spacing   {} without depth, {} with distances; captured {}\n"
       "  stations  {} of {} needed with distances\n",
       room, distance_text(r.distance.near_m), distance_text(r.distance.far_m), r.tolerance_px,
-      r.distances, r.storage.omega_steps, r.storage.reach_m,
+      measured.distances_origin(), r.storage.omega_steps, r.storage.reach_m,
       spacing_text(r.spacing.needed_without_depth_m),
       spacing_text(r.spacing.needed_with_distances_m), spacing_text(r.spacing.captured_median_m),
       r.spacing.stations_needed_with_distances, r.spacing.stations);
-  if (r.connection.model_k_deg) {
-    const Json& connection = document["connection"];
-    text += fmt::format("  k         {:g} for hlf-vd views ({}); the model E_t has {:g}{}\n",
-                        connection["k_deg"].get<double>(),
-                        connection["k_source"].get<std::string>(), *r.connection.model_k_deg,
-                        r.connection.measured.empty()
-                            ? "; raywalk-render connect-error " + room + " measures it"
-                            : "");
-  }
   if (r.thinned) {
     text += fmt::format(
         "  {}: {}, dropped ones re-created at {:.1f} dB\n", escaped(options.thin->string()),
@@ -171,37 +152,34 @@ void require_tolerance(double tolerance_px) {
 }
 
 // Writes and reports what was measured.
-std::string finish(const RequireOptions& options, const Room& room, RoomRequirements requirements) {
-  const KeptStations kept = needed_stations(room, requirements.spacing.needed_with_distances_m,
-                                            Preferred::kWithDistances);
+std::string finish(const RequireOptions& options, const Room& room, SceneFacts facts) {
+  const KeptStations kept =
+      needed_stations(room, facts.spacing.needed_with_distances_m, Preferred::kWithDistances);
   if (options.thin) require_kept_maps(room, kept);
-  Json document = require_document(room, requirements, kept);
+  Json document = require_document(room, facts, kept);
   write_file_atomically(requirements_path(options.room), json_text(document));
   if (options.thin) {
-    write_thinned_room(room, kept, requirements.storage.needed_distance_width_px, *options.thin,
+    write_thinned_room(room, kept, facts.storage.needed_distance_width_px, *options.thin,
                        options.replace_thin);
-    requirements.thinned = thinned_facts(room, kept, *options.thin, options.tolerance_px);
-    document["thinned"] = requirements_document(requirements)["thinned"];
+    facts.thinned = thinned_facts(room, kept, *options.thin, options.tolerance_px);
+    document["thinned"] = json_of(*facts.thinned);
     write_file_atomically(requirements_path(options.room), json_text(document));
   }
   if (options.report) {
     write_file_atomically(*options.report / "require.json", json_text(document));
     write_file_atomically(*options.report / "index.html", report_page("require", document));
   }
-  return summary_of(requirements, document, options);
+  return summary_of(facts, room, options);
 }
 
 }  // namespace
 
-RoomRequirements measure_requirements(const Room& room, double tolerance_px) {
+SceneFacts measure_requirements(const Room& room, double tolerance_px) {
   const double tolerance_rad = angle_of_pixels(tolerance_px, room.panorama().width);
-  RoomRequirements result{.distances_sha256 = distances_sha256(room),
-                          .distances = room.distances_origin(),
-                          .tolerance_px = tolerance_px};
+  SceneFacts result{.tolerance_px = tolerance_px};
   result.distance = distance_facts(room);
   const double reach_m = typical_reach_m(room.grid());
   result.layers = layer_facts(result.distance, reach_m, tolerance_rad);
-  result.connection = connection_facts(room);
   result.spacing = spacing_facts(room, result.distance, result.layers.range(), tolerance_px);
   result.storage = storage_facts(room,
                                  {.reach_m = reach_m,

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "core/room/requirements.h"
+#include "build_lf/require/facts.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
@@ -20,7 +20,7 @@ struct RequireOptions {
 
 // Measures the room. Uses memory for a few maps per thread, independent of the room's size. Throws
 // Error if the room has no distances.
-RoomRequirements measure_requirements(const Room& room, double tolerance_px);
+SceneFacts measure_requirements(const Room& room, double tolerance_px);
 
 // Measures the room and writes ROOM/require.json; with `thin` also writes the thinned room and adds
 // its quality to ROOM/require.json; with `report` writes the report. Every output is written

@@ -14,9 +14,9 @@
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/geometry/spacing.h"
-#include "core/room/connection_errors.h"
 #include "core/room/gain_fields.h"
 #include "core/room/hdf5_file.h"
+#include "core/room/requirements.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -37,13 +37,7 @@ class RequireRoomTest : public RequireTest {
   static SyntheticRoomSpec line_spec() {
     return {.cells_z = 0, .side_m = 2.0, .spacing_m = 0.125, .width = 128};
   }
-  RoomRequirements kept() const {
-    const auto file = requirements_path(path_);
-    return requirements_from_json(read_file(file), file.string());
-  }
-  nlohmann::json document() const {
-    return nlohmann::json::parse(read_file(requirements_path(path_)));
-  }
+  nlohmann::json kept() const { return nlohmann::json::parse(read_file(requirements_path(path_))); }
   std::string error_of(const RequireOptions& options) const {
     try {
       require_room(options);
@@ -67,7 +61,6 @@ class RequireRoomTest : public RequireTest {
     write_distance_volume(distance_volume_path(room.directory(), line.id), line,
                           {{station}, volume.size(), "one", [&](size_t) { return map; }},
                           &progress);
-    record_distance_volumes(room.directory());
   }
 
   fs::path thin_ = directory_ / "thin.lf";
@@ -77,39 +70,34 @@ class RequireRoomTest : public RequireTest {
 TEST_F(RequireRoomTest, StoresTheResultInRoomAndReport) {
   const Room room = room_of(spec());
   const std::string told = require_room({.room = path_, .report = report_});
-  EXPECT_THAT(told, AllOf(HasSubstr("52"), HasSubstr("index.html"), HasSubstr("connect-error")));
-  const RoomRequirements r = kept();
+  EXPECT_THAT(told, AllOf(HasSubstr("52"), HasSubstr("index.html")));
+  const nlohmann::json r = kept();
   EXPECT_EQ(read_file(report_ / "require.json"), read_file(requirements_path(path_)));
   EXPECT_THAT(read_file(report_ / "index.html"), HasSubstr("\"kind\":\"require\""));
   ASSERT_TRUE(current_requirements(room)) << "it belongs to the room";
-  EXPECT_EQ(r.spacing.stations, 52);
-  EXPECT_NEAR(r.spacing.captured_median_m, 0.125, 1e-9);
-  EXPECT_EQ(r.storage.reach_m, 0.5);
-  EXPECT_NEAR(r.layers.omega_max_per_m * r.distance.near_m, 1.0, 1e-12);
+  EXPECT_EQ(r["spacing"]["stations"], 52);
+  EXPECT_NEAR(r["spacing"]["captured_median_m"].get<double>(), 0.125, 1e-9);
+  EXPECT_EQ(r["storage"]["reach_m"], 0.5);
+  const double omega_max = r["layers"]["omega_max_per_m"], near_m = r["distance"]["near_m"];
+  EXPECT_NEAR(omega_max * near_m, 1.0, 1e-12);
   // The formula, for the measured distances.
   const double tolerance_rad = angle_of_pixels(0.5, 128);
-  EXPECT_DOUBLE_EQ(r.spacing.needed_without_depth_m,
-                   spacing_needed_without_depth(r.layers.range(), tolerance_rad));
-  EXPECT_EQ(r.spacing.needed_with_layers.front().layers, 1);
+  const OmegaRange range{r["layers"]["omega_min_per_m"], omega_max};
+  EXPECT_DOUBLE_EQ(r["spacing"]["needed_without_depth_m"].get<double>(),
+                   spacing_needed_without_depth(range, tolerance_rad));
+  EXPECT_EQ(r["spacing"]["needed_with_layers"].front()["layers"], 1);
   // An empty room with exact distances: nearly everything could be left out.
-  EXPECT_LT(r.spacing.stations_needed_with_distances, 30);
-  EXPECT_GE(r.spacing.stations_needed_with_distances, 16)
+  EXPECT_LT(r["spacing"]["stations_needed_with_distances"], 30);
+  EXPECT_GE(r["spacing"]["stations_needed_with_distances"], 16)
       << "two ends and two corners of each line";
-  EXPECT_EQ(r.spacing.stations_needed_without_depth, 52);
-  EXPECT_TRUE(r.connection.measured.empty());
-  EXPECT_GE(*r.connection.model_k_deg, 45.0);
-  EXPECT_FALSE(r.thinned);
+  EXPECT_EQ(r["spacing"]["stations_needed_without_depth"], 52);
+  EXPECT_TRUE(r["thinned"].is_null());
 }
 
 TEST_F(RequireRoomTest, DocumentHasWhatTheReportShowsBesides) {
   const Room room = room_of(spec());
-  store_connection_errors(path_, {.generation = "hlf-vd",
-                                  .viewpoints = 5,
-                                  .overlap_deg = 5.0,
-                                  .common_share = 0.9,
-                                  .rows = {{60.0, 2.5, 2.0, 1.0}, {80.0, 3.5, 3.0, 1.0}}});
   require_room({.room = path_});
-  const nlohmann::json json = document();
+  const nlohmann::json json = kept();
   EXPECT_EQ(json["room"], path_.string());
   EXPECT_EQ(json["lines"], 4);
   ASSERT_EQ(json["stations"].size(), 52U);
@@ -122,38 +110,12 @@ TEST_F(RequireRoomTest, DocumentHasWhatTheReportShowsBesides) {
   EXPECT_EQ(json["surroundings"].size(), 8U);
   EXPECT_EQ(json["surroundings"][0]["distances_m"].size(), 180U);
   EXPECT_GT(json["surroundings"][0]["distances_m"][90], 0.5);
-  EXPECT_EQ(json["connection"]["k_deg"], 60.0);
-  EXPECT_EQ(json["connection"]["model_curve"].size(), 46U);
-  ASSERT_EQ(json["connection"]["measured_curves"].size(), 2U);
-  EXPECT_EQ(json["connection"]["measured_curves"][1]["e_connect"], 3.0);
-}
-
-TEST_F(RequireRoomTest, UsesTheMeasuredConnection) {
-  room_of(spec());
-  store_connection_errors(path_, {.generation = "initial",
-                                  .viewpoints = 5,
-                                  .overlap_deg = 5.0,
-                                  .common_share = 0.9,
-                                  .rows = {{70.0, 30.0, 30.0, 1.0}, {80.0, 20.0, 20.0, 1.0}}});
-  store_connection_errors(path_, {.generation = "hlf-vd",
-                                  .viewpoints = 5,
-                                  .overlap_deg = 5.0,
-                                  .common_share = 0.9,
-                                  .rows = {{60.0, 2.0, 2.0, 1.0}, {80.0, 3.0, 3.0, 1.0}}});
-  const std::string told = require_room({.room = path_, .report = report_});
-  EXPECT_THAT(told, HasSubstr("60 for hlf-vd views (measured E_connect of hlf-vd views)"));
-  EXPECT_THAT(told, Not(HasSubstr("connect-error")));
-  const RoomRequirements r = kept();
-  ASSERT_EQ(r.connection.measured.size(), 2U);
-  EXPECT_EQ(r.connection.measured[0].k_deg, 80.0);
-  EXPECT_EQ(r.connection.measured[1].generation, "hlf-vd");
-  EXPECT_EQ(r.connection.measured[1].e_connect, 2.0);
 }
 
 TEST_F(RequireRoomTest, LooserToleranceRequiresLess) {
   const Room room = room_of(line_spec());
-  const RoomRequirements strict = measure_requirements(room, 0.25);
-  const RoomRequirements loose = measure_requirements(room, 2.0);
+  const SceneFacts strict = measure_requirements(room, 0.25);
+  const SceneFacts loose = measure_requirements(room, 2.0);
   EXPECT_NEAR(loose.spacing.needed_without_depth_m / strict.spacing.needed_without_depth_m, 8.0,
               0.1);
   EXPECT_LT(loose.layers.by_d_p.back().layers, strict.layers.by_d_p.back().layers);
@@ -161,9 +123,9 @@ TEST_F(RequireRoomTest, LooserToleranceRequiresLess) {
 }
 
 TEST_F(RequireRoomTest, BadDistancesRequireMoreStations) {
-  const RoomRequirements right = measure_requirements(room_of(line_spec()), 0.25);
+  const SceneFacts right = measure_requirements(room_of(line_spec()), 0.25);
   replace_distances([](float metres) { return 1.3f * metres; });
-  const RoomRequirements wrong = measure_requirements(Room::open(path_), 0.25);
+  const SceneFacts wrong = measure_requirements(Room::open(path_), 0.25);
   EXPECT_GT(wrong.spacing.stations_needed_with_distances,
             right.spacing.stations_needed_with_distances);
 }
@@ -171,16 +133,16 @@ TEST_F(RequireRoomTest, BadDistancesRequireMoreStations) {
 TEST_F(RequireRoomTest, ThinnedRoomIsARoomWithTheSameRays) {
   const Room room = room_of(spec());
   require_room({.room = path_, .thin = thin_});
-  const RoomRequirements r = kept();
+  const nlohmann::json r = kept();
   const Room thin = Room::open(thin_);
   const VerifiedCounts counts = verify_room(thin);
-  EXPECT_EQ(counts.panoramas, r.spacing.stations_needed_with_distances);
-  ASSERT_TRUE(r.thinned);
-  EXPECT_EQ(r.thinned->stations, counts.panoramas);
-  EXPECT_EQ(r.thinned->distance_maps, counts.distance_maps);
-  EXPECT_GT(r.thinned->psnr_db, 30.0);
-  EXPECT_LE(r.thinned->worst_psnr_db, r.thinned->psnr_db);
-  EXPECT_GT(r.thinned->views, 0);
+  EXPECT_EQ(counts.panoramas, r["spacing"]["stations_needed_with_distances"]);
+  ASSERT_TRUE(r["thinned"].is_object());
+  EXPECT_EQ(r["thinned"]["stations"], counts.panoramas);
+  EXPECT_EQ(r["thinned"]["distance_maps"], counts.distance_maps);
+  EXPECT_GT(r["thinned"]["psnr_db"], 30.0);
+  EXPECT_LE(r["thinned"]["worst_psnr_db"], r["thinned"]["psnr_db"]);
+  EXPECT_GT(r["thinned"]["views"], 0);
   ASSERT_EQ(thin.grid().cells.size(), 1U);
   for (int line = 0; line < 4; ++line) {
     const Line& before = room.grid().lines[size_t(line)];
@@ -209,12 +171,12 @@ TEST_F(RequireRoomTest, ThinnedRoomStoresDistancesAsFineAsNeeded) {
   fine.width = 256;
   room_of(fine);
   require_room({.room = path_, .thin = thin_});
-  const RoomRequirements r = kept();
+  const nlohmann::json r = kept();
   const Room thin = Room::open(thin_);
   const DistanceVolume& maps = thin.distances(0);
-  EXPECT_EQ(maps.size().width, r.storage.needed_distance_width_px);
+  EXPECT_EQ(maps.size().width, r["storage"]["needed_distance_width_px"]);
   EXPECT_LT(maps.size().width, 256) << "an empty room has smooth distances";
-  const double most = angle_of_pixels(0.5, 256) / r.storage.reach_m;
+  const double most = angle_of_pixels(0.5, 256) / r["storage"]["reach_m"].get<double>();
   int right = 0, all = 0;
   for (int map = 0; map < maps.maps(); ++map) {
     const auto station = static_cast<size_t>(maps.stations()[static_cast<size_t>(map)]);
@@ -237,13 +199,13 @@ TEST_F(RequireRoomTest, LossIsMeasuredOnDroppedStations) {
   room_of(line_spec());
   replace_distances([](float metres) { return 1.1f * metres; });
   require_room({.room = path_, .tolerance_px = 4.0, .thin = thin_});
-  const RoomRequirements loose = kept();
+  const nlohmann::json loose = kept();
   fs::remove_all(thin_);
   require_room({.room = path_, .tolerance_px = 0.1, .thin = thin_});
-  const RoomRequirements strict = kept();
-  EXPECT_LT(loose.thinned->stations, strict.thinned->stations);
-  EXPECT_LT(loose.thinned->psnr_db, strict.thinned->psnr_db);
-  EXPECT_LT(loose.thinned->bytes, strict.thinned->bytes);
+  const nlohmann::json strict = kept();
+  EXPECT_LT(loose["thinned"]["stations"], strict["thinned"]["stations"]);
+  EXPECT_LT(loose["thinned"]["psnr_db"], strict["thinned"]["psnr_db"]);
+  EXPECT_LT(loose["thinned"]["bytes"], strict["thinned"]["bytes"]);
 }
 
 TEST_F(RequireRoomTest, ThinnedRoomKeepsTheOriginOfItsDistances) {
@@ -273,21 +235,14 @@ TEST_F(RequireRoomTest, LinesOfTwoStationsAreKeptWhole) {
   two.overhang_m = 0.0;
   room_of(two);
   require_room({.room = path_, .thin = thin_, .report = report_});
-  const RoomRequirements r = kept();
-  EXPECT_EQ(r.spacing.stations, 8);
-  EXPECT_EQ(r.spacing.stations_needed_with_distances, 8);
-  EXPECT_TRUE(r.spacing.held_out.empty());
-  EXPECT_EQ(r.spacing.measured_up_to_m, 0.0);
-  EXPECT_EQ(r.thinned->views, 0);
-  EXPECT_EQ(r.thinned->psnr_db, 100.0);
+  const nlohmann::json r = kept();
+  EXPECT_EQ(r["spacing"]["stations"], 8);
+  EXPECT_EQ(r["spacing"]["stations_needed_with_distances"], 8);
+  EXPECT_TRUE(r["spacing"]["held_out"].empty());
+  EXPECT_EQ(r["spacing"]["measured_up_to_m"], 0.0);
+  EXPECT_EQ(r["thinned"]["views"], 0);
+  EXPECT_EQ(r["thinned"]["psnr_db"], 100.0);
   EXPECT_EQ(verify_room(Room::open(thin_)).panoramas, 8);
-}
-
-TEST_F(RequireRoomTest, SingleLineHasNoConnection) {
-  room_of(line_spec());
-  require_room({.room = path_, .report = report_});
-  EXPECT_FALSE(kept().connection.model_k_deg);
-  EXPECT_FALSE(document()["connection"].contains("k_deg"));
 }
 
 TEST_F(RequireRoomTest, OpenSkyRequiresNothing) {
@@ -295,10 +250,10 @@ TEST_F(RequireRoomTest, OpenSkyRequiresNothing) {
   sky.scene.infinitely_far = true;
   room_of(sky);
   require_room({.room = path_, .thin = thin_, .report = report_});
-  const RoomRequirements r = kept();
-  EXPECT_TRUE(std::isinf(r.spacing.needed_without_depth_m));
-  EXPECT_EQ(r.layers.by_d_p.back().layers, 1);
-  EXPECT_TRUE(std::isinf(r.storage.worth_width_px));
+  const nlohmann::json r = kept();
+  EXPECT_TRUE(r["spacing"]["needed_without_depth_m"].is_null());
+  EXPECT_EQ(r["layers"]["by_d_p"].back()["layers"], 1);
+  EXPECT_TRUE(r["storage"]["worth_width_px"].is_null());
 }
 
 TEST_F(RequireRoomTest, MapsOnSomeStationsSuffice) {
@@ -328,7 +283,7 @@ TEST_F(RequireRoomTest, MeasurementIsKeptIfThinningFails) {
   fs::create_directory(thin_.string() + ".partial");
   std::ofstream(thin_.string() + ".partial/lines") << "a file in the way";
   EXPECT_NE(error_of({.room = path_, .thin = thin_}), "no error");
-  EXPECT_FALSE(kept().thinned);
+  EXPECT_TRUE(kept()["thinned"].is_null());
 }
 
 TEST_F(RequireRoomTest, RoomWithoutDistancesIsAnErrorWithBothCommands) {
@@ -380,12 +335,6 @@ TEST_F(RequireRoomTest, UnwritableOutputsFailBeforeAnyWork) {
   EXPECT_FALSE(fs::exists(requirements_path(path_)));
   fs::create_directory(requirements_path(path_));
   EXPECT_THAT(error_of({.room = path_}), HasSubstr("require.json"));
-}
-
-TEST_F(RequireRoomTest, DamagedMeasurementIsAnError) {
-  room_of(spec());
-  write_file_atomically(connection_errors_path(path_), "damaged");
-  EXPECT_THAT(error_of({.room = path_}), HasSubstr("connect-error"));
 }
 
 }  // namespace

@@ -62,7 +62,7 @@ std::vector<Difference> differences(const Room& room, const MapStation& from,
   const double pixels = static_cast<double>(size.width) * size.height;
   const int stride = std::max(1, static_cast<int>(std::lround(std::sqrt(pixels / kPixelsPerMap))));
   const float tolerance =
-      std::max(surface_tolerance(size), surface_tolerance(room.distances(to.line).size()));
+      surface_tolerance_of(std::min(size.width, room.distances(to.line).size().width));
   std::vector<Difference> found;
   for (int theta = stride / 2; theta < size.width; theta += stride) {
     const auto distance_m = own.distance_column(from.map, theta);

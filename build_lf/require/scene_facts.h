@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "core/room/requirements.h"
+#include "build_lf/require/facts.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {

@@ -1,8 +1,8 @@
 // The resolution and precision needed for a room's panoramas and distances.
 #pragma once
 
+#include "build_lf/require/facts.h"
 #include "core/geometry/layer_count.h"
-#include "core/room/requirements.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {

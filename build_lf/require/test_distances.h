@@ -48,7 +48,6 @@ class RequireTest : public ::testing::Test {
           distance_volume_path(path_, of_line.id), of_line,
           {stations, volume.size(), "changed", [&](std::size_t i) { return maps[i]; }}, &progress);
     }
-    record_distance_volumes(path_);
   }
 
   TestDirectory directory_;

@@ -12,11 +12,14 @@
 #include "build_lf/partial_room.h"
 #include "core/base/pick_evenly.h"
 #include "core/base/progress.h"
+#include "core/evaluate/metrics.h"
+#include "core/evaluate/recreated_station.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/output_folder.h"
-#include "core/judge/held_out/recreated_station.h"
 #include "core/room/gain_fields.h"
+#include "core/room/omega_map.h"
+#include "core/room/room_fingerprint.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -27,11 +30,7 @@ constexpr int kMaxViews = 48;
 
 // Over everything that determines the result.
 std::string fingerprint_of(const Room& room, const KeptStations& kept, int distance_width) {
-  RoomManifest manifest = room.manifest();
-  manifest.distances.reset();  // distances_sha256 stands for those in use
-  const std::string text = fmt::format("{}{}{} {}", manifest_to_json(manifest),
-                                       distances_sha256(room), kept, distance_width);
-  return sha256_hex(text);
+  return sha256_hex(fmt::format("{}{} {}", room_fingerprint(room), kept, distance_width));
 }
 
 std::vector<HeldOutStation> dropped_stations(const Grid& grid, const KeptStations& kept) {
@@ -56,7 +55,11 @@ void write_thinned_room(const Room& room, const KeptStations& kept, int distance
   const Room part = room.subset(kept);
   Progress progress("thinning", images_of(part), "images");
   for (int i = 0; i < static_cast<int>(kept.size()); ++i) {
-    write_derived_line(room, part, i, part.volume(i).form(), distance_width, directory, &progress);
+    const RayForm& form = part.volume(i).form();
+    write_derived_rays(room, part, i, form, directory, &progress);
+    write_derived_maps(part.distances(i), part.grid().lines[static_cast<size_t>(i)],
+                       room.manifest().distances, distance_width, form.compressed(), directory,
+                       &progress);
   }
   RoomManifest manifest = manifest_of_volumes(directory, part.panorama(), part.grid());
   if (!part.gains().empty()) {
@@ -79,7 +82,7 @@ ThinnedFacts thinned_facts(const Room& room, const KeptStations& kept, const fs:
   const std::vector<HeldOutStation> dropped = dropped_stations(room.grid(), kept);
   const std::vector<int> views = pick_evenly(static_cast<int>(dropped.size()), kMaxViews);
   facts.views = static_cast<int>(views.size());
-  facts.psnr_db = facts.worst_psnr_db = kMaxRecreationDb;
+  facts.psnr_db = facts.worst_psnr_db = kMaxPsnrDb;
   if (views.empty()) return facts;
   facts.psnr_db = 0.0;
   Progress progress("re-creating", std::ssize(views), "stations");

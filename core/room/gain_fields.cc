@@ -1,14 +1,14 @@
 #include "core/room/gain_fields.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
+#include <span>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
+#include "core/room/distance_volume.h"
 #include "core/room/hdf5_file.h"
 
 namespace raywalk {
@@ -17,18 +17,14 @@ namespace {
 constexpr double kLeastGain = 1.0 / 16.0;
 constexpr double kMostGain = 16.0;
 
-std::string line_ids(const Grid& grid) {
-  std::vector<std::string> ids;
-  for (const Line& line : grid.lines) ids.push_back(line.id);
-  return fmt::format("{}", fmt::join(ids, " "));
+std::string sha256_of(const Grid& grid) {
+  std::string text;
+  for (const Line& line : grid.lines) text += sha256_of(line);
+  return sha256_hex(text);
 }
 
-std::vector<std::int32_t> station_counts(const Grid& grid) {
-  std::vector<std::int32_t> counts;
-  for (const Line& line : grid.lines) {
-    counts.push_back(static_cast<std::int32_t>(line.stations.size()));
-  }
-  return counts;
+std::string sha256_of(const std::vector<double>& values) {
+  return sha256_hex(std::as_bytes(std::span(values)));
 }
 
 // The size of the local fields; one patch if no station has any.
@@ -71,22 +67,15 @@ GainField field_from(std::span<const double> values, int thetas, int phis) {
   return field;
 }
 
-std::vector<double> read_gains(const Hdf5File& hdf5, std::size_t stations,
-                               std::vector<std::size_t>* shape) {
-  const std::string file = hdf5.path().string();
-  *shape = hdf5.shape_of("gain");
+Shape shape_of_gains(const Hdf5File& hdf5, std::size_t stations) {
+  const Shape shape = hdf5.shape_of("gain");
   constexpr std::size_t kMostPatches = 4096;
-  if (shape->size() != 4 || (*shape)[0] != stations || (*shape)[1] < 1 || (*shape)[2] < 1 ||
-      (*shape)[1] > kMostPatches || (*shape)[2] > kMostPatches || (*shape)[3] != 3) {
-    throw Error(fmt::format("{}: 'gain' is not [{} stations][theta][phi][3]", file, stations));
+  if (shape.size() != 4 || shape[0] != stations || shape[1] < 1 || shape[2] < 1 ||
+      shape[1] > kMostPatches || shape[2] > kMostPatches || shape[3] != 3) {
+    throw Error(fmt::format("{}: 'gain' is not [{} stations][theta][phi][3]", hdf5.path().string(),
+                            stations));
   }
-  std::vector<double> values = hdf5.read_float64("gain");
-  const auto in_range = [](double value) { return value >= kLeastGain && value <= kMostGain; };
-  if (!std::ranges::all_of(values, in_range)) {
-    throw Error(
-        fmt::format("{}: 'gain' holds a value outside {} to {}", file, kLeastGain, kMostGain));
-  }
-  return values;
+  return shape;
 }
 
 }  // namespace
@@ -115,13 +104,10 @@ void write_gain_fields(const std::filesystem::path& file, const Grid& grid,
   const auto phis = static_cast<std::size_t>(patches.width);
   AtomicFile output(file);
   Hdf5File hdf5 = Hdf5File::create(output.temporary_path());
-  hdf5.write_attribute("/", "format", kGainsFormat);
-  hdf5.write_attribute("/", "format_version", kVolumeFormatVersion);
-  hdf5.write_attribute("/", "lines", line_ids(grid));
-  hdf5.write_int32("stations", station_counts(grid));
-  hdf5.write_float64(
-      "gain", values,
-      std::array<std::size_t, 4>{values.size() / (3 * thetas * phis), thetas, phis, 3});
+  hdf5.write_format(kGainsFormat);
+  hdf5.write_attribute("/", "stations_sha256", sha256_of(grid));
+  hdf5.write_attribute("/", "sha256", sha256_of(values));
+  hdf5.write("gain", values, {values.size() / (3 * thetas * phis), thetas, phis, 3});
   hdf5.write_attribute("gain", "axes", "station of all lines in order, theta, phi, rgb");
   hdf5.write_attribute("gain", "unit", "factor of the 8-bit levels");
   hdf5.close();
@@ -131,29 +117,29 @@ void write_gain_fields(const std::filesystem::path& file, const Grid& grid,
 GainFields read_gain_fields(const std::filesystem::path& file, const Grid& grid) {
   const Hdf5File hdf5 = Hdf5File::open(file);
   hdf5.require_format(kGainsFormat);
-  const std::vector<std::int32_t> counts = station_counts(grid);
-  if (hdf5.text_attribute("lines") != line_ids(grid) || hdf5.read_int32("stations") != counts) {
-    throw Error(file.string() + ": holds the gains of other lines or stations than the room has");
+  if (hdf5.text_attribute("stations_sha256") != sha256_of(grid)) {
+    throw Error(file.string() + ": holds the gains of other stations than the room has");
   }
   std::size_t stations = 0;
-  for (const std::int32_t count : counts) stations += static_cast<std::size_t>(count);
-  std::vector<std::size_t> shape;
-  const std::vector<double> values = read_gains(hdf5, stations, &shape);
+  for (const Line& line : grid.lines) stations += line.stations.size();
+  const Shape shape = shape_of_gains(hdf5, stations);
+  const auto values = hdf5.read<double>("gain");
+  const auto in_range = [](double value) { return value >= kLeastGain && value <= kMostGain; };
+  if (!std::ranges::all_of(values, in_range) ||
+      hdf5.text_attribute("sha256") != sha256_of(values)) {
+    throw Error(file.string() + ": its gains are damaged");
+  }
   const std::size_t of_station = 3 * shape[1] * shape[2];
   GainFields fields;
   std::size_t next = 0;
-  for (const std::int32_t count : counts) {
-    auto& line = fields.emplace_back();
-    for (std::int32_t i = 0; i < count; ++i, next += of_station) {
-      line.push_back(field_from(std::span(values).subspan(next, of_station),
-                                static_cast<int>(shape[1]), static_cast<int>(shape[2])));
+  for (const Line& line : grid.lines) {
+    auto& of_line = fields.emplace_back();
+    for (std::size_t i = 0; i < line.stations.size(); ++i, next += of_station) {
+      of_line.push_back(field_from(std::span(values).subspan(next, of_station),
+                                   static_cast<int>(shape[1]), static_cast<int>(shape[2])));
     }
   }
   return fields;
-}
-
-GainsRecord record_of_gains(const std::filesystem::path& file) {
-  return {stamp_of(file).bytes, sha256_of_file(file)};
 }
 
 }  // namespace raywalk

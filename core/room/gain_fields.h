@@ -1,16 +1,12 @@
 // The gains of a room's stations in `gains.h5`, which make their exposures agree in views.
 //
-// Root attributes: `format`, `format_version`, and `lines`, the ids of the room's lines, separated
-// by spaces. Datasets: `stations` int32 [line], the number of stations of each line; `gain` float64
-// [station][theta][phi][rgb], factors of the 8-bit levels at the middles of equal patches of each
-// panorama, through all lines in order; between the middles they are linear.
+// Dataset `gain` float64 [station][theta][phi][rgb]: factors of the 8-bit levels at the middles of
+// equal patches of each panorama, through all lines in order; between the middles they are linear.
+// Root attributes: `format`, `format_version`; `stations_sha256`, which tells the room's stations
+// from others; `sha256` of the gains.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
-#include <optional>
-#include <span>
-#include <string>
 #include <vector>
 
 #include "core/geometry/grid.h"
@@ -30,13 +26,6 @@ GainFields unit_gain_fields(const Grid& grid);
 // Whether a station's gains are exactly 1.
 bool is_one(const GainField& field);
 
-// What manifest.json records of gains.h5, so that a swapped, foreign or damaged file is noticed.
-struct GainsRecord {
-  std::uint64_t bytes = 0;
-  std::string sha256{};
-  friend bool operator==(const GainsRecord&, const GainsRecord&) = default;
-};
-
 std::filesystem::path gains_path(const std::filesystem::path& room);
 
 // Writes a file with the fields of all stations of the grid, not all of them 1. Local fields must
@@ -44,11 +33,8 @@ std::filesystem::path gains_path(const std::filesystem::path& room);
 void write_gain_fields(const std::filesystem::path& file, const Grid& grid,
                        const GainFields& fields);
 
-// Reads one. Throws Error naming the file if it is missing, not HDF5, of a newer format version, of
-// other lines or stations, or holds a gain outside [1/16, 16].
+// Reads one. Throws Error naming the file if it is missing, not HDF5, of another format version, of
+// other stations, damaged, or holds a gain outside [1/16, 16].
 GainFields read_gain_fields(const std::filesystem::path& file, const Grid& grid);
-
-// Throws Error naming the file if it is missing.
-GainsRecord record_of_gains(const std::filesystem::path& file);
 
 }  // namespace raywalk

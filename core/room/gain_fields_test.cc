@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 
-#include <array>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -54,7 +53,7 @@ class GainFieldsTest : public ::testing::Test {
 
   void record() const {
     RoomManifest manifest = read_manifest(room_);
-    manifest.gains = {record_of_gains(gains_path(room_))};
+    manifest.gains = true;
     write_file_atomically(manifest_path(room_), manifest_to_json(manifest));
   }
 
@@ -66,14 +65,14 @@ class GainFieldsTest : public ::testing::Test {
   }
 
   // A file with the given values for every station and channel.
-  void write_values(const std::vector<double>& values, const std::array<std::size_t, 4>& shape,
+  void write_values(const std::vector<double>& values, const Shape& shape,
                     int version = kVolumeFormatVersion) const {
+    write_gain_fields(gains_path(room_), grid_, some_fields());
+    const auto stations = Hdf5File::open(gains_path(room_)).text_attribute("stations_sha256");
     Hdf5File file = Hdf5File::create(gains_path(room_));
-    file.write_attribute("/", "format", kGainsFormat);
-    file.write_attribute("/", "format_version", version);
-    file.write_attribute("/", "lines", std::string("x0 x1 z0 z1"));
-    file.write_int32("stations", std::array<std::int32_t, 4>{3, 3, 3, 3});
-    file.write_float64("gain", values, shape);
+    file.write_format(kGainsFormat, version);
+    file.write_attribute("/", "stations_sha256", stations.value());
+    file.write("gain", values, shape);
     file.close();
   }
 
@@ -103,11 +102,11 @@ TEST_F(GainFieldsTest, OfAnotherRoomAreRefused) {
   Grid other = grid_;
   other.lines[2].stations.pop_back();
   EXPECT_THAT(message_of([&] { read_gain_fields(gains_path(room_), other); }),
-              HasSubstr("of other lines or stations"));
+              HasSubstr("of other stations"));
   other = grid_;
   other.lines[2].id = "z5";
   EXPECT_THAT(message_of([&] { read_gain_fields(gains_path(room_), other); }),
-              HasSubstr("of other lines or stations"));
+              HasSubstr("of other stations"));
 }
 
 TEST_F(GainFieldsTest, OutOfRangeAreRefused) {
@@ -116,7 +115,7 @@ TEST_F(GainFieldsTest, OutOfRangeAreRefused) {
     std::vector<double> values(36, 1.0);
     values[7] = bad;
     write_values(values, {12, 1, 1, 3});
-    EXPECT_THAT(reading(), HasSubstr("'gain' holds a value outside 0.0625 to 16")) << bad;
+    EXPECT_THAT(reading(), HasSubstr("its gains are damaged")) << bad;
   }
 }
 
@@ -139,27 +138,33 @@ TEST_F(GainFieldsTest, AreUsedOnlyAsRecorded) {
   EXPECT_THAT(Room::open(room_).gains(), SizeIs(4));
   EXPECT_EQ(Room::open(room_).gains()[0][0].whole, ColourGain(0.5F, 1.0F, 1.25F));
   EXPECT_THAT(Room::open_without_gains(room_).gains(), IsEmpty());
-  GainFields swapped = some_fields();
-  std::swap(swapped[0][0], swapped[0][1]);
-  write_gain_fields(gains_path(room_), grid_, swapped);
-  EXPECT_THAT(opening(), HasSubstr("gains.h5: not the gains that the room's manifest records"));
   fs::remove(gains_path(room_));
   EXPECT_THAT(opening(), HasSubstr("gains.h5"));
   EXPECT_THAT(opening(), HasSubstr("raywalk-build-lf gains"));
 }
 
-TEST_F(GainFieldsTest, AreRefusedWithAnyByteDamaged) {
+// Bytes that hold nothing may differ.
+TEST_F(GainFieldsTest, AreReadAsTheyWereOrRefusedWithAnyByteDamaged) {
   write_gain_fields(gains_path(room_), grid_, some_fields());
   record();
   const std::string whole = read_file(gains_path(room_));
+  const Room intact = Room::open(room_);
+  int refused = 0;
   for (std::size_t i = 0; i < whole.size(); i += 37) {
     std::string damaged = whole;
     damaged[i] = static_cast<char>(damaged[i] ^ 0x10);
     std::ofstream(gains_path(room_), std::ios::binary) << damaged;
-    EXPECT_THAT(opening(), HasSubstr("not the gains")) << i;
+    if (opening() != "no error") {
+      ++refused;
+      continue;
+    }
+    const Room room = Room::open(room_);
+    EXPECT_EQ(room.gains()[0][0].whole, intact.gains()[0][0].whole) << i;
+    EXPECT_EQ(cv::norm(room.gains()[3][2].local, intact.gains()[3][2].local), 0.0) << i;
   }
+  EXPECT_GT(refused, 20);
   std::ofstream(gains_path(room_), std::ios::binary) << whole.substr(0, whole.size() / 2);
-  EXPECT_THAT(opening(), HasSubstr("not the gains"));
+  EXPECT_THAT(opening(), HasSubstr("gains.h5"));
 }
 
 TEST_F(GainFieldsTest, GoWithTheirStations) {
@@ -171,13 +176,6 @@ TEST_F(GainFieldsTest, GoWithTheirStations) {
   EXPECT_EQ(part.gains()[0][0].whole, ColourGain(0.5F, 1.0F, 1.25F));
   EXPECT_TRUE(is_one(part.gains()[3][0]));
   EXPECT_FALSE(part.gains()[3][1].local.empty());
-}
-
-TEST_F(GainFieldsTest, RecordsOutliveTheManifest) {
-  RoomManifest manifest = read_manifest(room_);
-  manifest.gains = {{123, std::string(64, 'a')}, {456, std::string(64, 'b')}};
-  const RoomManifest read = manifest_from_json(manifest_to_json(manifest), "manifest.json");
-  EXPECT_EQ(read.gains, manifest.gains);
 }
 
 }  // namespace

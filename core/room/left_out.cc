@@ -3,66 +3,44 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <utility>
+#include <tuple>
 
 #include "core/base/error.h"
 
 namespace raywalk {
-namespace {
 
-using Run = std::array<std::int32_t, 4>;  // station, theta, first row, one past the last
-
-std::vector<Run> sorted_runs(std::span<const std::int32_t> values, PanoramaSize size, int stations,
-                             const std::string& source) {
-  if (values.size() % 4 != 0) {
+LeftOutPixels::LeftOutPixels(std::span<const std::int32_t> runs, PanoramaSize size, int stations,
+                             const std::string& source)
+    : size_(size) {
+  if (runs.size() % 4 != 0) {
     throw Error(source + ": 'left_out' is not [run][station, theta, first row, one past the last]");
   }
-  std::vector<Run> runs(values.size() / 4);
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(4 * i), 4, runs[i].begin());
-    const auto [station, theta, begin, end] = runs[i];
-    const bool inside = station >= 0 && station < stations && theta >= 0 && theta < size.width &&
-                        begin >= 0 && begin < end && end <= size.height;
+  for (std::size_t i = 0; i < runs.size(); i += 4) {
+    const LeftOutRun run{{runs[i + 2], runs[i + 3]}, runs[i], runs[i + 1]};
+    const bool inside = run.station >= 0 && run.station < stations && run.theta >= 0 &&
+                        run.theta < size.width && run.begin >= 0 && run.begin < run.end &&
+                        run.end <= size.height;
     if (!inside) {
       throw Error(
           fmt::format("{}: 'left_out' names rows {} to {} of column {} of station {}, which "
                       "do not exist",
-                      source, begin, end, theta, station));
+                      source, run.begin, run.end, run.theta, run.station));
     }
+    runs_.push_back(run);
   }
-  std::ranges::sort(runs);
-  return runs;
-}
-
-}  // namespace
-
-LeftOutPixels::LeftOutPixels(std::span<const std::int32_t> runs, PanoramaSize size, int stations,
-                             const std::string& source)
-    : size_(size), stations_(static_cast<std::size_t>(stations)) {
-  const std::vector<Run> sorted = sorted_runs(runs, size, stations, source);
-  for (auto begin = sorted.begin(); begin != sorted.end();) {
-    const auto end =
-        std::find_if(begin, sorted.end(), [&](const Run& run) { return run[0] != (*begin)[0]; });
-    auto columns = std::make_shared<Columns>();
-    columns->first.assign(static_cast<std::size_t>(size.width) + 1, 0);
-    for (auto run = begin; run != end; ++run) {
-      columns->runs.push_back({(*run)[2], (*run)[3]});
-      ++columns->first[static_cast<std::size_t>((*run)[1]) + 1];
-    }
-    for (std::size_t theta = 1; theta < columns->first.size(); ++theta) {
-      columns->first[theta] += columns->first[theta - 1];
-    }
-    stations_[static_cast<std::size_t>((*begin)[0])] = std::move(columns);
-    begin = end;
-  }
+  std::ranges::sort(runs_, {}, [](const LeftOutRun& run) {
+    return std::tuple(run.station, run.theta, run.begin, run.end);
+  });
 }
 
 LeftOutPixels LeftOutPixels::subset(std::span<const int> stations) const {
   LeftOutPixels part;
   part.size_ = size_;
-  for (const int station : stations) {
-    part.stations_.push_back(any(station) ? stations_[static_cast<std::size_t>(station)] : nullptr);
+  for (std::size_t i = 0; i < stations.size(); ++i) {
+    for (LeftOutRun run : runs_of(stations[i])) {
+      run.station = static_cast<int>(i);
+      part.runs_.push_back(run);
+    }
   }
   return part;
 }
@@ -73,31 +51,28 @@ std::vector<std::int32_t> LeftOutPixels::stored_runs(PanoramaSize size) const {
     return static_cast<int>(std::int64_t{at} * to / from);
   };
   std::vector<std::int32_t> stored;
-  for (int station = 0; station < static_cast<int>(stations_.size()); ++station) {
-    if (!any(station)) continue;
-    for (int theta = 0; theta < size_.width; ++theta) {
-      const int first = first_of(theta, size_.width, size.width);
-      const int last = std::max(first, first_of(theta + 1, size_.width, size.width) - 1);
-      for (const RowRun& run : rows(station, theta)) {
-        const int begin = first_of(run.begin, size_.height, size.height);
-        const int end = first_of(run.end - 1, size_.height, size.height) + 1;
-        for (int column = first; column <= last; ++column) {
-          stored.insert(stored.end(),
-                        {station, column, begin,
-                         std::max(end, first_of(run.end, size_.height, size.height))});
-        }
-      }
+  for (const LeftOutRun& run : runs_) {
+    const int first = first_of(run.theta, size_.width, size.width);
+    const int last = std::max(first, first_of(run.theta + 1, size_.width, size.width) - 1);
+    const int begin = first_of(run.begin, size_.height, size.height);
+    const int end = std::max(first_of(run.end - 1, size_.height, size.height) + 1,
+                             first_of(run.end, size_.height, size.height));
+    for (int column = first; column <= last; ++column) {
+      stored.insert(stored.end(), {run.station, column, begin, end});
     }
   }
   return stored;
 }
 
-std::span<const RowRun> LeftOutPixels::rows(int station, int theta) const {
-  if (!any(station)) return {};
-  const Columns& columns = *stations_[static_cast<std::size_t>(station)];
-  const std::size_t begin = columns.first[static_cast<std::size_t>(theta)];
-  const std::size_t end = columns.first[static_cast<std::size_t>(theta) + 1];
-  return std::span(columns.runs).subspan(begin, end - begin);
+std::span<const LeftOutRun> LeftOutPixels::runs_of(int station) const {
+  const auto [begin, end] = std::ranges::equal_range(runs_, station, {}, &LeftOutRun::station);
+  return {begin, end};
+}
+
+std::span<const LeftOutRun> LeftOutPixels::rows(int station, int theta) const {
+  const auto [begin, end] =
+      std::ranges::equal_range(runs_of(station), theta, {}, &LeftOutRun::theta);
+  return {begin, end};
 }
 
 }  // namespace raywalk

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,6 +11,12 @@
 #include "core/room/line_volume.h"
 
 namespace raywalk {
+
+// Rows of a column of a station.
+struct LeftOutRun : RowRun {
+  int station = 0;
+  int theta = 0;
+};
 
 class LeftOutPixels {
  public:
@@ -31,21 +36,15 @@ class LeftOutPixels {
 
   PanoramaSize size() const { return size_; }
   // Whether any pixel of the station is left out.
-  bool any(int station) const {
-    return static_cast<size_t>(station) < stations_.size() &&
-           stations_[static_cast<size_t>(station)] != nullptr;
-  }
+  bool any(int station) const { return !runs_of(station).empty(); }
   // The runs of rows left out in column theta of a station, from the top.
-  std::span<const RowRun> rows(int station, int theta) const;
+  std::span<const LeftOutRun> rows(int station, int theta) const;
 
  private:
-  struct Columns {
-    std::vector<std::size_t> first;  // of each column, index of its first run; and the number
-    std::vector<RowRun> runs;        // column by column
-  };
+  std::span<const LeftOutRun> runs_of(int station) const;
 
   PanoramaSize size_;
-  std::vector<std::shared_ptr<const Columns>> stations_;  // null: none left out
+  std::vector<LeftOutRun> runs_;  // by station, theta and row
 };
 
 }  // namespace raywalk

@@ -86,7 +86,8 @@ class LineVolume {
   // The bytes around a byte of a station that are decoded with it: those of its tile; all where
   // they are mapped.
   TileLayout::Bytes decoded_with(size_t byte) const {
-    return tiles_ ? tiles_->layout().bytes_around(byte) : TileLayout::Bytes{0, station_bytes()};
+    if (!tiles_) return {0, station_bytes()};
+    return tiles_->layout().bytes_of(tiles_->layout().tile_of(byte));
   }
   // Of all columns of a station.
   size_t station_bytes() const { return column_bytes() * static_cast<size_t>(panorama_.width); }
@@ -101,11 +102,11 @@ class LineVolume {
     }
   }
   // Whether the middle row of a column is in memory (MappedDataset::in_memory), or its tile
-  // decoded or fetched.
+  // decoded.
   bool in_memory(int station, int theta) const {
     const size_t byte =
         column_bytes() * static_cast<size_t>(theta) + 3 * static_cast<size_t>(panorama_.height / 2);
-    if (tiles_) return tiles_->is_fetched(static_cast<int>(stored(station)), byte);
+    if (tiles_) return tiles_->is_decoded(static_cast<int>(stored(station)), byte);
     return rays_->in_memory(rays(station) + byte);
   }
 

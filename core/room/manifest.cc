@@ -1,6 +1,7 @@
 // Writes and reads manifest.json; manifest_from_json in room.h lists what reading rejects.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -58,20 +59,6 @@ Json json_of(const Cell& cell, const std::vector<Line>& lines) {
   return json;
 }
 
-Json json_of(const DistanceSet& set) {
-  Json volumes = Json::array();
-  for (const DistanceVolumeRecord& volume : set.volumes) {
-    volumes.push_back({{"line", volume.line},
-                       {"maps", volume.maps},
-                       {"width", volume.size.width},
-                       {"height", volume.size.height},
-                       {"bytes", volume.bytes},
-                       {"header_sha256", volume.header_sha256},
-                       {"sha256", volume.sha256}});
-  }
-  return {{"origin", set.origin}, {"volumes", std::move(volumes)}};
-}
-
 double metres(const CheckedJson& json) { return json.number(-kMaxMetres, kMaxMetres); }
 
 PlanPoint plan_point(const CheckedJson& json) {
@@ -83,6 +70,8 @@ void check_format(const CheckedJson& root) {
   const CheckedJson format = root.at("format");
   if (format.text() != kFormat) format.fail("is not " + std::string(kFormat));
   root.require_version(kRoomFormatVersion);
+  const CheckedJson version = root.at("format_version");
+  if (version.integer() < kRoomFormatVersion) version.fail("is older; pack the room again");
 }
 
 PanoramaSize read_panorama_size(const CheckedJson& json) {
@@ -179,28 +168,17 @@ void read_lines(const CheckedJson& json, RoomManifest* manifest) {
   }
 }
 
-DistanceVolumeRecord read_distance_volume(const CheckedJson& json, const Grid& grid) {
-  DistanceVolumeRecord volume{.line = json.at("line").text()};
-  const auto line = std::ranges::find(grid.lines, volume.line, &Line::id);
-  if (line == grid.lines.end()) json.at("line").fail("names a line that does not exist");
-  volume.maps = json.at("maps").integer(1, static_cast<int>(line->stations.size()));
-  volume.size = read_panorama_size(json);
-  volume.bytes = json.at("bytes").unsigned_integer();
-  volume.header_sha256 = read_sha256(json.at("header_sha256"));
-  volume.sha256 = read_sha256(json.at("sha256"));
-  return volume;
-}
-
-DistanceSet read_distance_set(const CheckedJson& json, const Grid& grid) {
-  DistanceSet set{.origin = json.at("origin").text()};
-  if (set.origin.empty()) json.at("origin").fail("is empty");
-  std::set<std::string> lines;
-  for (const CheckedJson& item : json.at("volumes").items()) {
-    set.volumes.push_back(read_distance_volume(item, grid));
-    if (!lines.insert(set.volumes.back().line).second) item.at("line").fail("occurs twice");
+RefinedRecord read_refined(const CheckedJson& json) {
+  constexpr double kMostSharpening = 2.0;
+  RefinedRecord record{.source = json.at("source").text(),
+                       .source_fingerprint = json.at("source_fingerprint").text(),
+                       .source_stations = json.at("source_stations").integer(1),
+                       .hold_out = json.at("hold_out").integer(0)};
+  const auto sharpening = json.at("sharpening").items(2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    record.sharpening[i] = sharpening[i].number(0.0, kMostSharpening);
   }
-  if (set.volumes.empty()) json.at("volumes").fail("is empty");
-  return set;
+  return record;
 }
 
 // Each side must lie on the cell's bounds; checked at the middle of the side.
@@ -239,6 +217,18 @@ Cell read_cell(const CheckedJson& json, const std::vector<Line>& lines) {
 
 }  // namespace
 
+std::string name_of(DistanceKind kind) {
+  switch (kind) {
+    case DistanceKind::kGiven:
+      return "given";
+    case DistanceKind::kEstimated:
+      return "estimated";
+    case DistanceKind::kNone:
+      break;
+  }
+  return "none";
+}
+
 std::string manifest_to_json(const RoomManifest& manifest) {
   Json lines = Json::array();
   for (size_t i = 0; i < manifest.grid.lines.size(); ++i) {
@@ -249,21 +239,20 @@ std::string manifest_to_json(const RoomManifest& manifest) {
   for (const Cell& cell : manifest.grid.cells) cells.push_back(json_of(cell, manifest.grid.lines));
   Json root = {
       {"format", kFormat},
-      {"format_version", manifest.distances ? kRoomFormatVersion : kUnrecordedDistancesVersion},
+      {"format_version", kRoomFormatVersion},
       {"written_by", "raywalk " RAYWALK_VERSION},
       {"frame", kFrame},
       {"panorama", {{"width", manifest.panorama.width}, {"height", manifest.panorama.height}}},
       {"lines", std::move(lines)},
       {"cells", std::move(cells)}};
-  if (manifest.distances) {
-    root["distances"] = Json::array();
-    for (const DistanceSet& set : *manifest.distances) root["distances"].push_back(json_of(set));
-  }
-  if (!manifest.gains.empty()) {
-    root["gains"] = Json::array();
-    for (const GainsRecord& record : manifest.gains) {
-      root["gains"].push_back({{"bytes", record.bytes}, {"sha256", record.sha256}});
-    }
+  root["distances"] = name_of(manifest.distances);
+  root["gains"] = manifest.gains;
+  if (manifest.refined) {
+    root["refined"] = {{"source", manifest.refined->source.string()},
+                       {"source_fingerprint", manifest.refined->source_fingerprint},
+                       {"source_stations", manifest.refined->source_stations},
+                       {"hold_out", manifest.refined->hold_out},
+                       {"sharpening", manifest.refined->sharpening}};
   }
   try {
     return root.dump(1) + "\n";
@@ -282,18 +271,13 @@ RoomManifest manifest_from_json(const std::string& text, const std::string& sour
   for (const CheckedJson& cell : root.at("cells").items()) {
     manifest.grid.cells.push_back(read_cell(cell, manifest.grid.lines));
   }
-  if (root.at("format_version").integer() > kUnrecordedDistancesVersion) {
-    manifest.distances.emplace();
-    for (const CheckedJson& set : root.at("distances").items()) {
-      manifest.distances->push_back(read_distance_set(set, manifest.grid));
-    }
-  }
-  if (root.has("gains")) {
-    for (const CheckedJson& record : root.at("gains").items()) {
-      manifest.gains.push_back(
-          {record.at("bytes").unsigned_integer(), read_sha256(record.at("sha256"))});
-    }
-  }
+  const CheckedJson distances = root.at("distances");
+  const auto kind = std::ranges::find(kDistanceKinds, distances.text(),
+                                      [](DistanceKind each) { return name_of(each); });
+  if (kind == kDistanceKinds.end()) distances.fail("is not none, given or estimated");
+  manifest.distances = *kind;
+  manifest.gains = root.at("gains").boolean();
+  if (root.has("refined")) manifest.refined = read_refined(root.at("refined"));
   return manifest;
 }
 

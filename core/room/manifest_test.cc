@@ -74,63 +74,43 @@ TEST(Manifest, ChecksumsMayBeUnknown) {
   EXPECT_TRUE(manifest_from_json(manifest_to_json(manifest), "m").rays_sha256.empty());
 }
 
-// The square with distances of two lines.
-RoomManifest manifest_with_distances() {
+TEST(Manifest, NamesTheDistancesInUseAndWhetherGainsAre) {
   RoomManifest manifest = square_manifest();
-  const std::string sha256(64, 'b');
-  manifest.distances = {
-      {"given", {{"x0", 5, {32, 16}, 12345678901, sha256, sha256}}},
-      {"estimated by sweep",
-       {{"x0", 2, {64, 32}, 77, sha256, sha256}, {"z1", 1, {64, 32}, 78, sha256, sha256}}}};
-  return manifest;
+  for (const DistanceKind kind : kDistanceKinds) {
+    manifest.distances = kind;
+    manifest.gains = kind == DistanceKind::kGiven;
+    const RoomManifest read = manifest_from_json(manifest_to_json(manifest), "m");
+    EXPECT_EQ(read.distances, kind);
+    EXPECT_EQ(read.gains, manifest.gains);
+  }
+  EXPECT_THAT(error_with("/distances", 3), HasSubstr("distances"));
+  EXPECT_THAT(error_with("/distances", "swept"), HasSubstr("is not none, given or estimated"));
+  EXPECT_THAT(error_with("/gains", 1), HasSubstr("gains"));
 }
 
-std::string distance_error_with(const std::string& pointer, const Json& value) {
-  Json json = Json::parse(manifest_to_json(manifest_with_distances()));
-  json[Json::json_pointer(pointer)] = value;
-  return manifest_error(json.dump());
-}
-
-TEST(Manifest, ReadsBackRecordedDistances) {
-  const std::string text = manifest_to_json(manifest_with_distances());
-  const RoomManifest read = manifest_from_json(text, "m");
-  ASSERT_TRUE(read.distances.has_value());
-  ASSERT_EQ(read.distances->size(), 2U);
-  const DistanceSet& estimated = (*read.distances)[1];
-  EXPECT_EQ(estimated.origin, "estimated by sweep");
-  ASSERT_EQ(estimated.volumes.size(), 2U);
-  EXPECT_EQ(estimated.volumes[1].line, "z1");
-  EXPECT_EQ(estimated.volumes[1].maps, 1);
-  EXPECT_EQ((*read.distances)[0].volumes[0].bytes, 12345678901U);
-  EXPECT_EQ(manifest_to_json(read), text);
-}
-
-// A program that does not compare distances must not open a room that records them.
-TEST(Manifest, OnlyARecordOfDistancesNeedsTheNewFormat) {
-  EXPECT_EQ(Json::parse(manifest_to_json(manifest_with_distances()))["format_version"], 2);
-  EXPECT_EQ(Json::parse(manifest_to_json(square_manifest()))["format_version"], 1);
-  EXPECT_FALSE(manifest_from_json(manifest_to_json(square_manifest()), "m").distances.has_value());
-  EXPECT_THAT(error_with("/format_version", 2), HasSubstr("has no 'distances'"));
-}
-
-TEST(Manifest, InvalidRecordsOfDistancesAreRejected) {
-  EXPECT_THAT(distance_error_with("/distances", 3), HasSubstr("is not a list"));
-  EXPECT_THAT(distance_error_with("/distances/0/origin", ""), HasSubstr("is empty"));
-  EXPECT_THAT(distance_error_with("/distances/0/volumes", Json::array()), HasSubstr("is empty"));
-  const std::string volume = "/distances/0/volumes/0";
-  EXPECT_THAT(distance_error_with(volume + "/line", "../x0"), HasSubstr("does not exist"));
-  EXPECT_THAT(distance_error_with("/distances/1/volumes/1/line", "x0"), HasSubstr("occurs twice"));
-  EXPECT_THAT(distance_error_with(volume + "/maps", 6), HasSubstr("is not between"));
-  EXPECT_THAT(distance_error_with(volume + "/maps", 0), HasSubstr("is not between"));
-  EXPECT_THAT(distance_error_with(volume + "/width", 33), HasSubstr("twice the height"));
-  EXPECT_THAT(distance_error_with(volume + "/bytes", -1), HasSubstr("bytes"));
-  EXPECT_THAT(distance_error_with(volume + "/sha256", "abc"), HasSubstr("SHA-256"));
-  EXPECT_THAT(distance_error_with(volume + "/header_sha256", 5), HasSubstr("header_sha256"));
+TEST(Manifest, SaysWhatARefinedRoomWasMadeFrom) {
+  RoomManifest manifest = square_manifest();
+  EXPECT_FALSE(manifest_from_json(manifest_to_json(manifest), "m").refined);
+  manifest.refined = {.source = "../hall.lf",
+                      .source_fingerprint = "abc",
+                      .source_stations = 244,
+                      .hold_out = 5,
+                      .sharpening = {0.75, 1.5}};
+  const auto read = manifest_from_json(manifest_to_json(manifest), "m").refined;
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->source, "../hall.lf");
+  EXPECT_EQ(read->source_fingerprint, "abc");
+  EXPECT_EQ(read->source_stations, 244);
+  EXPECT_EQ(read->hold_out, 5);
+  EXPECT_EQ(read->sharpening, (std::array<double, 2>{0.75, 1.5}));
+  EXPECT_THAT(error_with("/refined", Json::object()), HasSubstr("has no 'source'"));
 }
 
 TEST(Manifest, UnknownKeysAreIgnored) { EXPECT_EQ(error_with("/note", "hand-made"), "no error"); }
 
-TEST(Manifest, NewerFormatVersionIsRejected) {
+TEST(Manifest, OtherFormatVersionsAreRejected) {
+  EXPECT_THAT(error_with("/format_version", kRoomFormatVersion - 1),
+              HasSubstr("pack the room again"));
   EXPECT_THAT(
       error_with("/format_version", kRoomFormatVersion + 1),
       AllOf(HasSubstr("manifest.json"), HasSubstr("newer than"), HasSubstr("use a newer Raywalk")));
@@ -140,8 +120,8 @@ TEST(Manifest, EveryMissingKeyIsNamed) {
   const Json good = Json::parse(manifest_to_json(square_manifest()));
   for (const char* pointer :
        {"/format", "/format_version", "/panorama", "/panorama/width", "/lines", "/cells",
-        "/lines/0/id", "/lines/0/axis", "/lines/0/origin_m", "/lines/0/direction",
-        "/lines/0/height_m", "/lines/0/stations", "/lines/0/stations/0/file",
+        "/distances", "/gains", "/lines/0/id", "/lines/0/axis", "/lines/0/origin_m",
+        "/lines/0/direction", "/lines/0/height_m", "/lines/0/stations", "/lines/0/stations/0/file",
         "/lines/0/stations/0/position_m", "/lines/0/stations/0/along_m", "/cells/0/x_min_m",
         "/cells/0/front"}) {
     const Json::json_pointer place(pointer);

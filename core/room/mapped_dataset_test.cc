@@ -28,14 +28,10 @@ std::vector<std::uint8_t> row_values(std::size_t row) {
 // A file of kRows rows, dropped from the page cache if the file system supports it.
 std::filesystem::path write_cold(const TestDirectory& directory) {
   const std::filesystem::path path = directory / "cold.h5";
-  const std::vector<std::size_t> shape{kRows, kRowBytes};
   Hdf5File file = Hdf5File::create(path);
-  {
-    const Hdf5Handle dataset = file.create_contiguous("rays", H5T_NATIVE_UINT8, shape);
-    for (std::size_t row = 0; row < kRows; ++row) {
-      file.write_slab(dataset, row, H5T_NATIVE_UINT8, shape, row_values(row).data());
-    }
-  }
+  file.create_contiguous("rays", ElementType::kUint8, {kRows, kRowBytes});
+  for (std::size_t row = 0; row < kRows; ++row)
+    file.write_slab("rays", row, row_values(row).data());
   file.close();
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   EXPECT_EQ(::fsync(descriptor), 0);
@@ -46,8 +42,7 @@ std::filesystem::path write_cold(const TestDirectory& directory) {
 
 TEST(MappedDataset, FetchesLittleMoreThanRequested) {
   const TestDirectory directory;
-  const MappedDataset mapped =
-      MappedDataset::open(write_cold(directory), "rays", ElementType::kUint8);
+  const MappedDataset mapped(Hdf5File::open(write_cold(directory)), "rays", ElementType::kUint8);
   mapped.expect_scattered_reads();
   const auto* rays = static_cast<const std::uint8_t*>(mapped.data());
   const std::uint8_t* const middle = rays + 2 * kRowBytes + kRowBytes / 2;
@@ -65,8 +60,7 @@ TEST(MappedDataset, FetchesLittleMoreThanRequested) {
 
 TEST(MappedDataset, AdviceChangesNoByte) {
   const TestDirectory directory;
-  const MappedDataset mapped =
-      MappedDataset::open(write_cold(directory), "rays", ElementType::kUint8);
+  const MappedDataset mapped(Hdf5File::open(write_cold(directory)), "rays", ElementType::kUint8);
   const auto* rays = static_cast<const std::uint8_t*>(mapped.data());
   mapped.fetch(rays + 5, 3 * kRowBytes);
   for (std::size_t row = 0; row < kRows; ++row) {

@@ -14,16 +14,16 @@ bool same_surface(float a, float b, float tolerance) {
 
 }  // namespace
 
-float surface_tolerance(PanoramaSize size) {
+float surface_tolerance_of(int width) {
   static const double slope = std::tan(radians_from_degrees(80.0));
-  return static_cast<float>(slope * kTwoPi / size.width);
+  return static_cast<float>(std::min(0.25, slope * kTwoPi / width));
 }
 
 float OmegaMap::sample(PixelPosition pixel) const {
   const PixelsAround around = pixels_around(pixel, size_);
   const float nearest = at(around.nearest_column(), around.nearest_row());
   if (nearest < 0.0f) return nearest;
-  const float tolerance = surface_tolerance(size_);
+  const float tolerance = surface_tolerance_of(size_.width);
   double sum = 0.0, weight = 0.0;
   for (size_t i = 0; i < 2; ++i) {
     for (size_t j = 0; j < 2; ++j) {

@@ -11,9 +11,10 @@
 
 namespace raywalk {
 
-// Neighbouring pixels are on the same surface if their inverse distances differ by at most this,
-// relative to the larger: the change across one pixel of a plane seen at 80 deg incidence.
-float surface_tolerance(PanoramaSize size);
+// Neighbouring pixels of distances of this width are on one surface where their inverse distances
+// differ by no more than this, relative to the larger: the change across one pixel of a plane seen
+// at 80 degrees incidence, at most a quarter.
+float surface_tolerance_of(int width);
 
 class OmegaMap {
  public:

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <nlohmann/json.hpp>
-
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -16,12 +14,6 @@ namespace raywalk {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kFormat = "raywalk-refined";
-constexpr int kFormatVersion = 1;
-constexpr double kMostSharpening = 2.0;
-
-fs::path record_path(const fs::path& room) { return room / "refined.json"; }
 
 // Empty if the room is as it was.
 std::string change_of(const fs::path& room, const RefinedRecord& record) {
@@ -43,7 +35,9 @@ fs::path refined_room_path(const fs::path& room) {
 
 std::optional<Room> current_refined_room(const Room& room) {
   const fs::path path = refined_room_path(room.directory());
-  const auto record = read_refined_record(path);
+  std::error_code error;
+  if (!fs::exists(manifest_path(path), error)) return std::nullopt;
+  const auto record = read_manifest(path).refined;
   if (!record || record->hold_out != 0) return std::nullopt;
   if (room_fingerprint(room) == record->source_fingerprint) return Room::open(path);
   spdlog::warn("{} is not used: {} has changed since it was developed from it; refine it again",
@@ -51,41 +45,12 @@ std::optional<Room> current_refined_room(const Room& room) {
   return std::nullopt;
 }
 
-void write_refined_record(const fs::path& room, const RefinedRecord& record) {
-  const nlohmann::ordered_json json = {{"format", kFormat},
-                                       {"format_version", kFormatVersion},
-                                       {"source", record.source.string()},
-                                       {"source_fingerprint", record.source_fingerprint},
-                                       {"source_stations", record.source_stations},
-                                       {"hold_out", record.hold_out},
-                                       {"sharpening", record.sharpening}};
-  write_file_atomically(record_path(room), json_text(json));
-}
-
-std::optional<RefinedRecord> read_refined_record(const fs::path& room) {
-  std::error_code error;
-  if (!fs::exists(record_path(room), error)) return std::nullopt;
-  const CheckedJson json =
-      CheckedJson::read(record_path(room), "make the room again with raywalk-build-lf refine");
-  if (json.at("format").text() != kFormat) json.at("format").fail("is no refined room");
-  json.require_version(kFormatVersion);
-  RefinedRecord record{.source = json.at("source").text(),
-                       .source_fingerprint = json.at("source_fingerprint").text(),
-                       .source_stations = json.at("source_stations").integer(1),
-                       .hold_out = json.at("hold_out").integer(0)};
-  const auto sharpening = json.at("sharpening").items(2);
-  for (std::size_t i = 0; i < 2; ++i) {
-    record.sharpening[i] = sharpening[i].number(0.0, kMostSharpening);
-  }
-  return record;
-}
-
-std::string refined_text(const fs::path& room) {
-  const auto record = read_refined_record(room);
+std::string refined_text(const Room& room) {
+  const auto& record = room.manifest().refined;
   if (!record) return "";
   return fmt::format("developed from {} of {}{}",
                      counted(static_cast<std::size_t>(record->source_stations), "photograph"),
-                     record->source.string(), change_of(room, *record));
+                     record->source.string(), change_of(room.directory(), *record));
 }
 
 }  // namespace raywalk

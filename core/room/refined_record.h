@@ -1,15 +1,7 @@
-// What a refined room was developed from, in ROOM/refined.json. Written by `raywalk-build-lf
-// refine`.
-//
-//   {"format": "raywalk-refined", "format_version": 1,
-//    "source": "../hall.lf",          the captured room, relative to this one
-//    "source_fingerprint": "...",     room_fingerprint() of it
-//    "source_stations": 244,
-//    "hold_out": 0,                   every how many-th of them was left out; 0: none
-//    "sharpening": [0.9, 1.2]}        the least and the largest that a station needed
+// Rooms that `raywalk-build-lf refine` developed from captured ones, and what they were developed
+// from (RefinedRecord in room.h).
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -18,14 +10,6 @@
 
 namespace raywalk {
 
-struct RefinedRecord {
-  std::filesystem::path source{};
-  std::string source_fingerprint{};
-  int source_stations = 0;
-  int hold_out = 0;
-  std::array<double, 2> sharpening{0.0, 0.0};
-};
-
 // Where the room that is developed from one is by default: "hall-refined.lf" beside "hall.lf".
 std::filesystem::path refined_room_path(const std::filesystem::path& room);
 
@@ -33,15 +17,8 @@ std::filesystem::path refined_room_path(const std::filesystem::path& room);
 // Warns of one that was developed from earlier ones.
 std::optional<Room> current_refined_room(const Room& room);
 
-// Throws Error if it cannot be written.
-void write_refined_record(const std::filesystem::path& room, const RefinedRecord& record);
-
-// None if the room is not a refined one. Throws Error naming the file if it is damaged or of a
-// newer version.
-std::optional<RefinedRecord> read_refined_record(const std::filesystem::path& room);
-
 // For people: "developed from 244 photographs of ../hall.lf", and whether that has changed since
-// or cannot be opened; empty if the room is not a refined one. Throws as read_refined_record does.
-std::string refined_text(const std::filesystem::path& room);
+// or cannot be opened; empty if the room is not a refined one.
+std::string refined_text(const Room& room);
 
 }  // namespace raywalk

@@ -19,13 +19,6 @@ namespace fs = std::filesystem;
 // A manifest has about 150 bytes per station, so this allows 3,000,000 stations.
 constexpr std::size_t kMaxManifestBytes = std::size_t{512} << 20;
 
-void warn_of_unrecorded_distances(const fs::path& room) {
-  spdlog::warn(
-      "{}: packed by an older Raywalk, which did not record the distances, so that a swapped or "
-      "missing file goes unnoticed; `raywalk-build-lf distances {} --record` records them",
-      room.string(), room.string());
-}
-
 }  // namespace
 
 fs::path manifest_path(const fs::path& room) { return room / "manifest.json"; }
@@ -34,10 +27,12 @@ fs::path line_volume_path(const fs::path& room, const std::string& line_id) {
   return room / "lines" / (line_id + ".h5");
 }
 
-fs::path distances_directory(const fs::path& room) { return room / "distances"; }
+fs::path distances_directory(const fs::path& room, DistanceKind kind) {
+  return room / "distances" / name_of(kind);
+}
 
-fs::path distance_volume_path(const fs::path& room, const std::string& line_id) {
-  return distances_directory(room) / (line_id + ".h5");
+fs::path distance_volume_path(const fs::path& room, const std::string& line_id, DistanceKind kind) {
+  return distances_directory(room, kind) / (line_id + ".h5");
 }
 
 RoomManifest read_manifest(const fs::path& room) {
@@ -67,70 +62,46 @@ Room Room::open_rays(const fs::path& directory) {
 
 Room Room::open_without_gains(const fs::path& directory) {
   Room room = open_rays(directory);
-  std::optional<std::string> fault = room.open_distances();
-  if (fault) {
-    // Another process may be replacing them, which takes a moment.
-    room.manifest_.distances = read_manifest(directory).distances;
-    fault = room.open_distances();
-  }
-  if (fault) {
-    throw Error(fmt::format(
-        "{}; put the room's own file back, estimate again (`raywalk-build-lf depth {}`), or accept "
-        "what is there (`raywalk-build-lf distances {} --record`)",
-        *fault, directory.string(), directory.string()));
-  }
-  if (!room.manifest_.distances && room.has_distances()) warn_of_unrecorded_distances(directory);
+  room.open_distances();
   return room;
 }
 
 Room Room::open(const fs::path& directory) {
   Room room = open_without_gains(directory);
-  std::optional<std::string> fault = room.open_gains();
-  if (fault) {
-    // Another process may be replacing them.
-    room.manifest_.gains = read_manifest(directory).gains;
-    fault = room.open_gains();
-  }
-  if (fault) {
-    throw Error(fmt::format(
-        "{}; put the room's own file back, solve for the gains again (`raywalk-build-lf gains "
-        "{}`), or remove them (`raywalk-build-lf gains {} --remove`)",
-        *fault, directory.string(), directory.string()));
-  }
+  room.open_gains();
   return room;
 }
 
-std::optional<std::string> Room::open_gains() {
-  gains_.clear();
+void Room::open_distances() {
+  if (manifest_.distances == DistanceKind::kNone) return;
+  try {
+    distances_ =
+        open_distance_volumes(distances_directory(directory_, manifest_.distances), grid());
+  } catch (const Error& unusable) {
+    throw Error(fmt::format(
+        "{}; put the room's own file back, estimate again (`raywalk-build-lf depth {}`), or use "
+        "other distances (`raywalk-build-lf distances {} --use`)",
+        unusable.what(), directory_.string(), directory_.string()));
+  }
+}
+
+void Room::open_gains() {
   const fs::path file = gains_path(directory_);
   std::error_code error;
-  if (manifest_.gains.empty()) {
+  if (!manifest_.gains) {
     if (fs::exists(file, error)) {
       spdlog::warn("{}: not recorded in the room's manifest, so it is not used", file.string());
     }
-    return std::nullopt;
+    return;
   }
   try {
-    const GainsRecord found = record_of_gains(file);
-    if (std::ranges::find(manifest_.gains, found) == manifest_.gains.end()) {
-      return file.string() + ": not the gains that the room's manifest records";
-    }
     gains_ = read_gain_fields(file, grid());
   } catch (const Error& unusable) {
-    return unusable.what();
+    throw Error(fmt::format(
+        "{}; put the room's own file back, solve for the gains again (`raywalk-build-lf gains "
+        "{}`), or remove them (`raywalk-build-lf gains {} --remove`)",
+        unusable.what(), directory_.string(), directory_.string()));
   }
-  return std::nullopt;
-}
-
-std::optional<std::string> Room::open_distances() {
-  const fs::path directory = distances_directory(directory_);
-  try {
-    distances_ = open_distance_volumes(directory, grid());
-  } catch (const Error& unusable) {
-    return unusable.what();
-  }
-  if (!manifest_.distances) return std::nullopt;
-  return difference_from_record(*manifest_.distances, set_of(distances_, grid()), directory);
 }
 
 Room Room::subset(const KeptStations& kept) const {
@@ -140,8 +111,8 @@ Room Room::subset(const KeptStations& kept) const {
   Room part;
   part.directory_ = directory_;
   part.manifest_ = manifest_;
-  part.manifest_.distances.reset();  // describes the files of all stations
-  part.manifest_.gains.clear();      // the same
+  part.manifest_.distances = DistanceKind::kNone;  // their files are of all stations
+  part.manifest_.gains = false;                    // the same
   for (std::size_t i = 0; i < kept.size(); ++i) {
     Line& line = part.manifest_.grid.lines[i];
     const std::vector<Station>& all = grid().lines[i].stations;

@@ -1,8 +1,9 @@
-// A room on disk: `manifest.json`, one volume per line in `lines/<id>.h5`, the distance maps in use
-// in `distances/<id>.h5`, the stations' gains in `gains.h5`. Written by raywalk-build-lf, read here
-// by every later stage.
+// A room on disk: `manifest.json`, one volume per line in `lines/<id>.h5`, distance maps in
+// `distances/given/<id>.h5` and `distances/estimated/<id>.h5`, the stations' gains in `gains.h5`.
+// Written by raywalk-build-lf, read here by every later stage.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -10,17 +11,29 @@
 #include <vector>
 
 #include "core/geometry/grid.h"
-#include "core/room/distance_record.h"
 #include "core/room/distance_volume.h"
 #include "core/room/gain_fields.h"
 #include "core/room/line_volume.h"
 
 namespace raywalk {
 
-// The newest manifest this program reads.
-inline constexpr int kRoomFormatVersion = 2;
-// Format 2 records the room's distance volumes; format 1 does not.
-inline constexpr int kUnrecordedDistancesVersion = 1;
+// Manifests of other versions are refused.
+inline constexpr int kRoomFormatVersion = 3;
+
+// The distances that a room has: packed with it, or estimated from its panoramas.
+enum class DistanceKind { kNone, kGiven, kEstimated };
+inline constexpr std::array kDistanceKinds{DistanceKind::kNone, DistanceKind::kGiven,
+                                           DistanceKind::kEstimated};
+std::string name_of(DistanceKind kind);  // "none", "given" or "estimated"
+
+// What a room was developed from by `raywalk-build-lf refine`.
+struct RefinedRecord {
+  std::filesystem::path source{};    // the captured room, relative to this one
+  std::string source_fingerprint{};  // room_fingerprint() of it
+  int source_stations = 0;
+  int hold_out = 0;                            // every how many-th of them was left out; 0: none
+  std::array<double, 2> sharpening{0.0, 0.0};  // the least and the largest that a station needed
+};
 
 // The content of manifest.json.
 struct RoomManifest {
@@ -29,13 +42,11 @@ struct RoomManifest {
   // Checksum of each line's rays: SHA-256 over the text of its stations' checksums (dataset
   // `sha256` of lines/<id>.h5), to detect a volume of another room. Empty: unknown.
   std::vector<std::string> rays_sha256;
-  // The sets of distance volumes that belong to the room. `distances` holds one of them, whole;
-  // which one is read from its files, so that replacing the directory switches at once. None: the
-  // manifest says nothing about distances (format 1), so that they cannot be compared.
-  std::optional<std::vector<DistanceSet>> distances{};
-  // The files that gains.h5 may be, so that replacing it switches at once. Empty: the room has no
-  // gains, and what is there is not used.
-  std::vector<GainsRecord> gains{};
+  // Those that views use, of the folder of this name.
+  DistanceKind distances = DistanceKind::kNone;
+  // Whether views apply gains.h5.
+  bool gains = false;
+  std::optional<RefinedRecord> refined{};  // none: a captured room
 };
 
 // Text of manifest.json and back. `source` names the text in errors. Parsing throws Error on a
@@ -52,9 +63,10 @@ RoomManifest read_manifest(const std::filesystem::path& room);
 std::filesystem::path manifest_path(const std::filesystem::path& room);
 std::filesystem::path line_volume_path(const std::filesystem::path& room,
                                        const std::string& line_id);
-std::filesystem::path distances_directory(const std::filesystem::path& room);
+std::filesystem::path distances_directory(const std::filesystem::path& room, DistanceKind kind);
 std::filesystem::path distance_volume_path(const std::filesystem::path& room,
-                                           const std::string& line_id);
+                                           const std::string& line_id,
+                                           DistanceKind kind = DistanceKind::kGiven);
 
 // Selected stations of each line (see core/room/kept_stations.h): increasing indices, at least two.
 using KeptStations = std::vector<std::vector<int>>;
@@ -63,9 +75,7 @@ using KeptStations = std::vector<std::vector<int>>;
 class Room {
  public:
   // Opens a complete room. Throws Error when the directory, the manifest or a volume is missing,
-  // truncated or does not match the manifest. Distances are compared by the size and the header of
-  // their files; `raywalk-build-lf verify` reads them whole. Where the manifest does not record
-  // them, they are used with a warning.
+  // truncated or does not match the manifest. `raywalk-build-lf verify` reads volumes whole.
   static Room open(const std::filesystem::path& directory);
 
   // The same without its gains, whatever their state.
@@ -79,8 +89,8 @@ class Room {
   // stations, or `kept` does not match this room.
   Room subset(const KeptStations& kept) const;
 
-  // The room with its distance maps replaced by those in `directory`, which has the layout of the
-  // room's `distances`. Throws Error as open() does.
+  // The room with its distance maps replaced by those in a folder with a volume for each line.
+  // Throws Error as open() does.
   Room with_distances(const std::filesystem::path& directory) const;
   // The same with other distances of one line.
   Room with_distances(int line, DistanceVolume distances) const;
@@ -105,10 +115,8 @@ class Room {
   bool masked() const;
 
  private:
-  // Opens and compares the distances in use. Returns why they cannot be used.
-  std::optional<std::string> open_distances();
-  // The same for the gains.
-  std::optional<std::string> open_gains();
+  void open_distances();
+  void open_gains();
 
   std::filesystem::path directory_;
   RoomManifest manifest_;

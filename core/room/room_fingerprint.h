@@ -7,8 +7,11 @@
 
 namespace raywalk {
 
-// A hexadecimal SHA-256 that changes when the rays or the distance maps of a room do. Distance
-// files are never modified in place, so a replaced one has another size or modification time.
+// A hexadecimal SHA-256 of the distances that a room's views use: over the positions and checksums
+// of its maps.
+std::string distances_sha256(const Room& room);
+
+// One that changes when the rays, the distances or the gains of a room do.
 std::string room_fingerprint(const Room& room);
 
 }  // namespace raywalk

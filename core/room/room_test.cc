@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <hdf5.h>
 
 #include <array>
 #include <cmath>
@@ -47,38 +48,38 @@ std::vector<std::uint8_t> numbered_rays() {
 void write_line(const fs::path& path, int version = kVolumeFormatVersion,
                 const std::string& format = kLineVolumeFormat) {
   Hdf5File file = Hdf5File::create(path);
-  file.write_attribute("/", "format", format);
-  file.write_attribute("/", "format_version", version);
-  const std::array<std::size_t, 4> shape{kStations, 8, 4, 3};
+  file.write_format(format, version);
   const std::vector<std::uint8_t> rays = numbered_rays();
-  {
-    const Hdf5Handle dataset = file.create_contiguous("rays", H5T_STD_U8LE, shape);
-    for (size_t i = 0; i < kStations; ++i) {
-      file.write_slab(dataset, i, H5T_NATIVE_UINT8, shape, rays.data() + i * 8 * kColumnBytes);
-    }
+  file.create_contiguous("rays", ElementType::kUint8, {kStations, 8, 4, 3});
+  for (size_t i = 0; i < kStations; ++i) {
+    file.write_slab("rays", i, rays.data() + i * 8 * kColumnBytes);
   }
   file.close();
 }
 
 void write_distances(const fs::path& path, const std::vector<std::int32_t>& stations,
-                     std::array<std::size_t, 3> shape) {
+                     const Shape& shape) {
   Hdf5File file = Hdf5File::create(path);
-  file.write_attribute("/", "format", kDistanceVolumeFormat);
-  file.write_attribute("/", "format_version", kVolumeFormatVersion);
-  file.write_int32("station", stations);
+  file.write_format(kDistanceVolumeFormat);
+  file.write("station", stations);
   std::vector<float> metres(shape[1] * shape[2]);
   std::iota(metres.begin(), metres.end(), 1.0F);
   metres[0] = std::numeric_limits<float>::infinity();
   const std::vector<std::uint8_t> confidence(metres.size(), 200);
-  {
-    const Hdf5Handle distance = file.create_contiguous("distance_m", H5T_IEEE_F32LE, shape);
-    const Hdf5Handle certain = file.create_contiguous("confidence", H5T_STD_U8LE, shape);
-    for (size_t i = 0; i < shape[0]; ++i) {
-      file.write_slab(distance, i, H5T_NATIVE_FLOAT, shape, metres.data());
-      file.write_slab(certain, i, H5T_NATIVE_UINT8, shape, confidence.data());
-    }
+  file.create_contiguous("distance_m", ElementType::kFloat32, shape);
+  file.create_contiguous("confidence", ElementType::kUint8, shape);
+  for (size_t i = 0; i < shape[0]; ++i) {
+    file.write_slab("distance_m", i, metres.data());
+    file.write_slab("confidence", i, confidence.data());
   }
   file.close();
+}
+
+Line line_of(int stations) {
+  Line line;
+  line.id = "x0";
+  line.stations.resize(static_cast<size_t>(stations));
+  return line;
 }
 
 class VolumeTest : public ::testing::Test {
@@ -87,7 +88,7 @@ class VolumeTest : public ::testing::Test {
     return error_of([&] { LineVolume::open(file_, stations, size); });
   }
   std::string distance_error(int stations = kStations) {
-    return error_of([&] { DistanceVolume::open(file_, stations); });
+    return error_of([&] { DistanceVolume::open(file_, line_of(stations)); });
   }
 
   TestDirectory directory_;
@@ -108,26 +109,21 @@ TEST_F(VolumeTest, ColumnsAreWhatWasWritten) {
 }
 
 // A line volume with valid rows of the given shape, each {station + theta, 4 + theta}.
-void write_masked_line(const fs::path& path, std::array<std::size_t, 3> shape) {
+void write_masked_line(const fs::path& path, const Shape& shape) {
   Hdf5File file = Hdf5File::create(path);
-  file.write_attribute("/", "format", kLineVolumeFormat);
-  file.write_attribute("/", "format_version", kVolumeFormatVersion);
-  {
-    const std::vector<std::uint8_t> rays = numbered_rays();
-    const std::array<std::size_t, 4> rays_shape{kStations, 8, 4, 3};
-    const Hdf5Handle dataset = file.create_contiguous("rays", H5T_STD_U8LE, rays_shape);
-    const Hdf5Handle valid_rows = file.create_contiguous("valid_rows", H5T_STD_I32LE, shape);
-    for (int i = 0; i < kStations; ++i) {
-      const auto station = static_cast<size_t>(i);
-      file.write_slab(dataset, station, H5T_NATIVE_UINT8, rays_shape,
-                      rays.data() + station * 8 * kColumnBytes);
-      std::vector<std::int32_t> rows;
-      for (int theta = 0; theta < static_cast<int>(shape[1]); ++theta) {
-        rows.insert(rows.end(), {i + theta - 1, 4 + theta});
-      }
-      rows.resize(shape[1] * shape[2]);
-      file.write_slab(valid_rows, station, H5T_NATIVE_INT32, shape, rows.data());
+  file.write_format(kLineVolumeFormat);
+  const std::vector<std::uint8_t> rays = numbered_rays();
+  file.create_contiguous("rays", ElementType::kUint8, {kStations, 8, 4, 3});
+  file.create_contiguous("valid_rows", ElementType::kInt32, shape);
+  for (int i = 0; i < kStations; ++i) {
+    const auto station = static_cast<size_t>(i);
+    file.write_slab("rays", station, rays.data() + station * 8 * kColumnBytes);
+    std::vector<std::int32_t> rows;
+    for (int theta = 0; theta < static_cast<int>(shape[1]); ++theta) {
+      rows.insert(rows.end(), {i + theta - 1, 4 + theta});
     }
+    rows.resize(shape[1] * shape[2]);
+    file.write_slab("valid_rows", station, rows.data());
   }
   file.close();
 }
@@ -200,11 +196,12 @@ TEST_F(VolumeTest, OtherVersionsAndFormatsAreRefused) {
 
 TEST_F(VolumeTest, OtherElementTypeIsRefused) {
   Hdf5File file = Hdf5File::create(file_);
-  file.write_int32("rays", std::array{1, 2, 3});
+  file.write("rays", std::vector<std::int32_t>{1, 2, 3});
   file.close();
-  EXPECT_THAT(error_of([&] { MappedDataset::open(file_, "rays", ElementType::kUint8); }),
-              HasSubstr("not of type uint8"));
-  EXPECT_THAT(error_of([&] { MappedDataset::open(file_, "other", ElementType::kUint8); }),
+  const Hdf5File written = Hdf5File::open(file_);
+  EXPECT_THAT(error_of([&] { MappedDataset(written, "rays", ElementType::kUint8); }),
+              HasSubstr("not of the right type"));
+  EXPECT_THAT(error_of([&] { MappedDataset(written, "other", ElementType::kUint8); }),
               HasSubstr("'other'"));
 }
 
@@ -222,23 +219,16 @@ TEST_F(VolumeTest, FileWithoutChecksumsIsRefused) {
 }
 
 TEST_F(VolumeTest, ChunkedDatasetIsRefused) {
-  {
-    const Hdf5File file = Hdf5File::create(file_);
-    const std::array<hsize_t, 1> dims{100};
-    const Hdf5Handle space(H5Screate_simple(1, dims.data(), nullptr), H5Sclose);
-    const Hdf5Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    H5Pset_chunk(properties.get(), 1, dims.data());
-    const Hdf5Handle dataset(H5Dcreate2(file.id(), "rays", H5T_STD_U8LE, space.get(), H5P_DEFAULT,
-                                        properties.get(), H5P_DEFAULT),
-                             H5Dclose);
-  }
-  EXPECT_THAT(error_of([&] { MappedDataset::open(file_, "rays", ElementType::kUint8); }),
+  Hdf5File file = Hdf5File::create(file_);
+  file.create_deflated("rays", ElementType::kUint8, {2, 3});
+  file.close();
+  EXPECT_THAT(error_of([&] { MappedDataset(Hdf5File::open(file_), "rays", ElementType::kUint8); }),
               HasSubstr("contiguously"));
 }
 
 TEST_F(VolumeTest, DistancesAreWhatWasWritten) {
   write_distances(file_, {0, 2}, {2, 8, 4});
-  const DistanceVolume volume = DistanceVolume::open(file_, kStations);
+  const DistanceVolume volume = DistanceVolume::open(file_, line_of(kStations));
   EXPECT_THAT(volume.stations(), ::testing::ElementsAre(0, 2));
   EXPECT_EQ(volume.size(), (PanoramaSize{8, 4}));
   EXPECT_TRUE(std::isinf(volume.distance_column(1, 0)[0]));
@@ -264,20 +254,25 @@ class RoomTest : public ::testing::Test {
   // One line of three stations.
   void SetUp() override {
     fs::create_directories(room_ / "lines");
-    fs::create_directories(room_ / "distances");
+    fs::create_directories(distances_directory(room_, DistanceKind::kGiven));
     std::vector<StationPose> stations;
     for (int i = 0; i < kStations; ++i) {
       stations.push_back({std::to_string(i) + ".jpg", {0.1 * i, 0.0, 0.0}, ""});
     }
-    write_file_atomically(manifest_path(room_),
-                          manifest_to_json({kSize, find_grid(stations, {}), {}}));
+    manifest_ = {kSize, find_grid(stations, {}), {}};
+    write_file_atomically(manifest_path(room_), manifest_to_json(manifest_));
     write_line(line_volume_path(room_, "x0"));
   }
   std::string open_error() {
     return error_of([&] { Room::open(room_); });
   }
+  void use_given_distances() {
+    manifest_.distances = DistanceKind::kGiven;
+    write_file_atomically(manifest_path(room_), manifest_to_json(manifest_));
+  }
 
   TestDirectory directory_;
+  RoomManifest manifest_;
   fs::path room_ = directory_ / "room.lf";
 };
 
@@ -288,8 +283,10 @@ TEST_F(RoomTest, OpensWithoutDistances) {
   EXPECT_FALSE(room.has_distances());
 }
 
-TEST_F(RoomTest, DistancesWrittenLaterAreFound) {
+TEST_F(RoomTest, DistancesAreThoseOfTheManifest) {
   write_distances(distance_volume_path(room_, "x0"), {1}, {1, 4, 2});
+  EXPECT_FALSE(Room::open(room_).has_distances());
+  use_given_distances();
   const Room room = Room::open(room_);
   EXPECT_TRUE(room.has_distances());
   EXPECT_EQ(room.distances(0).maps(), 1);
@@ -307,9 +304,12 @@ TEST_F(RoomTest, TruncatedVolumeIsNamed) {
   EXPECT_THAT(open_error(), AllOf(HasSubstr("x0.h5"), HasSubstr("cut short")));
 }
 
-TEST_F(RoomTest, DamagedDistancesAreNamed) {
+TEST_F(RoomTest, DamagedAndMissingDistancesAreNamed) {
+  use_given_distances();
+  EXPECT_THAT(open_error(), AllOf(HasSubstr("distances/given/x0.h5: no such file"),
+                                  HasSubstr("raywalk-build-lf depth")));
   write_file_atomically(distance_volume_path(room_, "x0"), "damaged");
-  EXPECT_THAT(open_error(), HasSubstr("distances/x0.h5"));
+  EXPECT_THAT(open_error(), HasSubstr("distances/given/x0.h5"));
 }
 
 }  // namespace

@@ -1,16 +1,13 @@
 #include "core/room/tile_codec.h"
 
-#include <jerror.h>
+#include <turbojpeg.h>
 #include <zlib.h>
 #include <zstd.h>
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <memory>
 #include <new>
-
-#include "core/files/jpeg_errors.h"
 
 namespace raywalk {
 namespace {
@@ -121,90 +118,6 @@ bool decode_lossless(TileSize size, std::span<const std::uint8_t> encoded, std::
   return true;
 }
 
-// One compression into memory of its own. The functions of this class and the next return false on
-// an error of libjpeg.
-class TileEncoder {
- public:
-  TileEncoder() { info_.err = prepare(&trap_); }
-  ~TileEncoder() {
-    jpeg_destroy_compress(&info_);
-    std::free(bytes_);
-  }
-  TileEncoder(const TileEncoder&) = delete;
-  TileEncoder& operator=(const TileEncoder&) = delete;
-
-  bool encode(TileSize size, const std::uint8_t* rgb, int quality) {
-    if (setjmp(trap_.start) != 0) return false;
-    jpeg_create_compress(&info_);
-    jpeg_mem_dest(&info_, &bytes_, &size_);
-    info_.image_width = static_cast<JDIMENSION>(size.rows);
-    info_.image_height = static_cast<JDIMENSION>(size.columns);
-    info_.input_components = 3;
-    info_.in_color_space = JCS_RGB;
-    jpeg_set_defaults(&info_);
-    jpeg_set_quality(&info_, quality, TRUE);
-    info_.optimize_coding = TRUE;
-    for (int i = 0; i < info_.num_components; ++i) {
-      info_.comp_info[i].h_samp_factor = info_.comp_info[i].v_samp_factor = 1;
-    }
-    jpeg_start_compress(&info_, TRUE);
-    while (info_.next_scanline < info_.image_height) {
-      // libjpeg does not write to it.
-      auto* column = const_cast<std::uint8_t*>(rgb) +
-                     3 * static_cast<std::size_t>(size.rows) * info_.next_scanline;
-      jpeg_write_scanlines(&info_, &column, 1);
-    }
-    jpeg_finish_compress(&info_);
-    return true;
-  }
-
-  std::span<const std::uint8_t> bytes() const { return {bytes_, size_}; }
-
- private:
-  jpeg_compress_struct info_{};
-  JpegErrorTrap trap_{};
-  unsigned char* bytes_ = nullptr;
-  unsigned long size_ = 0;  // NOLINT(google-runtime-int): libjpeg's type
-};
-
-void leave_at_any_warning(j_common_ptr info, int level) {
-  if (level < 0) leave_libjpeg(info);
-}
-
-class TileDecoder {
- public:
-  TileDecoder() {
-    info_.err = prepare(&trap_);
-    trap_.manager.emit_message = leave_at_any_warning;
-  }
-  ~TileDecoder() { jpeg_destroy_decompress(&info_); }
-  TileDecoder(const TileDecoder&) = delete;
-  TileDecoder& operator=(const TileDecoder&) = delete;
-
-  bool decode(TileSize size, std::span<const std::uint8_t> jpeg, std::uint8_t* rgb) {
-    if (setjmp(trap_.start) != 0) return false;
-    jpeg_create_decompress(&info_);
-    jpeg_mem_src(&info_, jpeg.data(), jpeg.size());
-    jpeg_read_header(&info_, TRUE);
-    if (info_.image_width != static_cast<JDIMENSION>(size.rows) ||
-        info_.image_height != static_cast<JDIMENSION>(size.columns)) {
-      return false;
-    }
-    info_.out_color_space = JCS_RGB;
-    jpeg_start_decompress(&info_);
-    while (info_.output_scanline < info_.output_height) {
-      auto* column = rgb + 3 * static_cast<std::size_t>(size.rows) * info_.output_scanline;
-      jpeg_read_scanlines(&info_, &column, 1);
-    }
-    jpeg_finish_decompress(&info_);
-    return true;
-  }
-
- private:
-  jpeg_decompress_struct info_{};
-  JpegErrorTrap trap_{};
-};
-
 std::array<std::uint8_t, kCrcBytes> crc_of(std::span<const std::uint8_t> bytes) {
   const auto crc =
       static_cast<std::uint32_t>(::crc32(0, bytes.data(), static_cast<uInt>(bytes.size())));
@@ -215,21 +128,35 @@ std::array<std::uint8_t, kCrcBytes> crc_of(std::span<const std::uint8_t> bytes) 
   return little_endian;
 }
 
+// TurboJPEG's handle of a compression or decompression.
+using JpegHandle = std::unique_ptr<void, decltype(&tjDestroy)>;
+
 std::vector<std::uint8_t> encode_as_jpeg(TileSize size, const std::uint8_t* rgb, int quality) {
-  TileEncoder encoder;
-  if (!encoder.encode(size, rgb, quality)) throw std::bad_alloc();  // its only error here
-  const std::span<const std::uint8_t> jpeg = encoder.bytes();
-  std::vector<std::uint8_t> encoded(kCrcBytes + jpeg.size());
-  std::ranges::copy(crc_of(jpeg), encoded.begin());
-  std::ranges::copy(jpeg, encoded.begin() + kCrcBytes);
+  const JpegHandle handle(tjInitCompress(), tjDestroy);
+  std::vector<std::uint8_t> encoded(kCrcBytes + tjBufSize(size.rows, size.columns, TJSAMP_444));
+  unsigned char* jpeg = encoded.data() + kCrcBytes;
+  unsigned long bytes = encoded.size() - kCrcBytes;  // NOLINT(google-runtime-int): TurboJPEG's type
+  if (!handle || tjCompress2(handle.get(), rgb, size.rows, 0, size.columns, TJPF_RGB, &jpeg, &bytes,
+                             TJSAMP_444, quality, TJFLAG_NOREALLOC | TJFLAG_ACCURATEDCT) != 0) {
+    throw std::bad_alloc();  // its only error here
+  }
+  encoded.resize(kCrcBytes + bytes);
+  std::ranges::copy(crc_of(std::span(encoded).subspan(kCrcBytes)), encoded.begin());
   return encoded;
 }
 
 bool decode_jpeg_tile(TileSize size, std::span<const std::uint8_t> encoded, std::uint8_t* rgb) {
   if (encoded.size() < kCrcBytes) return false;
   const std::span<const std::uint8_t> jpeg = encoded.subspan(kCrcBytes);
-  return std::ranges::equal(crc_of(jpeg), encoded.first(kCrcBytes)) &&
-         TileDecoder().decode(size, jpeg, rgb);
+  if (!std::ranges::equal(crc_of(jpeg), encoded.first(kCrcBytes))) return false;
+  thread_local const JpegHandle handle(tjInitDecompress(), tjDestroy);
+  if (!handle) throw std::bad_alloc();
+  int width = 0, height = 0, sampling = 0, colours = 0;
+  return tjDecompressHeader3(handle.get(), jpeg.data(), jpeg.size(), &width, &height, &sampling,
+                             &colours) == 0 &&
+         width == size.rows && height == size.columns &&
+         tjDecompress2(handle.get(), jpeg.data(), jpeg.size(), rgb, width, 0, height, TJPF_RGB,
+                       TJFLAG_ACCURATEDCT) == 0;
 }
 
 }  // namespace

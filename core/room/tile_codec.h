@@ -30,6 +30,15 @@ struct TileSize {
   friend bool operator==(const TileSize&, const TileSize&) = default;
 };
 
+// The filter of encoded tiles for HDF5 (python/hdf5_filter.cc): one of the numbers that HDF5 leaves
+// for use outside its registry, and what it is told of them: the form (1: lossless, 2: JPEG), their
+// columns and rows.
+inline constexpr int kTileFilter = 456;
+inline std::vector<unsigned> filter_values(RayForm::Kind kind, TileSize size) {
+  return {kind == RayForm::Kind::kJpeg ? 2U : 1U, static_cast<unsigned>(size.columns),
+          static_cast<unsigned>(size.rows)};
+}
+
 // `form` must be compressed; `rgb` holds size.bytes() bytes. Throws std::bad_alloc only.
 std::vector<std::uint8_t> encode_tile(const RayForm& form, TileSize size, const std::uint8_t* rgb);
 

@@ -1,41 +1,73 @@
-// The rays of a compressed line: where they would be if they were mapped, each tile (tile_layout.h)
-// decoded there when it is first asked for.
+// The rays of a compressed line: where they would be if they were mapped, each tile decoded there
+// when it is first asked for. A tile is a picture of some columns of a station.
 //
-// Dataset `rays` of lines/<id>.h5: uint8 [station][theta][phi][rgb] in chunks of one station, with
-// the filter of hdf5_filter.h. A chunk holds the filter's header and then the tiles, one after the
-// other. Dataset `tiles`: uint64 [station][tiles + 1], stored contiguously: where in the file each
-// tile begins, and where the last one ends. So a tile is read without HDF5, by any thread. Dataset
-// `tile_columns`: int32 [1]. Root attribute `compression`: the form by its name (ray_form.h).
+// Dataset `rays` of lines/<id>.h5: uint8 [station][theta][phi][rgb] in chunks of one tile, encoded
+// (tile_codec.h). Dataset `tiles`: uint64 [station][tile][2], where in the file each tile begins,
+// and its bytes. So a tile is read without HDF5, by any thread. Root attribute `compression`: the
+// form by its name (ray_form.h).
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/geometry/sphere.h"
 #include "core/room/hdf5_file.h"
-#include "core/room/mapped_dataset.h"
 #include "core/room/ray_form.h"
 #include "core/room/tile_cache.h"
-#include "core/room/tile_layout.h"
+#include "core/room/tile_codec.h"
 
 namespace raywalk {
 
-inline constexpr const char* kCompressionAttribute = "compression";
+// How a station's rays, as line_volume.h has them, are cut into tiles of as many columns each,
+// which follow each other as their bytes do.
+class TileLayout {
+ public:
+  // `tile_columns` must divide the width.
+  TileLayout(PanoramaSize size, int tile_columns)
+      : tile_{tile_columns, size.height}, tiles_(size.width / tile_columns) {}
 
-class TiledRays : private TileStore {
+  // A tile has enough columns that it compresses well, and few enough that a view, which reads some
+  // neighbouring columns of each station, decodes little more than it reads.
+  static TileLayout usual(PanoramaSize size);
+
+  int tiles() const { return tiles_; }
+  TileSize tile() const { return tile_; }
+  std::size_t tile_bytes() const { return tile_.bytes(); }
+  std::size_t station_bytes() const { return static_cast<std::size_t>(tiles_) * tile_bytes(); }
+  // The tile that a byte lies in, counted from the station's first ray; the last one for bytes
+  // behind all tiles.
+  int tile_of(std::size_t byte) const {
+    return static_cast<int>(std::min(byte / tile_bytes(), static_cast<std::size_t>(tiles_) - 1));
+  }
+  struct Bytes {
+    std::size_t begin = 0;
+    std::size_t end = 0;
+  };
+  Bytes bytes_of(int tile) const {
+    const std::size_t begin = static_cast<std::size_t>(tile) * tile_bytes();
+    return {begin, begin + tile_bytes()};
+  }
+
+ private:
+  TileSize tile_;
+  int tiles_;
+};
+
+class TiledRays {
  public:
   // Reads nothing but the header. Throws Error naming the file where datasets are missing or not of
   // the shapes that `stations` and `panorama` give, or the compression is unknown.
-  static std::shared_ptr<TiledRays> open(const Hdf5File& hdf5, int stations, PanoramaSize panorama);
-  ~TiledRays() override;
+  TiledRays(const Hdf5File& hdf5, int stations, PanoramaSize panorama);
+  ~TiledRays();
   TiledRays(const TiledRays&) = delete;
   TiledRays& operator=(const TiledRays&) = delete;
 
-  int stations() const { return stations_; }
   const RayForm& form() const { return form_; }
   const TileLayout& layout() const { return layout_; }
 
@@ -44,55 +76,70 @@ class TiledRays : private TileStore {
   const std::uint8_t* rays(int station) const {
     return first_ray_ + static_cast<std::size_t>(station) * stride_;
   }
-  // Decodes the tiles that hold bytes [begin, end) of a station and those kSlack bytes around,
-  // unless they are. From any thread, within a TileReading; std::logic_error without. Throws Error
-  // naming the file where a tile is damaged.
+  // Decodes the tiles that hold bytes [begin, end) of a station and the few around, unless they
+  // are. From any thread, within a TileReading; std::logic_error without. Throws Error naming the
+  // file where a tile is damaged.
   void require(int station, std::size_t begin, std::size_t end);
 
-  // Whether the tile of a byte is decoded or was fetched.
-  bool is_fetched(int station, std::size_t byte) const;
-  // Starts reading from disk what tiles of bytes [begin, end) need that are not decoded and were
-  // not fetched before.
+  // Whether the tile of a byte is decoded.
+  bool is_decoded(int station, std::size_t byte) const;
+  // Starts reading from disk what tiles of bytes [begin, end) need that are not decoded.
   void fetch(int station, std::size_t begin, std::size_t end) const;
 
- private:
-  TiledRays() = default;
-  void reserve_memory();
+  // Frees the memory of a tile unless it was used since it was last asked to. While nobody reads.
+  bool evict_unless_used(std::int64_t tile);
 
-  std::uint64_t word_of(std::int64_t tile) const override;
-  bool evict(std::int64_t tile, std::uint64_t word) override;
+ private:
+  enum class State : std::uint8_t { kAbsent, kBusy, kDecoded, kUsed };
 
   std::int64_t index_of(int station, int tile) const {
     return static_cast<std::int64_t>(station) * layout_.tiles() + tile;
   }
-  // Waits for or decodes a tile that was not found decoded since `word` was read.
+  std::atomic<State>& state(std::int64_t tile) { return states_[static_cast<std::size_t>(tile)]; }
+  State state_of(std::int64_t tile) const {
+    return states_[static_cast<std::size_t>(tile)].load(std::memory_order_acquire);
+  }
+  FilePlace place_of(std::int64_t tile) const;
+  // Waits for or decodes a tile.
   void bring(int station, int tile);
-  // Throws Error.
   void decode(int station, int tile);
-  std::span<const std::uint8_t> read(int station, int tile) const;
-  // Bytes [begin, end) of the file.
-  struct FileBytes {
-    std::uint64_t begin = 0;
-    std::uint64_t end = 0;
-  };
-  FileBytes place_of(int station, int first_tile, int last_tile) const;
+  std::vector<std::uint8_t> read(int station, int tile) const;
   [[noreturn]] void throw_damaged(int station, int tile, const std::string& what) const;
 
   std::filesystem::path path_;
-  int stations_ = 0;
   RayForm form_;
   TileLayout layout_;
-  MappedDataset table_;
+  std::vector<std::uint64_t> places_;
   int file_ = -1;  // descriptor
-  std::uint64_t file_bytes_ = 0;
   // Address space for the rays of all stations, of which only decoded tiles take memory.
   std::byte* space_ = nullptr;
   std::size_t space_bytes_ = 0;
   const std::uint8_t* first_ray_ = nullptr;
   std::size_t stride_ = 0;  // from one station to the next
-  // A word for each tile (TileCache), in memory that the system zeroes when it is first used.
-  std::uint64_t* words_ = nullptr;
-  std::size_t words_bytes_ = 0;
+  std::vector<std::atomic<State>> states_;
+};
+
+// Writes the rays of a compressed line into `hdf5`, which must outlive this.
+class TiledRaysWriter {
+ public:
+  // Creates the dataset. `form` must be compressed.
+  TiledRaysWriter(Hdf5File* hdf5, const RayForm& form, int stations, PanoramaSize panorama,
+                  const TileLayout& layout);
+
+  using Encoded = std::vector<std::vector<std::uint8_t>>;  // of each tile
+  // Encodes a station's columns and replaces them by what they decode to, so that checksums are of
+  // that. From any thread.
+  Encoded encode(std::span<std::uint8_t> rays) const;
+  // Throws Error where the file cannot be written.
+  void write(int station, const Encoded& tiles);
+  // After all stations are written.
+  void complete();
+
+ private:
+  Hdf5File* hdf5_;
+  RayForm form_;
+  TileLayout layout_;
+  std::vector<std::uint64_t> places_;
 };
 
 }  // namespace raywalk

@@ -13,8 +13,6 @@
 #include "core/base/parallel.h"
 #include "core/files/test_directory.h"
 #include "core/room/line_volume.h"
-#include "core/room/tile_chunk.h"
-#include "core/room/tiled_rays_writer.h"
 
 namespace raywalk {
 namespace {
@@ -24,7 +22,7 @@ using testing::HasSubstr;
 
 constexpr PanoramaSize kTiledSize{96, 48};
 constexpr int kTiledStations = 3;
-constexpr int kTileColumns = 20;  // the last tile is narrower
+constexpr int kTileColumns = 12;
 
 std::vector<std::uint8_t> tiled_station_rays(int station) {
   std::vector<std::uint8_t> rays;
@@ -45,30 +43,30 @@ class TiledRaysTest : public testing::Test {
   std::vector<std::vector<std::uint8_t>> write(const RayForm& form) {
     std::vector<std::vector<std::uint8_t>> decoded;
     Hdf5File hdf5 = Hdf5File::create(file_);
-    hdf5.write_attribute("/", "format", kLineVolumeFormat);
-    hdf5.write_attribute("/", "format_version", kVolumeFormatVersion);
+    hdf5.write_format(kLineVolumeFormat);
     {
-      TiledRaysWriter writer(&hdf5, form, kTiledStations, kTiledSize, kTileColumns);
+      TiledRaysWriter writer(&hdf5, form, kTiledStations, kTiledSize, {kTiledSize, kTileColumns});
       for (const int station : {2, 0, 1}) {
         std::vector<std::uint8_t> rays = tiled_station_rays(station);
-        const TileChunk chunk = writer.encode(rays);
-        writer.write(station, chunk);
-        chunks_.push_back(chunk.bytes);
+        const TiledRaysWriter::Encoded tiles = writer.encode(rays);
+        writer.write(station, tiles);
+        tiles_.insert(tiles_.end(), tiles.begin(), tiles.end());
         decoded.push_back(rays);
       }
+      writer.complete();
     }
     hdf5.close();
     std::rotate(decoded.begin(), decoded.begin() + 1, decoded.end());
     return decoded;
   }
 
-  // Overwrites a byte in the middle of the first encoded station, which is station 2.
+  // Overwrites a byte of the first encoded tile, which is of station 2.
   void damage() const {
     std::fstream file(file_, std::ios::binary | std::ios::in | std::ios::out);
     std::string content(fs::file_size(file_), '\0');
     file.read(content.data(), static_cast<std::streamsize>(content.size()));
-    const std::string chunk(chunks_[0].begin(), chunks_[0].end());
-    const auto at = content.find(chunk) + chunk.size() / 2;
+    const std::string tile(tiles_[0].begin(), tiles_[0].end());
+    const auto at = content.find(tile) + tile.size() / 2;
     file.seekp(static_cast<std::streamoff>(at));
     file.put(static_cast<char>(content[at] ^ 0x55));
   }
@@ -77,7 +75,7 @@ class TiledRaysTest : public testing::Test {
 
   TestDirectory directory_;
   fs::path file_ = directory_ / "line.h5";
-  std::vector<std::vector<std::uint8_t>> chunks_;
+  TiledRaysWriter::Encoded tiles_;
 };
 
 class TiledFormsTest : public TiledRaysTest, public testing::WithParamInterface<RayForm> {};
@@ -117,13 +115,14 @@ TEST_P(TiledFormsTest, ReportDamage) {
   EXPECT_THROW(volume.columns(2), Error);
 }
 
-TEST_P(TiledFormsTest, ChunksDecodeAsTheFilterDoes) {
-  const auto written = write(GetParam());
-  std::vector<std::uint8_t> rgb(written[2].size(), 99);
-  ASSERT_TRUE(decode_chunk(chunks_[0], rgb));
-  EXPECT_EQ(rgb, written[2]);
-  for (std::size_t bytes = 0; bytes < chunks_[0].size(); bytes += 1 + bytes / 8) {
-    EXPECT_FALSE(decode_chunk(std::span(chunks_[0]).first(bytes), rgb)) << bytes;
+TEST_P(TiledFormsTest, TilesThatAreCutShortAreDamaged) {
+  write(GetParam());
+  const TileLayout layout(kTiledSize, kTileColumns);
+  std::vector<std::uint8_t> rgb(layout.tile_bytes(), 99);
+  for (std::size_t bytes = 0; bytes < tiles_[0].size(); bytes += 1 + bytes / 8) {
+    EXPECT_FALSE(
+        decode_tile(GetParam().kind, layout.tile(), std::span(tiles_[0]).first(bytes), rgb.data()))
+        << bytes;
   }
 }
 
@@ -139,13 +138,12 @@ TEST_F(TiledRaysTest, CannotBeReadWithoutATileReading) {
 
 TEST_F(TiledRaysTest, TablesThatPointElsewhereAreRejected) {
   write({RayForm::Kind::kLossless, 0});
-  const MappedDataset table = MappedDataset::open(file_, "tiles", ElementType::kUint64);
-  const auto* const places = static_cast<const std::uint64_t*>(table.data());
+  const std::vector<std::uint64_t> places = Hdf5File::open(file_).read<std::uint64_t>("tiles");
   std::string content(fs::file_size(file_), '\0');
   std::ifstream(file_, std::ios::binary).read(content.data(), std::ssize(content));
-  const std::string first(reinterpret_cast<const char*>(places), 16);
+  const std::string first(reinterpret_cast<const char*>(places.data()), 16);
   const auto at = static_cast<std::streamoff>(content.find(first));
-  for (const std::uint64_t place : {std::uint64_t{0}, std::uint64_t{1} << 60, places[1]}) {
+  for (const std::uint64_t place : {std::uint64_t{0}, std::uint64_t{1} << 60, places[2]}) {
     std::fstream file(file_, std::ios::binary | std::ios::in | std::ios::out);
     file.seekp(at);
     file.write(reinterpret_cast<const char*>(&place), sizeof(place));
@@ -157,22 +155,20 @@ TEST_F(TiledRaysTest, TablesThatPointElsewhereAreRejected) {
   }
 }
 
-// What was asked for from the disk once is not asked for with every view, though it is not decoded.
-TEST_F(TiledRaysTest, CountAsFetchedUntilTheyAreEvicted) {
+TEST_F(TiledRaysTest, AreInMemoryUntilTheyAreEvicted) {
   write({RayForm::Kind::kLossless, 0});
   const LineVolume volume = open();
   const std::size_t column_bytes = 3 * static_cast<std::size_t>(kTiledSize.height);
-  EXPECT_FALSE(volume.in_memory(1, 0));
   volume.fetch(1, 0, column_bytes);
-  EXPECT_TRUE(volume.in_memory(1, kTileColumns - 1));
-  EXPECT_FALSE(volume.in_memory(1, kTileColumns));
-  EXPECT_FALSE(volume.in_memory(0, 0));
+  EXPECT_FALSE(volume.in_memory(1, 0));
   {
     const TileReading reading;
     const std::vector<std::uint8_t> expected = tiled_station_rays(1);
     EXPECT_TRUE(std::ranges::equal(volume.column(1, 0), std::span(expected).first(column_bytes)));
   }
-  EXPECT_TRUE(volume.in_memory(1, 0));
+  EXPECT_TRUE(volume.in_memory(1, kTileColumns - 1));
+  EXPECT_FALSE(volume.in_memory(1, kTileColumns));
+  EXPECT_FALSE(volume.in_memory(0, 0));
   TileCache::of_process().set_limit_bytes(0);
   EXPECT_FALSE(volume.in_memory(1, 0));
   TileCache::of_process().set_limit_bytes(TileCache::default_limit_bytes());
@@ -214,21 +210,14 @@ TEST(RayFormTest, NamesAreReadAsTheyAreWritten) {
   }
 }
 
-TEST(TileLayoutTest, TilesCoverAStation) {
-  for (const PanoramaSize size : {kTiledSize, PanoramaSize{4, 2}, PanoramaSize{100, 50}}) {
-    for (const int columns : {1, 7, size.width}) {
-      if (columns > size.width) continue;
-      const TileLayout layout(size, columns);
-      std::size_t end = 0;
-      for (int tile = 0; tile < layout.tiles(); ++tile) {
-        ASSERT_EQ(layout.begin_of(tile), end);
-        end = layout.end_of(tile);
-        EXPECT_EQ(layout.tile_of(layout.begin_of(tile)), tile);
-        EXPECT_EQ(layout.tile_of(end - 1), tile);
-      }
-      EXPECT_EQ(end, layout.station_bytes());
-      EXPECT_EQ(layout.tile_of(layout.station_bytes() + 15), layout.tiles() - 1);
-    }
+TEST(TileLayoutTest, TilesOfUsualSizeCoverAStation) {
+  for (const int width : {1000, 4096, 5760, 7040, 11008}) {
+    const TileLayout layout = TileLayout::usual({width, width / 2});
+    EXPECT_EQ(layout.tiles() * layout.tile().columns, width);
+    EXPECT_LE(layout.tile_bytes(), 3U * 16U * static_cast<unsigned>(std::max(1024, width / 2)));
+    EXPECT_EQ(layout.tile_of(layout.bytes_of(1).begin), 1);
+    EXPECT_EQ(layout.tile_of(layout.bytes_of(1).begin - 1), 0);
+    EXPECT_EQ(layout.tile_of(layout.station_bytes() + 15), layout.tiles() - 1);
   }
 }
 

@@ -17,6 +17,7 @@
 
 #include "core/geometry/fast_math.h"
 #include "core/geometry/sphere.h"
+#include "core/room/omega_map.h"
 #include "core/view/vector_clones.h"
 
 namespace raywalk {
@@ -49,13 +50,6 @@ struct Latitudes {
 
 // The plan direction of a column, which need not be whole.
 inline double theta_of_column(double u, int width) { return (u + 0.5) / width * kTwoPi - kPi; }
-
-// Neighbouring pixels of distances of this width are on one surface where their inverse distances
-// differ by no more than this, relative to the larger: the change across one pixel of a plane seen
-// at 80 degrees incidence.
-inline float surface_tolerance_of(int width) {
-  return static_cast<float>(std::min(0.25, std::tan(radians_from_degrees(80.0)) * kTwoPi / width));
-}
 
 // A displacement in a column's frame, metres.
 struct Offset {

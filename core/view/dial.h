@@ -24,14 +24,6 @@ enum class DialKind {
 // Where the help of a command lists the flag.
 enum class DialGroup { kView, kConnection, kTrade };
 
-// The views whose pixels a dial can change.
-enum class DialEffect {
-  kAllViews,
-  kSampledViews,    // all but initial views whose columns are captured ones
-  kCorrectedViews,  // all but initial views
-  kTwoSidedViews,
-};
-
 // A few values, as a constant expression.
 class DialValues {
  public:
@@ -51,7 +43,8 @@ class DialValues {
 // What a trade measures of a dial, one value at a time, from the central setting.
 struct DialSweep {
   DialValues values{};
-  bool of_truth_width = false;  // the values are shares of the truths' width
+  bool of_truth_width = false;      // the values are shares of the truths' width
+  bool of_two_sided_views = false;  // others have none of it
 };
 
 // How a member of ViewOptions is read and written. Whatever its type, a value is a double:
@@ -106,7 +99,6 @@ struct Dial {
   // operations) and read (4 pixels of 3 bytes, depending on `interpolation`).
   const char* cost = "";
   const char* phrase = "{}";  // the value as part of a setting's name
-  DialEffect effect = DialEffect::kAllViews;
   // None: the same in all settings of a trade, which then do not record it.
   std::optional<DialSweep> sweep{};
 };

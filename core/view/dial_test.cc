@@ -90,7 +90,7 @@ TEST(DialTest, ValuesBesideTheRangeAreRefused) {
 }
 
 TEST(DialTest, FaultsNameTheValuesAndTheirUnit) {
-  EXPECT_EQ(fault_of(dial_of("k_deg"), 30.0), "must be auto or in 45..90 degrees");
+  EXPECT_EQ(fault_of(dial_of("k_deg"), 30.0), "must be in 45..90 degrees");
   EXPECT_EQ(fault_of(dial_of("width_px"), 30.0), "must be 0 or a multiple of 4 in 4..32768 pixels");
   EXPECT_EQ(fault_of(dial_of("stations_mixed"), 17.0), "must be a whole number in 1..16");
   EXPECT_THAT([] { value_of(dial_of("interpolation"), "cubik"); },
@@ -100,14 +100,10 @@ TEST(DialTest, FaultsNameTheValuesAndTheirUnit) {
 
 TEST(DialTest, TheProgramChoosesWhatIsNotGiven) {
   const ViewOptions options = default_options();
-  EXPECT_EQ(options.k_deg, 0.0);
   EXPECT_EQ(options.width, 0);
-  EXPECT_EQ(text_of(dial_of("k_deg"), options.k_deg), "auto");
-  EXPECT_EQ(value_of(dial_of("k_deg"), "auto"), 0.0);
-  EXPECT_THROW(value_of(dial_of("k_deg"), "0"), std::invalid_argument);
   EXPECT_EQ(value_of(dial_of("width_px"), "0"), 0.0);
   // A renderer needs the chosen values.
-  EXPECT_THAT(error_of([&] { require_view_options(options); }), HasSubstr("k_deg is 0"));
+  EXPECT_THAT(error_of([&] { require_view_options(options); }), HasSubstr("width_px is 0"));
   EXPECT_THAT(error_of([] { require_view_options({}); }), HasSubstr("width_px is 0"));
   EXPECT_NO_THROW(require_view_options({.width = 64}));
 }

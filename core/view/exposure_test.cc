@@ -29,7 +29,7 @@ class RoomWithGains {
       }
     }
     write_gain_fields(gains_path(path), manifest.grid, fields);
-    manifest.gains = {record_of_gains(gains_path(path))};
+    manifest.gains = true;
     write_file_atomically(manifest_path(path), manifest_to_json(manifest));
     room_ = Room::open(path);
   }

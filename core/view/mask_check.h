@@ -47,7 +47,7 @@ class MaskCheck {
   struct Column {
     int theta = -1;
     RowRun valid{};
-    std::span<const RowRun> moved{};
+    std::span<const LeftOutRun> moved{};
   };
 
   bool column_usable(int theta, int row, bool moved, std::size_t which) {

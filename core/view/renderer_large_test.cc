@@ -39,10 +39,10 @@ Color color_at(int u, int v) {
 
 // A dataset of which only the last station's values are written; the file has a hole before them.
 template <typename Value>
-void write_last(Hdf5File* file, const char* name, hid_t type, std::vector<std::size_t> shape,
+void write_last(Hdf5File* file, const char* name, ElementType type, const Shape& shape,
                 const std::vector<Value>& slab) {
-  const Hdf5Handle dataset = file->create_contiguous(name, type, shape);
-  file->write_slab(dataset, shape.front() - 1, type, shape, slab.data());
+  file->create_contiguous(name, type, shape);
+  file->write_slab(name, shape.front() - 1, slab.data());
 }
 
 // One line of seven stations that see an infinitely far scene.
@@ -52,7 +52,7 @@ Room write_large_room(const std::filesystem::path& directory) {
   spec.spacing_m = 1.0 / 6.0;
   const Grid grid = synthetic_grid(spec);
   std::filesystem::create_directories(directory / "lines");
-  std::filesystem::create_directories(directory / "distances");
+  std::filesystem::create_directories(distances_directory(directory, DistanceKind::kGiven));
   {
     std::vector<std::uint8_t> rays;
     rays.reserve(std::size_t{3} * kPanorama.width * kPanorama.height);
@@ -63,22 +63,21 @@ Room write_large_room(const std::filesystem::path& directory) {
       }
     }
     Hdf5File file = Hdf5File::create(line_volume_path(directory, grid.lines[0].id));
-    file.write_attribute("/", "format", kLineVolumeFormat);
-    file.write_attribute("/", "format_version", kVolumeFormatVersion);
-    write_last(&file, "rays", H5T_NATIVE_UINT8, {7, kPanorama.width, kPanorama.height, 3}, rays);
+    file.write_format(kLineVolumeFormat);
+    write_last(&file, "rays", ElementType::kUint8, {7, kPanorama.width, kPanorama.height, 3}, rays);
     file.close();
   }
   const std::size_t pixels = std::size_t{kMap.width} * std::size_t{kMap.height};
   Hdf5File file = Hdf5File::create(distance_volume_path(directory, grid.lines[0].id));
-  file.write_attribute("/", "format", kDistanceVolumeFormat);
-  file.write_attribute("/", "format_version", kVolumeFormatVersion);
-  file.write_int32("station", std::vector<std::int32_t>{6});
-  write_last(&file, "distance_m", H5T_NATIVE_FLOAT, {1, kMap.width, kMap.height},
+  file.write_format(kDistanceVolumeFormat);
+  file.write("station", std::vector<std::int32_t>{6});
+  write_last(&file, "distance_m", ElementType::kFloat32, {1, kMap.width, kMap.height},
              std::vector<float>(pixels, std::numeric_limits<float>::infinity()));
-  write_last(&file, "confidence", H5T_NATIVE_UINT8, {1, kMap.width, kMap.height},
+  write_last(&file, "confidence", ElementType::kUint8, {1, kMap.width, kMap.height},
              std::vector<std::uint8_t>(pixels, 255));
   file.close();
-  write_file_atomically(manifest_path(directory), manifest_to_json({kPanorama, grid, {}}));
+  write_file_atomically(manifest_path(directory),
+                        manifest_to_json({kPanorama, grid, {}, DistanceKind::kGiven}));
   return Room::open(directory);
 }
 

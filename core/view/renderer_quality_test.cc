@@ -105,10 +105,7 @@ TEST(RendererQuality, LinesWithoutDistancesUseThoseOfOtherLines) {
   const TestDirectory directory;
   const SyntheticRoomSpec spec = box_room();
   write_synthetic_room(spec, directory / "room.lf");
-  for (const char* line : {"x1", "z0", "z1"}) {
-    std::filesystem::remove(distance_volume_path(directory / "room.lf", line));
-  }
-  record_distance_volumes(directory / "room.lf");
+  for (const char* line : {"x1", "z0", "z1"}) remove_distances(directory / "room.lf", line);
   const Room room = Room::open(directory / "room.lf");
   for (const Generation generation : kCorrected) {
     Renderer renderer(room, {.generation = generation});

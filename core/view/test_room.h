@@ -4,8 +4,8 @@
 #include <opencv2/core.hpp>
 #include <string>
 
+#include "core/evaluate/metrics.h"
 #include "core/files/test_directory.h"
-#include "core/judge/metrics/psnr.h"
 #include "core/room/room.h"
 #include "core/view/renderer.h"
 #include "tests/synthetic_room/synthetic_room.h"

@@ -64,10 +64,8 @@ inline constexpr auto kDials = std::to_array<Dial>({
      .unit = "degrees",
      .least = 45.0,
      .most = 90.0,
-     .zero = "auto",
      .group = DialGroup::kConnection,
-     .help = "Largest incidence angle of the hybrid connection in degrees, 45 to 90, or auto: the "
-             "one that connect-error measured to be best on the room, else 90",
+     .help = "Largest incidence angle of the hybrid connection in degrees, 45 to 90",
      .cost = "none",
      .phrase = "k {}°",
      .sweep = DialSweep{.values = {45.0, 76.0, 90.0}}},
@@ -102,7 +100,6 @@ inline constexpr auto kDials = std::to_array<Dial>({
      .group = DialGroup::kTrade,
      .help = "How a pixel is read from a panorama: linear or cubic",
      .cost = "12 or 48 bytes, 3 or 15 weighted sums per channel and sample",
-     .effect = DialEffect::kSampledViews,
      .sweep = DialSweep{.values = {1}}},
     {.key = "stations_mixed",
      .flag = "--stations-mixed",
@@ -113,7 +110,6 @@ inline constexpr auto kDials = std::to_array<Dial>({
      .help = "Stations of a line that are mixed in a pixel, those nearest in angle first",
      .cost = "so many samples",
      .phrase = "stations {}",
-     .effect = DialEffect::kCorrectedViews,
      .sweep = DialSweep{.values = {2, 4, 8, 16}}},
     {.key = "station_fade",
      .flag = "--station-fade",
@@ -126,7 +122,6 @@ inline constexpr auto kDials = std::to_array<Dial>({
              "better where stations are far apart, their photographs noisy or unevenly exposed",
      .cost = "so much of one more sample for each line",
      .phrase = "fade {}",
-     .effect = DialEffect::kCorrectedViews,
      .sweep = DialSweep{.values = {0.125, 0.5}}},
     {.key = "distance_maps",
      .flag = "--distance-maps",
@@ -137,7 +132,6 @@ inline constexpr auto kDials = std::to_array<Dial>({
      .help = "Distance maps that a view's distances are gathered from",
      .cost = "4 bytes and some 60 operations per pixel of each map, once per view",
      .phrase = "maps {}",
-     .effect = DialEffect::kCorrectedViews,
      .sweep = DialSweep{.values = {1, 2, 4}}},
     {.key = "second_side",
      .flag = "--second-side",
@@ -148,8 +142,7 @@ inline constexpr auto kDials = std::to_array<Dial>({
              "where both are about as near, else the nearer one)",
      .cost = "faded halves the samples of most pixels",
      .phrase = "second side {}",
-     .effect = DialEffect::kTwoSidedViews,
-     .sweep = DialSweep{.values = {1}}},
+     .sweep = DialSweep{.values = {1}, .of_two_sided_views = true}},
     {.key = "gains",
      .flag = "--no-gains",
      .value = kAccess<&ViewOptions::gains>,
@@ -176,7 +169,7 @@ std::string generation_name(Generation generation);
 Generation generation_from_name(const std::string& name);
 
 // Throws UsageError on options out of range. What the program chooses for a room must already be
-// chosen: `k_deg` and `width` must not be 0.
+// chosen: `width` must not be 0.
 void require_view_options(const ViewOptions& options);
 
 }  // namespace raywalk

@@ -60,7 +60,6 @@ def connect_error(
     viewpoints: int,
     overlap_deg: float,
     k_list_deg: Optional[Sequence[float]],
-    store: bool,
 ) -> Dict[str, Any]: ...
 def latitude_shift(d_src_m: ArrayLike, phi_rad: ArrayLike, apart_m: ArrayLike) -> _Numbers: ...
 def bending_distance(

@@ -237,7 +237,7 @@ class Room:
     def view_settings(self, **settings: Unpack[ViewSettings]) -> Dict[str, Any]:
         """The settings that views are rendered with, each by its key, and why.
 
-        "k_source" says how an automatic k was chosen, "reason" what a preset or a measured choice
+        "k_source" says how k was chosen, "reason" what a preset or a measured choice
         followed.
         """
         return _native.view_settings(self._room, dict(settings))
@@ -293,15 +293,13 @@ class Room:
         viewpoints: int = 49,
         overlap_deg: float = 5.0,
         k_list_deg: Optional[Sequence[float]] = None,
-        store: bool = False,
     ) -> ConnectError:
         """E_connect over k, measured on all cells as ``raywalk-render connect-error`` does.
 
         ``viewpoints`` x ``viewpoints`` of a cell, 1 to 250 per side; ``k_list_deg`` in 45..90, that
-        of the command if it is not given. ``store`` keeps the measurement in the room, for views
-        with k_deg="auto". Takes minutes for corrected views of 49 x 49 viewpoints.
+        of the command if it is not given. Takes minutes for corrected views of 49 x 49 viewpoints.
         """
         k_list = None if k_list_deg is None else [float(k_deg) for k_deg in k_list_deg]
         return ConnectError(
-            **_native.connect_error(self._room, generation, viewpoints, overlap_deg, k_list, store)
+            **_native.connect_error(self._room, generation, viewpoints, overlap_deg, k_list)
         )

@@ -27,7 +27,7 @@ class ViewSettings(TypedDict, total=False):
 
     generation: Generation
     """Vertical cut, corrected by distance, or corrected from both sides."""
-    k_deg: Union[float, Literal["auto"]]
+    k_deg: float
     """Largest incidence angle of the hybrid connection, 45 to 90 degrees."""
     overlap_deg: float
     """Width of the blend at a connection, 0 to 45 degrees."""

@@ -32,7 +32,7 @@ def test_distances_are_the_mapped_volume_without_a_copy(room, room_folder):
     assert len(line.distance_stations) > 2
     station = int(line.distance_stations[1])
     found = room.distances(line, station)
-    with h5py.File(room_folder / "distances" / f"{line.id}.h5") as file:
+    with h5py.File(room_folder / "distances" / "given" / f"{line.id}.h5") as file:
         assert np.array_equal(file["station"][:], line.distance_stations)
         assert np.array_equal(found.distance_m, file["distance_m"][1].T)
         assert np.array_equal(found.confidence, file["confidence"][1].T)

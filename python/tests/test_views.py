@@ -165,7 +165,7 @@ def test_wrong_settings_are_refused_before_any_work(room, tmp_path):
     with pytest.raises(TypeError, match="unexpected keyword argument 'witdh_px'; .*'width_px'"):
         room.view(0.0, 0.0, witdh_px=64)
     for settings, words in [
-        ({"k_deg": 44}, "--k is '44'; it must be auto or in 45..90 degrees"),
+        ({"k_deg": 44}, "--k is '44'; it must be in 45..90 degrees"),
         ({"width_px": 66}, "--width is '66'; it must be 0 or a multiple of 4 in 4..32768"),
         ({"generation": "best"}, "--generation is 'best'; it is not a valid choice"),
         ({"connection": "lfuu"}, "connection is 'lfuu'; did you mean 'lfu'"),

@@ -7,8 +7,8 @@
 
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
-#include "core/judge/validation/connect_error_file.h"
-#include "core/judge/validation/error_model_report.h"
+#include "core/evaluate/connect_error.h"
+#include "core/evaluate/error_model_report.h"
 #include "render/commands/commands.h"
 #include "render/commands/report_option.h"
 #include "render/commands/view_flags.h"
@@ -30,14 +30,19 @@ void run(const ConnectErrorArguments& arguments) {
     generations.push_back(generation_from_name(name));
   }
   if (generations.empty()) generations.push_back(Generation::kInitial);
-  write_connect_error(Room::open(arguments.room), generations, arguments.options, std::cout);
+  const Room room = Room::open(arguments.room);
+  for (const Generation generation : generations) {
+    std::cout << connect_error_table(measure_connect_error(room, generation, arguments.options))
+              << std::flush;
+  }
+  std::cout << "distances in use: " << room.distances_origin() << '\n';
 }
 
 }  // namespace
 
 void add_connect_error(CLI::App* app) {
-  CLI::App* command = app->add_subcommand(
-      "connect-error", "Measure how well neighbouring lines connect and store it in the room");
+  CLI::App* command =
+      app->add_subcommand("connect-error", "Measure how well neighbouring lines connect");
   auto arguments = std::make_shared<ConnectErrorArguments>();
   ConnectErrorOptions* options = &arguments->options;
   add_room(command, &arguments->room);
@@ -56,10 +61,7 @@ void add_connect_error(CLI::App* app) {
       ->delimiter(',')
       ->capture_default_str();
   add_threads_option(command, &arguments->threads);
-  command->footer(
-      "Examples:\n  raywalk-render connect-error room.lf --generation initial,hlf-vd\n"
-      "view, path, validate and trade with --k auto then use the k of the least error over the "
-      "corners that are readable at every k.");
+  command->footer("Example:\n  raywalk-render connect-error room.lf --generation initial,hlf-vd");
   command->callback([arguments] { run(*arguments); });
 }
 

@@ -8,7 +8,7 @@
 
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
-#include "core/judge/trade/trade.h"
+#include "core/evaluate/trade.h"
 #include "render/commands/commands.h"
 #include "render/commands/report_option.h"
 #include "render/commands/view_flags.h"
@@ -23,15 +23,15 @@ struct TradeArguments {
 };
 
 // All presets for a room.
-std::vector<NamedMode> preset_modes(const Room& room) {
+std::vector<NamedOptions> presets_of(const Room& room) {
   const SceneNumbers scene = scene_numbers(room);
-  std::vector<NamedMode> modes;
+  std::vector<NamedOptions> presets;
   for (const std::string_view preset_name : kPresets) {
     const std::string name(preset_name);
     const Preset preset = preset_of(name, scene);
-    modes.push_back({name, preset.reason, view_mode(preset.settings, room)});
+    presets.push_back({name, preset.reason, view_mode(preset.settings).options});
   }
-  return modes;
+  return presets;
 }
 
 void run(const TradeArguments& arguments) {
@@ -39,8 +39,8 @@ void run(const TradeArguments& arguments) {
   const Room room = Room::open(arguments.room);
   TradeOptions options = arguments.options;
   options.report = report_of(options.report, arguments.room, "trade");
-  options.centres = view_modes({}, {}, room);
-  options.presets = preset_modes(room);
+  for (const ViewMode& mode : view_modes({}, {}, room)) options.centres.push_back(mode.options);
+  options.presets = presets_of(room);
   fmt::print("{}\n", trade(room, options));
 }
 

@@ -8,7 +8,7 @@
 
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
-#include "core/judge/validation/validate.h"
+#include "core/evaluate/validate.h"
 #include "render/commands/commands.h"
 #include "render/commands/report_option.h"
 #include "render/commands/view_flags.h"
@@ -46,13 +46,12 @@ void add_validate(CLI::App* app) {
       app->add_subcommand("validate", "Measure rendered views against captured ground truth");
   auto arguments = std::make_shared<ValidateArguments>();
   add_room(command, &arguments->room);
-  command->add_option(
-      "--truth", arguments->options.truth,
-      "CSV table of true views: columns file,x,y,z (metres) and optionally mask (pictures, "
-      "0 = not compared) and distance (true distance maps, for scores at silhouettes); required "
-      "unless --before is given");
-  command->add_option("--before", arguments->options.before,
-                      "Another room of the same place, as before a correction, to compare with");
+  command
+      ->add_option("--truth", arguments->options.truth,
+                   "CSV table of true views: columns file,x,y,z (metres) and optionally mask "
+                   "(pictures, 0 = not compared) and distance (true distance maps, for scores at "
+                   "silhouettes)")
+      ->required();
   add_report(command, &arguments->options.report,
              "Directory for index.html and metrics.json, created if it is missing (default: "
              "<room>-validate)");
@@ -71,8 +70,7 @@ void add_validate(CLI::App* app) {
   add_threads_option(command, &arguments->threads);
   add_connection_flags(command, &arguments->flags);
   command->footer(
-      "Examples:\n  raywalk-render validate room.lf --truth gt.csv --report report\n"
-      "  raywalk-render validate room.lf --before uncalibrated.lf --truth gt.csv\n"
+      "Example:\n  raywalk-render validate room.lf --truth gt.csv --report report\n"
       "An interrupted run is resumed by the same command.");
   command->callback([arguments] { run(*arguments); });
 }

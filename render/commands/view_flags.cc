@@ -157,7 +157,7 @@ Preset chosen_settings(const ViewFlags& flags, const Demand& demand, const Room&
 }
 
 ViewMode chosen_mode(const ViewFlags& flags, const Demand& demand, const Room& room) {
-  return mode_of(chosen_settings(flags, demand, room), room);
+  return mode_of(chosen_settings(flags, demand, room));
 }
 
 }  // namespace raywalk::render

@@ -29,8 +29,7 @@ std::vector<CLI::Option*> add_web_flags(CLI::App* command, WebFlags* flags) {
       command
           ->add_option(
               "--k", flags->k_deg,
-              "Largest incidence angle of the hybrid connection, degrees, 45 to 90 (default: "
-              "the one that connect-error measured to be best on the room, else 90)")
+              "Largest incidence angle of the hybrid connection, degrees, 45 to 90 (default: 90)")
           ->check(CLI::Range(45.0, 90.0)),
       command->add_option("--title", options->title, "Title of the page (default: the room's name)")
           ->type_name("WORDS"),

@@ -9,8 +9,8 @@
 #include "core/base/counted.h"
 #include "core/base/pick_evenly.h"
 #include "core/base/progress.h"
-#include "core/judge/held_out/recreated_station.h"
-#include "core/judge/metrics/psnr.h"
+#include "core/evaluate/metrics.h"
+#include "core/evaluate/recreated_station.h"
 #include "core/room/kept_stations.h"
 #include "core/view/renderer.h"
 #include "render/web/station_pictures.h"
@@ -47,8 +47,8 @@ double psnr_at(const Room& room, const HeldOutStation& station, Renderer* render
   const cv::Mat hidden = hidden_in_views(room, station.line, station.station, width);
   const cv::Mat view = renderer->render(viewpoint_of(room.grid(), station)).image;
   const cv::Mat compared = hidden.empty() ? cv::Mat() : cv::Mat(~hidden);
-  if (!compared.empty() && cv::countNonZero(compared) == 0) return kMaxRecreationDb;
-  return std::min(psnr_db(view, captured, compared), kMaxRecreationDb);
+  if (!compared.empty() && cv::countNonZero(compared) == 0) return kMaxPsnrDb;
+  return std::min(psnr_db(view, captured, compared), kMaxPsnrDb);
 }
 
 }  // namespace
@@ -60,7 +60,7 @@ std::optional<WebQuality> measure_web_quality(const Room& room, const KeptStatio
   const Room part = room.subset(kept);
   Renderer renderer(part, options);
   const std::vector<int> picked = pick_evenly(static_cast<int>(left_out.size()), kMostViews);
-  WebQuality quality{.worst_psnr_db = kMaxRecreationDb, .views = static_cast<int>(picked.size())};
+  WebQuality quality{.worst_psnr_db = kMaxPsnrDb, .views = static_cast<int>(picked.size())};
   Progress progress("re-creating", quality.views, "stations");
   for (const int i : picked) {
     const double db =

@@ -36,7 +36,7 @@ Generation generation_of(const ViewRequest& request, const Room& room) {
 ViewSettings settings_of(const ViewRequest& request, const Room& room) {
   ViewSettings settings;
   settings.options.generation = generation_of(request, room);
-  settings.options.k_deg = request.k_deg.value_or(0.0);
+  if (request.k_deg) settings.options.k_deg = *request.k_deg;
   settings.options.width = request.panorama_width_px;
   if (request.frame.fov_deg == 0.0 && request.panorama_width_px == 0) {
     settings.options.width = std::min(size_as_captured(room).width, kMostServedSide_px);
@@ -77,7 +77,7 @@ class Counted {
 
 struct ViewService::Prepared {
   Prepared(const Room& room, const ViewSettings& asked)
-      : settings(asked), mode(view_mode(asked, room)), renderer(room, mode.options) {}
+      : settings(asked), mode(view_mode(asked)), renderer(room, mode.options) {}
 
   ViewSettings settings;
   ViewMode mode;

@@ -31,7 +31,7 @@ cv::Mat expected_picture(const Room& room, const std::string& generation,
   ViewFlags flags;
   flags.dials["generation"] = generation;
   if (width > 0) flags.dials["width_px"] = std::to_string(width);
-  Renderer renderer(room, view_mode(view_settings(flags), room).options);
+  Renderer renderer(room, view_mode(view_settings(flags)).options);
   return render_framed(&renderer, viewpoint, frame).image;
 }
 

@@ -13,7 +13,6 @@
 #include "core/files/json.h"
 #include "core/files/output_folder.h"
 #include "core/files/shipped_configs.h"
-#include "core/room/choose_k.h"
 #include "core/room/requirements.h"
 #include "core/view/view_plan.h"
 #include "render/path_table.h"
@@ -83,8 +82,7 @@ void copy_page(const fs::path& page, const fs::path& folder) {
 ViewOptions view_options(const Room& room, const WebExportOptions& options) {
   ViewOptions view = default_options();
   view.generation = room.has_distances() ? Generation::kTwoSided : Generation::kInitial;
-  view.k_deg =
-      options.k_deg ? *options.k_deg : choose_k(room, generation_name(view.generation)).k_deg;
+  if (options.k_deg) view.k_deg = *options.k_deg;
   return view;
 }
 

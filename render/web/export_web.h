@@ -36,7 +36,7 @@ using MeasureQuality = std::function<std::optional<WebQuality>(
 struct WebExportOptions {
   double budget_mb = 256.0;       // 10^6 bytes of GPU memory that the page may use; > 0
   int width_px = 0;               // of the panoramas, at most; 0: what the scene requires
-  std::optional<double> k_deg{};  // of the connection, in [45, 90]; none: the room's (choose_k)
+  std::optional<double> k_deg{};  // of the connection, in [45, 90]; none: the default
   std::string title{};
   std::optional<PlanPoint> start{};  // metres; none: the middle of the grid's middle cell
   std::filesystem::path hotspots{};  // JSON (hotspots.h); empty: none

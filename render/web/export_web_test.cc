@@ -57,18 +57,14 @@ class ExportWebTest : public ::testing::Test {
   }
   // As `raywalk-build-lf require` leaves it.
   void require_spacing(double spacing_m) const {
-    RoomRequirements required;
-    required.distances_sha256 = distances_sha256(room_.room());
-    required.distance = {.near_m = 1.0, .median_m = 2.0, .far_m = 3.0};
-    required.layers = {.omega_min_per_m = 0.3, .omega_max_per_m = 1.0};
-    required.spacing.captured_median_m = required.spacing.captured_max_m = 0.125;
-    required.spacing.needed_with_distances_m = spacing_m;
-    required.storage = {.panorama_width_px = 192,
-                        .worth_width_px = 1e3,
-                        .distance_width_px = 192,
-                        .needed_distance_width_px = 64};
-    write_file_atomically(requirements_path(room_.room().directory()),
-                          json_text(requirements_document(required)));
+    const json required = {
+        {"format", kRequirementsFormat},
+        {"format_version", kRequirementsVersion},
+        {"distances_sha256", distances_sha256(room_.room())},
+        {"layers", {{"omega_max_per_m", 1.0}}},
+        {"spacing", {{"needed_with_distances_m", spacing_m}}},
+        {"storage", {{"worth_width_px", 1e3}, {"needed_distance_width_px", 64}}}};
+    write_file_atomically(requirements_path(room_.room().directory()), required.dump());
   }
 
   TestRoom room_;

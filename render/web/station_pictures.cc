@@ -93,11 +93,11 @@ cv::Mat seen_from_station(const cv::Mat& view, const Eigen::Vector3d& offset_m,
 }  // namespace
 
 cv::Mat captured_picture_at(const Room& room, int line, int station, int width) {
-  const TileReading reading;
-  const auto rays = room.volume(line).columns(station);
-  cv::Mat columns = cv::Mat(room.panorama().width, room.panorama().height, CV_8UC3,
-                            const_cast<std::uint8_t*>(rays.data()))  // not written to
-                        .clone();
+  cv::Mat columns(room.panorama().width, room.panorama().height, CV_8UC3);
+  for (int theta = 0; theta < columns.rows; ++theta) {
+    const TileReading reading;
+    std::ranges::copy(room.volume(line).column(station, theta), columns.ptr(theta));
+  }
   if (!room.gains().empty()) {
     apply_gains(room.gains()[static_cast<std::size_t>(line)][static_cast<std::size_t>(station)],
                 &columns);

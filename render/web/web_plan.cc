@@ -11,7 +11,6 @@
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/room/kept_stations.h"
-#include "core/room/needed_stations.h"
 #include "core/view/view_plan.h"
 
 namespace raywalk::render {
@@ -86,8 +85,8 @@ int count_of(const KeptStations& kept) {
 Widths wanted_widths(const Room& room, const std::optional<RoomRequirements>& required,
                      const WebDemand& demand) {
   Widths widths{.panorama = rounded_down(room.panorama().width), .why = "as captured"};
-  if (required && std::isfinite(required->storage.worth_width_px)) {
-    const int worth = rounded_down(std::ceil(required->storage.worth_width_px) + kWidthStep - 1);
+  if (required && std::isfinite(required->worth_width_px)) {
+    const int worth = rounded_down(std::ceil(required->worth_width_px) + kWidthStep - 1);
     if (worth < widths.panorama) {
       widths.panorama = worth;
       widths.why = "as its distances are accurate enough for no more";
@@ -101,7 +100,7 @@ Widths wanted_widths(const Room& room, const std::optional<RoomRequirements>& re
   for (std::size_t i = 0; i < room.grid().lines.size(); ++i) {
     maps = std::max(maps, room.distances(static_cast<int>(i)).size().width);
   }
-  if (required) maps = std::min(maps, required->storage.needed_distance_width_px);
+  if (required) maps = std::min(maps, required->distance_width_px);
   widths.distances =
       std::max(rounded_down(std::min({maps, widths.panorama, kMostDistances})), kWithoutDistances);
   return widths;
@@ -131,7 +130,7 @@ std::string summary_of(const WebPlan& plan, const std::optional<RoomRequirements
                        const std::string& why_width, const std::string& room) {
   const std::string stations =
       required ? fmt::format("{} of {}, as gaps of up to {:.3g} m suffice", plan.stations,
-                             plan.captured_stations, required->spacing.needed_with_distances_m)
+                             plan.captured_stations, required->spacing_m)
                : fmt::format("all {}; raywalk-build-lf require {} tells which suffice",
                              plan.captured_stations, room);
   return fmt::format(
@@ -167,8 +166,7 @@ int most_stations_of_a_cell(const Grid& grid, const ConnectionRule& rule) {
 WebPlan plan_export(const Room& room, const std::optional<RoomRequirements>& required,
                     const WebDemand& demand) {
   WebPlan plan;
-  plan.kept = required ? needed_stations(room, required->spacing.needed_with_distances_m,
-                                         Preferred::kWithDistances)
+  plan.kept = required ? needed_stations(room, required->spacing_m, Preferred::kWithDistances)
                        : every_nth_station(room, 1);
   plan.stations = count_of(plan.kept);
   for (const Line& line : room.grid().lines) {

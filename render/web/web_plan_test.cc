@@ -21,11 +21,9 @@ ConnectionRule rule(double k_deg) {
 }
 
 RoomRequirements requirements(double spacing_m, double worth_width_px, int distance_width_px) {
-  RoomRequirements required;
-  required.spacing.needed_with_distances_m = spacing_m;
-  required.storage.worth_width_px = worth_width_px;
-  required.storage.needed_distance_width_px = distance_width_px;
-  return required;
+  return {.spacing_m = spacing_m,
+          .worth_width_px = worth_width_px,
+          .distance_width_px = distance_width_px};
 }
 
 WebPlan plan(const Room& room, const std::optional<RoomRequirements>& required = {},

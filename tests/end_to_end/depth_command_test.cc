@@ -12,8 +12,8 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/evaluate/metrics.h"
 #include "core/files/image_file.h"
-#include "core/judge/metrics/psnr.h"
 #include "core/room/kept_stations.h"
 
 namespace raywalk::build_lf {
@@ -55,10 +55,9 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   DepthTestRoom room(spec);
   room.give_distances(spec.scene, {192, 96}, 4);
   const fs::path directory = room.room().directory();
-  const auto given = files_in(directory / "distances");
+  const auto given = files_in(directory / "distances/given");
   const double true_db = psnr_of(directory, spec);
   const double initial_db = psnr_of(directory, spec, "initial");
-  std::ofstream(directory / "connect-error.json") << "measured with the given distances";
 
   const CommandResult swept = depth(room.room(), "--truth");
   ASSERT_EQ(swept.exit_code, 0) << swept.errors;
@@ -71,9 +70,8 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   const double swept_db = psnr_of(directory, spec);
   EXPECT_GT(swept_db, initial_db + 6.0);
   EXPECT_GT(swept_db, true_db - 1.0);
-  EXPECT_EQ(files_in(directory / "distances-given"), given);
+  EXPECT_EQ(files_in(directory / "distances/given"), given);
   EXPECT_FALSE(fs::exists(directory / "distances.partial"));
-  EXPECT_FALSE(fs::exists(directory / "connect-error.json"));
   EXPECT_THAT(read_file(directory / "depth.html"), HasSubstr("\"kind\":\"depth\""));
   const auto report = report_of(room.room());
   EXPECT_EQ(report["method"], "sweep");
@@ -85,7 +83,7 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   const std::string distances = std::string(RAYWALK_BUILD_LF) + " distances " + directory.string();
   EXPECT_THAT(run_command(distances).output, HasSubstr("views use the estimated distances"));
   EXPECT_EQ(run_command(distances + " --use given").exit_code, 0);
-  EXPECT_EQ(files_in(directory / "distances"), given);
+  EXPECT_EQ(files_in(directory / "distances/given"), given);
   EXPECT_NEAR(psnr_of(directory, spec), true_db, 1e-9);
   EXPECT_EQ(run_command(distances + " --use estimated").exit_code, 0);
   EXPECT_NEAR(psnr_of(directory, spec), swept_db, 1e-9);
@@ -95,7 +93,7 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   ASSERT_EQ(flowed.exit_code, 0) << flowed.errors;
   EXPECT_EQ(report_of(room.room())["method"], "flow");
   EXPECT_TRUE(report_of(room.room())["truth"].is_null());
-  EXPECT_EQ(files_in(directory / "distances-given"), given);
+  EXPECT_EQ(files_in(directory / "distances/given"), given);
   EXPECT_GT(psnr_of(directory, spec), initial_db + 3.0);
 }
 
@@ -109,7 +107,7 @@ TEST(DepthCommandTest, HeldOutStationsAreNotUsed) {
     const auto& of_line = left_out[static_cast<size_t>(station.line)];
     if (std::ranges::binary_search(of_line, station.station)) frame->setTo(0);
   });
-  const auto given = files_in(room.room().directory() / "distances");
+  const auto given = files_in(room.room().directory() / "distances/given");
   for (const DepthTestRoom* each : {&std::as_const(room), &damaged}) {
     const CommandResult result = depth(each->room(), "--hold-out 4");
     ASSERT_EQ(result.exit_code, 0) << result.errors;
@@ -117,12 +115,12 @@ TEST(DepthCommandTest, HeldOutStationsAreNotUsed) {
   }
   const fs::path held_out = held_out_directory(room.room().directory());
   EXPECT_EQ(nlohmann::json::parse(read_file(held_out / "depth.json"))["hold_out"], 4);
-  EXPECT_EQ(files_in(room.room().directory() / "distances"), given);
+  EXPECT_EQ(files_in(room.room().directory() / "distances/given"), given);
   EXPECT_FALSE(fs::exists(room.room().directory() / "depth.json"));
   const Room part = room.room().subset(stations_except(grid, left_out));
-  const Room of_whole = part.with_distances(held_out / "distances");
+  const Room of_whole = part.with_distances(held_out / "distances/estimated");
   const Room of_damaged =
-      part.with_distances(held_out_directory(damaged.room().directory()) / "distances");
+      part.with_distances(held_out_directory(damaged.room().directory()) / "distances/estimated");
   for (int line = 0; line < 4; ++line) {
     ASSERT_GT(of_whole.distances(line).maps(), 0);
     ASSERT_EQ(of_whole.distances(line).maps(), of_damaged.distances(line).maps());
@@ -169,7 +167,8 @@ double psnr_of_distances(const DepthTestRoom& captured, const DepthTestRoom& cle
                          const SyntheticRoomSpec& spec) {
   const fs::path distances = clean.room().directory() / "distances";
   fs::remove_all(distances);
-  fs::copy(captured.room().directory() / "distances", distances);
+  fs::copy(captured.room().directory() / "distances", distances, fs::copy_options::recursive);
+  use_distances(clean.room().directory(), DistanceKind::kEstimated);
   return psnr_of(clean.room().directory(), spec);
 }
 
@@ -299,15 +298,15 @@ TEST(DepthCommandTest, AFullDiskLeavesTheOldDistances) {
   DepthTestRoom room(spec);
   room.give_distances(spec.scene, {64, 32}, 8);
   const fs::path directory = room.room().directory();
-  const auto given = files_in(directory / "distances");
+  const auto given = files_in(directory / "distances/given");
   // A file size limit simulates a full disk: maps fit, volumes do not.
   const CommandResult stopped =
       run_command(fmt::format("ulimit -f 40; {} depth {}", RAYWALK_BUILD_LF, directory.string()));
   EXPECT_EQ(stopped.exit_code, 1) << stopped.errors;
   EXPECT_THAT(stopped.errors, AllOf(HasSubstr("cannot write"), HasSubstr("x0.")));
-  EXPECT_EQ(files_in(directory / "distances"), given);
+  EXPECT_EQ(files_in(directory / "distances/given"), given);
   EXPECT_EQ(depth(room.room()).exit_code, 0);
-  EXPECT_EQ(files_in(directory / "distances-given"), given);
+  EXPECT_EQ(files_in(directory / "distances/given"), given);
 }
 
 TEST(DepthCommandTest, TwoStationsAreRefusedAsTooFew) {

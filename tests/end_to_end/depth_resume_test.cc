@@ -23,7 +23,8 @@ namespace fs = std::filesystem;
 std::vector<std::vector<std::string>> maps_of(const fs::path& room) {
   std::vector<std::vector<std::string>> lines;
   for (const char* line : {"x0", "x1", "z0", "z1"}) {
-    lines.push_back(Hdf5File::open(distance_volume_path(room, line)).read_strings("sha256"));
+    lines.push_back(Hdf5File::open(distance_volume_path(room, line, DistanceKind::kEstimated))
+                        .read_strings("sha256"));
   }
   return lines;
 }
@@ -69,7 +70,7 @@ TEST(DepthCommandTest, CtrlCKeepsFinishedMapsAndTheSameCommandResumes) {
   DepthTestRoom room(spec);
   room.give_distances(spec.scene, {64, 32}, 8);
   const fs::path directory = room.room().directory();
-  const auto given = files_in(directory / "distances");
+  const auto given = files_in(directory / "distances/given");
   EXPECT_EQ(exit_code_of_interrupted(directory, 2), 130);
   const auto first = finished_maps(directory);
   EXPECT_GE(first.size(), 2U);
@@ -78,12 +79,12 @@ TEST(DepthCommandTest, CtrlCKeepsFinishedMapsAndTheSameCommandResumes) {
   EXPECT_GT(second.size(), first.size());
   for (const auto& [file, time] : first) EXPECT_EQ(second.at(file), time) << file;
   // The room is unchanged until the command completes.
-  EXPECT_EQ(files_in(directory / "distances"), given);
+  EXPECT_EQ(files_in(directory / "distances/given"), given);
   EXPECT_FALSE(fs::exists(directory / "depth.json"));
 
   const CommandResult resumed = depth(room.room());
   EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
-  EXPECT_EQ(files_in(directory / "distances-given"), given);
+  EXPECT_EQ(files_in(directory / "distances/given"), given);
   EXPECT_FALSE(fs::exists(directory / "distances.partial"));
   // The result of three interrupted runs equals that of a single run.
   const auto in_parts = maps_of(directory);

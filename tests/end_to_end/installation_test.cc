@@ -84,7 +84,6 @@ TEST_F(InstallationTest, ShellsCompleteWhatThePageExplains) {
   EXPECT_THAT(completed("raywalk-render", ""), IsSupersetOf({"view", "path", "serve"}));
   EXPECT_THAT(completed("raywalk-render", "view --generation"),
               ElementsAre("initial", "hlf-vd", "two-sided"));
-  EXPECT_THAT(completed("raywalk-render", "view --k"), ElementsAre("auto"));
   EXPECT_THAT(completed("raywalk-calibrate", "all --lens-start"), Contains("theta-like"));
   EXPECT_THAT(completed("raywalk-build-lf", "pack"), IsSupersetOf({"--frames", "--force"}));
   for (const std::string program : kPrograms) {

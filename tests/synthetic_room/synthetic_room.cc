@@ -11,7 +11,7 @@
 #include "core/files/atomic_output.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/room.h"
-#include "core/room/tiled_rays_writer.h"
+#include "core/room/tiled_rays.h"
 
 namespace raywalk {
 namespace {
@@ -41,12 +41,10 @@ Line make_line(const SyntheticRoomSpec& spec, LineAxis axis, int index, double a
 
 // Writes one dataset slab by slab: slab(i) returns its values.
 template <typename Slab>
-void write_dataset(Hdf5File* file, const char* name, hid_t type, std::vector<std::size_t> shape,
+void write_dataset(Hdf5File* file, const char* name, ElementType type, const Shape& shape,
                    const Slab& slab) {
-  const Hdf5Handle dataset = file->create_contiguous(name, type, shape);
-  for (std::size_t i = 0; i < shape.front(); ++i) {
-    file->write_slab(dataset, i, type, shape, slab(i).data());
-  }
+  file->create_contiguous(name, type, shape);
+  for (std::size_t i = 0; i < shape.front(); ++i) file->write_slab(name, i, slab(i).data());
 }
 
 bool companion_hides(const SyntheticRoomSpec& spec, const Line& line, std::size_t station,
@@ -88,10 +86,9 @@ void write_rays(const SyntheticRoomSpec& spec, const Line& line,
   const std::size_t width = static_cast<std::size_t>(spec.width);
   Hdf5File file = Hdf5File::create(path);
   const bool masked = spec.companion && spec.companion->masked;
-  file.write_attribute("/", "format", kLineVolumeFormat);
-  file.write_attribute("/", "format_version", kVolumeFormatVersion);
+  file.write_format(kLineVolumeFormat);
   if (masked) {
-    write_dataset(&file, "valid_rows", H5T_NATIVE_INT32, {line.stations.size(), width, 2},
+    write_dataset(&file, "valid_rows", ElementType::kInt32, {line.stations.size(), width, 2},
                   [&](std::size_t station) { return valid_rows(spec, line, station); });
   }
   const auto rays_of = [&](std::size_t station) {
@@ -108,14 +105,16 @@ void write_rays(const SyntheticRoomSpec& spec, const Line& line,
     return rays;
   };
   if (spec.form.compressed()) {
-    TiledRaysWriter writer(&file, spec.form, static_cast<int>(line.stations.size()),
-                           {spec.width, spec.width / 2}, spec.tile_columns);
+    const PanoramaSize size{spec.width, spec.width / 2};
+    TiledRaysWriter writer(&file, spec.form, static_cast<int>(line.stations.size()), size,
+                           {size, spec.tile_columns});
     for (std::size_t station = 0; station < line.stations.size(); ++station) {
       std::vector<std::uint8_t> rays = rays_of(station);
       writer.write(static_cast<int>(station), writer.encode(rays));
     }
+    writer.complete();
   } else {
-    write_dataset(&file, "rays", H5T_NATIVE_UINT8, {line.stations.size(), width, width / 2, 3},
+    write_dataset(&file, "rays", ElementType::kUint8, {line.stations.size(), width, width / 2, 3},
                   rays_of);
   }
   file.close();
@@ -180,23 +179,20 @@ void write_distances(const SyntheticRoomSpec& spec, const Line& line,
   }
   const int width = spec.distance_width > 0 ? spec.distance_width : spec.width;
   const PanoramaSize size{width, width / 2};
-  const std::vector<std::size_t> shape{stations.size(), static_cast<std::size_t>(size.width),
-                                       static_cast<std::size_t>(size.height)};
+  const Shape shape{stations.size(), static_cast<std::size_t>(size.width),
+                    static_cast<std::size_t>(size.height)};
   Hdf5File file = Hdf5File::create(path);
-  file.write_attribute("/", "format", kDistanceVolumeFormat);
-  file.write_attribute("/", "format_version", kVolumeFormatVersion);
-  file.write_int32("station", stations);
-  write_dataset(&file, "distance_m", H5T_NATIVE_FLOAT, shape, [&](std::size_t map) {
+  file.write_format(kDistanceVolumeFormat);
+  file.write("station", stations);
+  write_dataset(&file, "distance_m", ElementType::kFloat32, shape, [&](std::size_t map) {
     const auto station = static_cast<std::size_t>(stations[map]);
     return distance_map(spec, line.stations[station].position_m, size);
   });
-  write_dataset(&file, "confidence", H5T_NATIVE_UINT8, shape,
+  write_dataset(&file, "confidence", ElementType::kUint8, shape,
                 [&](std::size_t) { return confidence_map(spec, size); });
   if (spec.companion && spec.companion->left_out) {
     const std::vector<std::int32_t> runs = companion_runs(spec, line, size);
-    if (!runs.empty()) {
-      file.write_int32("left_out", runs, std::array<std::size_t, 2>{runs.size() / 4, 4});
-    }
+    if (!runs.empty()) file.write("left_out", runs, {runs.size() / 4, 4});
   }
   file.close();
 }
@@ -234,26 +230,26 @@ Grid synthetic_grid(const SyntheticRoomSpec& spec) {
 void write_synthetic_room(const SyntheticRoomSpec& spec, const std::filesystem::path& room) {
   std::filesystem::remove_all(room);
   std::filesystem::create_directories(room / "lines");
-  if (spec.distances) std::filesystem::create_directories(room / "distances");
+  if (spec.distances) {
+    std::filesystem::create_directories(distances_directory(room, DistanceKind::kGiven));
+  }
   const Grid grid = synthetic_grid(spec);
   for (const Line& line : grid.lines) {
     write_rays(spec, line, line_volume_path(room, line.id));
     if (spec.distances) write_distances(spec, line, distance_volume_path(room, line.id));
   }
-  write_file_atomically(manifest_path(room),
-                        manifest_to_json({{spec.width, spec.width / 2}, grid, {}}));
-  record_distance_volumes(room);
+  const PanoramaSize size{spec.width, spec.width / 2};
+  write_file_atomically(
+      manifest_path(room),
+      manifest_to_json(
+          {size, grid, {}, spec.distances ? DistanceKind::kGiven : DistanceKind::kNone}));
 }
 
-void record_distance_volumes(const std::filesystem::path& room) {
-  RoomManifest manifest = read_manifest(room);
-  const std::filesystem::path directory = distances_directory(room);
-  manifest.distances.emplace();
-  if (auto set = set_of(open_distance_volumes(directory, manifest.grid), manifest.grid)) {
-    add_file_checksums(directory, &*set);
-    manifest.distances->push_back(std::move(*set));
-  }
-  write_file_atomically(manifest_path(room), manifest_to_json(manifest));
+void remove_distances(const std::filesystem::path& room, const std::string& line) {
+  Hdf5File file = Hdf5File::create(distance_volume_path(room, line));
+  file.write_format(kDistanceVolumeFormat);
+  file.write("station", std::vector<std::int32_t>());
+  file.close();
 }
 
 cv::Mat render_truth(const SyntheticRoomSpec& spec, PlanPoint viewpoint, int width) {

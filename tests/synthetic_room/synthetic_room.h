@@ -65,8 +65,8 @@ Grid synthetic_grid(const SyntheticRoomSpec& spec);
 // Writes a complete room for Room::open. Creates the directory; existing files are replaced.
 void write_synthetic_room(const SyntheticRoomSpec& spec, const std::filesystem::path& room);
 
-// Records the distance volumes of a room in its manifest, after a test has changed them.
-void record_distance_volumes(const std::filesystem::path& room);
+// Takes away the distances of a line.
+void remove_distances(const std::filesystem::path& room, const std::string& line);
 
 // The ground truth view (BGR, CV_8UC3) at a viewpoint, at the height of the lines and with gain 1.
 cv::Mat render_truth(const SyntheticRoomSpec& spec, PlanPoint viewpoint, int width);

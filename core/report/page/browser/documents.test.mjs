@@ -73,33 +73,6 @@ test("a validation finds the best method, gains and the least E_connect", async 
   await page.close();
 });
 
-test("a room before is compared, also without true views", async () => {
-  const after = validation();
-  after.before = { ...validation(), volume: "before.lf", modes: [mode("hlf-vd", 27)] };
-  after.before.connection_error = [error("hlf-vd", 90, 4), error("hlf-vd", 45, null)];
-  let page = await openDocument(browser, "validation", after);
-  assert.deepEqual(
-    (await rowsOf(page, "gain is after minus before")).map((row) => row.slice(0, 3)),
-    [
-      ["hlf-vd", "before", "27"],
-      ["hlf-vd", "after", "30"],
-      ["hlf-vd", "gain", "3"],
-    ],
-  );
-  assert.deepEqual(await rowsOf(page, "over the corners that each room can read"), [
-    ["hlf-vd", "45", "–", "2", "–"],
-    ["hlf-vd", "90", "4", "3", "0.7500"],
-  ]);
-  await page.close();
-  for (const room of [after, after.before])
-    Object.assign(room, { modes: [], views: [], quarters: [] });
-  page = await openDocument(browser, "validation", after);
-  assert.match(await page.locator(".subtitle").textContent(), /without true views/);
-  assert.equal(await page.locator("#before-and-after .table").count(), 1);
-  assert.equal(await page.locator("#every-view").count(), 0);
-  await page.close();
-});
-
 const setting = (number, change, ratio, psnr_db, on_front) => ({
   number,
   name: "hlf-vd",
@@ -111,7 +84,6 @@ const setting = (number, change, ratio, psnr_db, on_front) => ({
   ratio,
   remap_spread: 0.1,
   ...scores(psnr_db),
-  e_connect: null,
   on_front,
   ...change,
 });
@@ -124,9 +96,7 @@ test("a trade finds its front and the effect of each parameter alone", async () 
     remap_ms: 1,
     repetitions: 1,
     busy: true,
-    connect_viewpoints: 5,
     views: ["a", "b"],
-    pictured_view: "a",
     parameters: [{ key: "k_deg" }, { key: "overlap_deg" }],
     presets: [{ name: "fast", number: 2, reason: "near surfaces" }],
     distances: "none",

@@ -72,7 +72,7 @@ test("a heading sorts its table, and all columns are there on demand", async () 
 });
 
 test("images of a row are zoomed into together", async () => {
-  const page = await openKind("trade");
+  const page = await openKind("validation");
   await page.locator(".zoom").first().press("Enter");
   const transforms = () =>
     page.locator("dialog .pane img").evaluateAll((all) => all.map((img) => img.style.transform));

@@ -456,8 +456,8 @@ function rectifySection(rectify: Json, images: Images) {
     ),
     "Frames are rotated to world axes in one resampling; their positions are those of the " +
       "estimated poses. What the calibration gains: pack " +
-      `${rectify.before_list} too, the frames at their planned positions, and give its room to ` +
-      "raywalk-render validate --before.",
+      `${rectify.before_list} too, the frames at their planned positions, and let ` +
+      "raywalk-render validate measure both rooms.",
     left_out.length > 0 && `Left out, without a pose: ${left_out.join(", ")}.`,
     rectify.crossings.length > 0 &&
       "Overlays: the two panoramas nearest to each crossing, one in red, the other in cyan, in the " +

@@ -1,4 +1,4 @@
-// require.json: what the scene of a room requires of layers, stations, connection and storage.
+// require.json: what the scene of a room requires of layers, stations and storage.
 import { axis, chart, type Series, seriesOf } from "../chart";
 import { h } from "../dom";
 import { type Describe, facts, section } from "../page";
@@ -13,7 +13,7 @@ const metres = (value: number | null) =>
 const radians = (degrees: number) => (degrees * Math.PI) / 180;
 
 export const report: Describe = (d) => {
-  const { spacing, storage, connection, tolerance_px } = d;
+  const { spacing, storage, tolerance_px } = d;
   const width = storage.panorama_width_px;
   return {
     title: `What ${d.room} requires`,
@@ -26,7 +26,6 @@ export const report: Describe = (d) => {
       ["spacing, with distances", length(spacing.needed_with_distances_m)],
       ["captured", length(spacing.captured_median_m)],
       ["stations needed", `${spacing.stations_needed_with_distances} of ${spacing.stations}`],
-      ["k", connection.k_deg === undefined ? "no cell" : textOf("k_deg", connection.k_deg)],
       ["width worth storing", widthOf(storage.worth_width_px, "any")],
     ),
     sections: [
@@ -42,7 +41,6 @@ export const report: Describe = (d) => {
         }),
       ),
       stations(d),
-      lines(d),
       section(
         "Storage",
         `Width: with the error of the distances, at half a cell (${metres(storage.reach_m)}) and half a step, the residual parallax equals ${tolerance_px} px of a panorama of ${widthOf(storage.worth_width_px, "any width")}; a wider one stores detail that views displace by more. Distances: maps ${storage.needed_distance_width_px} px wide keep ${textOf("kept_share", storage.share_within_tolerance)} of the directions within the tolerance at this reach, which needs ${counted(storage.omega_steps, "step")} of inverse distance, ${counted(storage.omega_bits, "bit")}.`,
@@ -218,39 +216,6 @@ function ghosts({ distance, layers, spacing, storage, tolerance_px }: Json): Ser
       points: [edge(0), edge(100 * widest_m)],
     },
   ];
-}
-
-function lines({ room, connection }: Json) {
-  if (connection.k_deg === undefined) {
-    return section("Connection between lines", "The room has no cell, so no lines connect.");
-  }
-  const model = connection.model_k_deg;
-  return section(
-    "Connection between lines",
-    `--k auto takes ${connection.k_deg} degrees for hlf-vd views: ${connection.k_source}.`,
-    !connection.measured.length &&
-      `raywalk-render connect-error ${room} --generation initial,hlf-vd,two-sided measures E_connect; the model E_t is shown for comparison and chooses nothing.`,
-    h(
-      "div",
-      { class: "figures" },
-      chart(seriesOf(connection.model_curve, "k_deg", "e_t", "E_t", "line"), {
-        title: "The model E_t over the room's distances",
-        x: axis("k_deg"),
-        y: "E_t, equation (6)",
-        marks: [{ x: model, name: `least: ${model}` }],
-      }),
-      chart(
-        seriesOf(connection.measured_curves, "k_deg", "e_connect", (row) => row.generation),
-        {
-          title: "Measured E_connect",
-          x: axis("k_deg"),
-          y: "E_connect / squared 8-bit levels",
-          caption: "Over the corners readable at every k.",
-        },
-      ),
-    ),
-    table(connection.measured, { caption: "k with the least measured error" }),
-  );
 }
 
 function bytes(s: Json) {

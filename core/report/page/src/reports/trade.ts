@@ -5,7 +5,7 @@ import { type Describe, facts, type Section, section } from "../page";
 import { table } from "../table";
 import { counted, type Json, text } from "../values";
 
-const SCORES = ["psnr_db", "ws_psnr_db", "ssim", "fsim", "e_connect"];
+const SCORES = ["psnr_db", "ws_psnr_db", "ssim", "fsim"];
 const REMAPS = "time of a view / remaps";
 const TIME = [
   { key: "ms", name: "time", unit: "ms" },
@@ -15,7 +15,7 @@ const TIME = [
 const nameOf = (setting: Json) => `${setting.number} · ${setting.name}`;
 const SETTING = { key: "name", name: "setting", value: nameOf };
 
-export const report: Describe = (d, images) => {
+export const report: Describe = (d) => {
   const settings: Json[] = d.settings;
   const front = settings.filter((setting) => setting.on_front).sort((a, b) => a.ratio - b.ratio);
   const [fastest, best] = [front[0], front[front.length - 1]];
@@ -67,7 +67,6 @@ export const report: Describe = (d, images) => {
           caption: "Parameters are named as in the settings file configs/view.yaml",
         }),
       ),
-      section(`Errors at ${d.pictured_view}`, images("settings")),
       section("What the parameters are, and their cost per output pixel", table(d.parameters)),
       measured(d),
     ],
@@ -111,8 +110,7 @@ function singleParameters(d: Json, settings: Json[]): Section | null {
       );
       const less = (key: string) => ({
         key,
-        value: (setting: Json) =>
-          setting[key] === null || centre[key] === null ? null : setting[key] - centre[key],
+        value: (setting: Json) => setting[key] - centre[key],
       });
       return table(changed, {
         columns: [
@@ -143,7 +141,6 @@ function measured(d: Json): Section | null {
     "How it was measured",
     `Times are medians over ${counted(d.views, "view")}, each rendered ${counted(d.repetitions, "time")} after a warm-up. Scores are means over the views; an image smaller than its truth is enlarged before it is scored, and its time does not include that. Views: ${d.views.join(", ")}.`,
     "Times are of views whose panoramas are decoded where the room is compressed. The machine counts as busy where a quarter of the remaps beside a setting took a quarter longer than the fastest (remap spread above 0.25), in half of the settings.",
-    `E_connect is measured once for each method and k, over ${d.connect_viewpoints} x ${d.connect_viewpoints} viewpoints of every cell, in squared 8-bit levels, over the corners that are readable at every k of the sweep; a dash where these are less than half of all.`,
     `${d.room}: stored ${d.stored_width_px} pixels wide, distances: ${d.distances}.`,
   );
 }

@@ -16,28 +16,24 @@ const most = (keys: string[]) => keys.map((key) => ({ key, best: "most" as const
 
 export const report: Describe = (d, images) => {
   const modes: Json[] = d.modes;
-  const best = modes.reduce((a, b) => (a && a.psnr_db >= b.psnr_db ? a : b), null);
+  const best = modes.reduce((a, b) => (a.psnr_db >= b.psnr_db ? a : b));
   const initial = modes.find((mode) => mode.generation === "initial");
   const scores =
-    best?.psnr_near_silhouettes_db === undefined ? SCORES : [...SCORES, ...SILHOUETTES];
+    best.psnr_near_silhouettes_db === undefined ? SCORES : [...SCORES, ...SILHOUETTES];
   return {
     title: `Validation of ${d.volume}`,
-    subtitle: best
-      ? `${counted(d.truths, "true viewpoint")}, ${counted(modes, "method")}`
-      : "connections of two rooms, without true views",
-    facts:
-      best &&
-      facts(
-        [`mean PSNR, ${best.generation}`, `${text(best.psnr_db)} dB`],
-        initial &&
-          initial !== best && [
-            "gain over initial views",
-            `${text(best.psnr_db - initial.psnr_db)} dB`,
-          ],
-        ["mean SSIM", best.ssim],
-        ["mean FSIM", best.fsim],
-        ["median time of a view", `${text(best.median_render_ms)} ms`],
-      ),
+    subtitle: `${counted(d.truths, "true viewpoint")}, ${counted(modes, "method")}`,
+    facts: facts(
+      [`mean PSNR, ${best.generation}`, `${text(best.psnr_db)} dB`],
+      initial &&
+        initial !== best && [
+          "gain over initial views",
+          `${text(best.psnr_db - initial.psnr_db)} dB`,
+        ],
+      ["mean SSIM", best.ssim],
+      ["mean FSIM", best.fsim],
+      ["median time of a view", `${text(best.median_render_ms)} ms`],
+    ),
     sections: [
       section(
         "Methods",
@@ -49,57 +45,13 @@ export const report: Describe = (d, images) => {
             "Means over all views. Silhouettes are pixels within 2 pixels of neighbours whose true distances have a ratio above 1.15; specks are isolated wrong pixels.",
         }),
       ),
-      d.before && comparison(d.before, d),
       section("Views beside true ones", images("views")),
-      best && distance(d.quarters, Boolean(initial) && modes.length > 1),
+      distance(d.quarters, Boolean(initial) && modes.length > 1),
       d.connection && connections(d),
-      best && rendering(d, scores),
+      rendering(d, scores),
     ],
   };
 };
-
-/** Of the same views in another room. */
-function comparison(before: Json, after: Json): Section | null {
-  const scores = after.modes.flatMap((mode: Json) => {
-    const same = before.modes.find((other: Json) => other.generation === mode.generation);
-    if (!same) return [];
-    const row = (room: string, value: (key: string) => number) => ({
-      method: mode.generation,
-      room,
-      ...Object.fromEntries(SCORES.map((key) => [key, value(key)])),
-    });
-    return [
-      row("before", (key) => same[key]),
-      row("after", (key) => mode[key]),
-      row("gain", (key) => mode[key] - same[key]),
-    ];
-  });
-  const connection = after.connection_error.flatMap((row: Json) => {
-    const same = before.connection_error.find(
-      (other: Json) => other.generation === row.generation && other.k_deg === row.k_deg,
-    );
-    return same
-      ? [
-          {
-            method: row.generation,
-            k_deg: row.k_deg,
-            before: same.e_connect,
-            after: row.e_connect,
-            ratio: row.e_connect && same.e_connect ? row.e_connect / same.e_connect : null,
-          },
-        ]
-      : [];
-  });
-  return section(
-    "Before and after",
-    `Before: ${before.volume} (distances: ${before.distances}). After: ${after.volume} (distances: ${after.distances}). Both are rendered at the same viewpoints with the same settings.`,
-    table(scores, { caption: "Means over all views; the gain is after minus before" }),
-    table(connection, {
-      caption:
-        "E_connect, equation (11) of the paper, in squared 8-bit levels, over the corners that each room can read; smaller is better",
-    }),
-  );
-}
 
 function distance(quarters: Json[], gains: boolean): Section | null {
   const initial = new Map<string, Json>();

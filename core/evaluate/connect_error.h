@@ -1,0 +1,81 @@
+// E_connect, equation (11) of the paper: how much the pictures of two lines differ where a view
+// changes from one to the other.
+//
+// At each corner of a cell, and for each k, the lines connect at clamp(c, 90 deg - k, k)
+// (connection.h), regardless of the overhang. The overlap is that angle plus and minus half the
+// blend. In it, every output column whose ray crosses the captured part of both lines is rendered
+// from each line alone, and the two are compared.
+//
+// E_connect is the mean squared difference of 8-bit red, green and blue over all these columns of
+// all viewpoints. (11) averages the viewpoints' means instead, which is the same where each has the
+// same number of columns; where some overlaps are only partly captured, a single column would then
+// count as much as a whole overlap. A k near 45 degrees reads far beyond the corners, so that
+// without much overhang it is measured on other (viewpoint, corner) pairs than a k near 90:
+// `coverage` gives their share, and `e_connect_common` uses the same pairs for all k.
+//
+// A view "from one line" is, by generation:
+//   initial    the vertical cut through the line;
+//   hlf-vd     the same corrected by (5), with hidden pixels filled as in any view;
+//   two-sided  the corrected view from the line and from what the plan has behind the viewpoint,
+//              which both lines have in common: the step that is seen where one line in front gives
+//              way to the other. The plan is that of k = 90, so that it serves every k.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/evaluate/kept_results.h"
+#include "core/room/room.h"
+#include "core/view/renderer.h"
+
+namespace raywalk {
+
+// k = 45, 50, ..., 70, 72, ..., 88, 90 degrees.
+std::vector<double> default_k_list_deg();
+
+struct ConnectErrorOptions {
+  int viewpoints = 49;       // n per side: centres of n x n sub-cells of every cell, 1..250
+  double overlap_deg = 5.0;  // the whole width, above 0 and up to 45
+  std::vector<double> k_list_deg = default_k_list_deg();  // each in 45..90
+};
+
+// Viewpoints per side of a cell that suffice for a room: 49, and where there are more than 24 cells
+// so many fewer, but at least 2, that all of them together have about as many.
+int viewpoints_for(std::size_t cells);
+
+// Errors are in squared 8-bit levels, NaN where there was no column.
+struct ConnectErrorAtK {
+  double k_deg = 0.0;
+  double e_connect = 0.0;
+  double e_connect_common = 0.0;  // over the pairs that are readable at every k of the list
+  double coverage = 0.0;          // share of (viewpoint, corner) pairs with a column to compare
+};
+
+struct ConnectError {
+  Generation generation = Generation::kInitial;
+  ConnectErrorOptions options{};
+  double common_share = 0.0;            // of the (viewpoint, corner) pairs: readable at every k
+  std::vector<ConnectErrorAtK> rows{};  // in the order of options.k_list_deg
+};
+
+// Throws UsageError for an option out of range.
+void require_connect_error_options(const ConnectErrorOptions& options);
+
+// Measured at all viewpoints, cell by cell, at the size of the room's panoramas; prints progress.
+// Does not depend on the number of threads. Throws UsageError for an option out of range; Error if
+// the room has no cell or lacks the distances that the generation needs; Interrupted.
+ConnectError measure_connect_error(const Room& room, Generation generation,
+                                   const ConnectErrorOptions& options);
+
+// As a table of text, one line per k.
+std::string connect_error_table(const ConnectError& measurement);
+
+// Adds to metrics.json what docs/file-formats.md says of "connection" and "connection_error": each
+// generation, measured unless it is in `kept`, where it is added. Throws as measure_connect_error.
+void add_connect_errors(const Room& room, std::span<const Generation> generations,
+                        const ConnectErrorOptions& options, KeptResults* kept,
+                        nlohmann::ordered_json* metrics);
+
+}  // namespace raywalk

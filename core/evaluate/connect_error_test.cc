@@ -1,0 +1,270 @@
+#include "core/evaluate/connect_error.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/files/test_directory.h"
+#include "tests/synthetic_room/synthetic_room.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::Each;
+using ::testing::Field;
+using ::testing::HasSubstr;
+using ::testing::Lt;
+
+constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
+                                       Generation::kTwoSided};
+
+class ConnectErrorTest : public ::testing::Test {
+ protected:
+  Room room_of(const SyntheticRoomSpec& spec) const {
+    write_synthetic_room(spec, directory_ / "room.lf");
+    return Room::open(directory_ / "room.lf");
+  }
+  ConnectError measure(const SyntheticRoomSpec& spec, Generation generation,
+                       const ConnectErrorOptions& options) const {
+    return measure_connect_error(room_of(spec), generation, options);
+  }
+
+  TestDirectory directory_;
+};
+
+// Overhang that contains every overlap of 5 degrees at the centres of 4 x 4 sub-cells.
+constexpr double kAmpleOverhang_m = 1.0;
+
+TEST_F(ConnectErrorTest, LinesAgreeOnPointsAtInfinity) {
+  SyntheticRoomSpec spec{.overhang_m = kAmpleOverhang_m};
+  spec.scene.infinitely_far = true;
+  for (const Generation generation : kGenerations) {
+    const ConnectError result = measure(spec, generation, {.viewpoints = 3});
+    EXPECT_EQ(result.rows.size(), default_k_list_deg().size());
+    for (const ConnectErrorAtK& row : result.rows) {
+      EXPECT_EQ(row.coverage, 1.0);
+      // Fixed-point weights round the same picture by at most one level.
+      EXPECT_LT(row.e_connect, 0.1) << generation_name(generation) << " at k = " << row.k_deg;
+    }
+  }
+}
+
+// Lines along z are exposed longer: 160 against 128 at each of the four corners.
+SyntheticRoomSpec room_of_two_greys() {
+  SyntheticRoomSpec spec{.overhang_m = kAmpleOverhang_m};
+  spec.scene.contrast = 0.0;
+  spec.line_gain = {{"z0", 1.25}, {"z1", 1.25}};
+  return spec;
+}
+
+TEST_F(ConnectErrorTest, KnownDifferenceIsMeasuredExactly) {
+  for (const Generation generation : {Generation::kInitial, Generation::kHlfVd}) {
+    const ConnectError result = measure(room_of_two_greys(), generation, {.viewpoints = 2});
+    EXPECT_THAT(result.rows, Each(Field(&ConnectErrorAtK::e_connect, 32.0 * 32.0)))
+        << generation_name(generation);
+    EXPECT_THAT(result.rows, Each(Field(&ConnectErrorAtK::e_connect_common, 32.0 * 32.0)));
+  }
+}
+
+// In the middle of the cell the line behind is about as far away as those in front and contributes
+// half of a two-sided column, the same half on both sides of the connection.
+TEST_F(ConnectErrorTest, TwoSidedViewsDifferByTheLineInFrontOnly) {
+  const ConnectError result =
+      measure(room_of_two_greys(), Generation::kTwoSided, {.viewpoints = 1});
+  EXPECT_THAT(result.rows,
+              Each(Field(&ConnectErrorAtK::e_connect, ::testing::DoubleNear(16.0 * 16.0, 25.0))));
+}
+
+// At the middle of a cell every corner is at 45 degrees, so that all k connect alike; the two
+// columns are computed here from the frames.
+TEST_F(ConnectErrorTest, MiddleOfACellAgreesWithTheFramesThemselves) {
+  const SyntheticRoomSpec spec{.overhang_m = 0.25, .distances = false};
+  const ConnectError result = measure(spec, Generation::kInitial, {.viewpoints = 1});
+  const Grid grid = synthetic_grid(spec);
+  const PanoramaSize size{spec.width, spec.width / 2};
+  const auto frames_column = [&](int line, double along_m, int u) {
+    const auto& stations = grid.lines[static_cast<size_t>(line)].stations;
+    size_t i = 0;
+    while (i + 2 < stations.size() && stations[i + 1].along_m < along_m) ++i;
+    const double fraction =
+        (along_m - stations[i].along_m) / (stations[i + 1].along_m - stations[i].along_m);
+    const cv::Mat first = render_scene(spec.scene, stations[i].position_m, spec.width);
+    const cv::Mat second = render_scene(spec.scene, stations[i + 1].position_m, spec.width);
+    cv::Mat mixed;
+    cv::addWeighted(first.col(u), 1.0 - fraction, second.col(u), fraction, 0.0, mixed);
+    return mixed;
+  };
+  double sum = 0.0;
+  int columns = 0;
+  for (int u = 0; u < spec.width; ++u) {
+    const double theta_rad = angles_from_pixel({double(u), 0.0}, size).theta_rad;
+    const double s = std::sin(theta_rad);
+    const double c = std::cos(theta_rad);
+    const double angle_deg = degrees_from_radians(std::atan2(std::fabs(s), std::fabs(c)));
+    if (std::fabs(angle_deg - 45.0) > 2.5) continue;
+    const Cell& cell = grid.cells.front();
+    const int x_line = cell.line[static_cast<size_t>(c > 0 ? Side::kFront : Side::kBack)];
+    const int z_line = cell.line[static_cast<size_t>(s > 0 ? Side::kRight : Side::kLeft)];
+    const cv::Mat from_x = frames_column(x_line, 0.5 * s / std::fabs(c), u);
+    const cv::Mat from_z = frames_column(z_line, 0.5 * c / std::fabs(s), u);
+    const double norm = cv::norm(from_x, from_z, cv::NORM_L2);
+    sum += norm * norm / static_cast<double>(from_x.total() * 3);
+    ++columns;
+  }
+  ASSERT_GE(columns, 4);
+  for (const ConnectErrorAtK& row : result.rows) {
+    EXPECT_NEAR(row.e_connect, sum / columns, 0.02 * sum / columns);
+    EXPECT_EQ(row.e_connect, result.rows.front().e_connect);
+  }
+}
+
+// Counts the pairs with a readable column by intersecting every ray with every line.
+double counted_coverage(const SyntheticRoomSpec& spec, int viewpoints, double k_deg) {
+  const double half_m = 0.5 * spec.side_m;
+  const double reach_m = half_m + spec.overhang_m;
+  int covered = 0;
+  for (int i = 0; i < viewpoints * viewpoints; ++i) {
+    const double x = ((i % viewpoints) + 0.5) / viewpoints * spec.side_m - half_m;
+    const int row = i / viewpoints;
+    const double z = (row + 0.5) / viewpoints * spec.side_m - half_m;
+    for (const double sign_x : {-1.0, 1.0}) {
+      for (const double sign_z : {-1.0, 1.0}) {
+        const double to_side = half_m - sign_x * x;
+        const double to_front = half_m - sign_z * z;
+        const double corner_deg = degrees_from_radians(std::atan2(to_side, to_front));
+        const double cut_deg = std::clamp(corner_deg, 90.0 - k_deg, k_deg);
+        bool readable = false;
+        for (int u = 0; u < spec.width / 4; ++u) {  // the columns of one quadrant
+          const double angle_deg = (u + 0.5) * 360.0 / spec.width;
+          const double slope = std::tan(radians_from_degrees(angle_deg));
+          readable |= std::fabs(angle_deg - cut_deg) <= 2.5 &&
+                      sign_x * x + to_front * slope <= reach_m &&
+                      sign_z * z + to_side / slope <= reach_m;
+        }
+        covered += readable ? 1 : 0;
+      }
+    }
+  }
+  return covered / (4.0 * viewpoints * viewpoints);
+}
+
+TEST_F(ConnectErrorTest, CoverageCountsTheReadablePairs) {
+  for (const double overhang_m : {0.0, 0.1, 0.25, 0.5}) {
+    const SyntheticRoomSpec spec{.overhang_m = overhang_m, .width = 96, .distances = false};
+    const ConnectError result = measure(spec, Generation::kInitial, {.viewpoints = 7});
+    for (const ConnectErrorAtK& row : result.rows) {
+      EXPECT_EQ(row.coverage, counted_coverage(spec, 7, row.k_deg))
+          << "k = " << row.k_deg << ", overhang " << overhang_m << " m";
+      EXPECT_EQ(std::isnan(row.e_connect), row.coverage == 0.0);
+    }
+  }
+}
+
+TEST_F(ConnectErrorTest, NeighbouringCellsLineServesAsOverhang) {
+  const ConnectErrorOptions options{.viewpoints = 4, .k_list_deg = {45.0, 90.0}};
+  const auto coverage = [&](int cells_x) {
+    const SyntheticRoomSpec spec{.cells_x = cells_x, .distances = false};
+    return measure(spec, Generation::kInitial, options).rows.back().coverage;
+  };
+  EXPECT_EQ(coverage(1), 0.0);
+  EXPECT_GT(coverage(2), 0.2);
+}
+
+TEST_F(ConnectErrorTest, CommonErrorIsOverThePairsOfTheMostDemandingK) {
+  const SyntheticRoomSpec spec{.overhang_m = 0.25, .distances = false};
+  const ConnectError result = measure(spec, Generation::kInitial, {.viewpoints = 9});
+  const ConnectErrorAtK& lfu = result.rows.front();
+  const ConnectErrorAtK& rayspace360 = result.rows.back();
+  ASSERT_LT(lfu.coverage, rayspace360.coverage);
+  // Every k can read what k = 45 can read.
+  EXPECT_EQ(lfu.e_connect_common, lfu.e_connect);
+  EXPECT_NE(rayspace360.e_connect_common, rayspace360.e_connect);
+  EXPECT_EQ(result.common_share, lfu.coverage);
+}
+
+TEST_F(ConnectErrorTest, CorrectionRemovesTheError) {
+  const SyntheticRoomSpec spec{.overhang_m = 0.25};
+  const ConnectErrorOptions options{.viewpoints = 5};
+  const double initial = measure(spec, Generation::kInitial, options).rows.back().e_connect;
+  for (const Generation generation : {Generation::kHlfVd, Generation::kTwoSided}) {
+    EXPECT_THAT(measure(spec, generation, options).rows,
+                Each(Field(&ConnectErrorAtK::e_connect, Lt(0.2 * initial))))
+        << generation_name(generation);
+  }
+}
+
+TEST_F(ConnectErrorTest, ThreadsDoNotChangeTheResult) {
+  const Room room = room_of({.overhang_m = 0.25});
+  for (const Generation generation : {Generation::kInitial, Generation::kTwoSided}) {
+    set_thread_count(1);
+    const ConnectError one = measure_connect_error(room, generation, {.viewpoints = 4});
+    set_thread_count(3);
+    const ConnectError three = measure_connect_error(room, generation, {.viewpoints = 4});
+    set_thread_count(0);
+    for (size_t i = 0; i < one.rows.size(); ++i) {
+      EXPECT_EQ(one.rows[i].e_connect, three.rows[i].e_connect);
+      EXPECT_EQ(one.rows[i].e_connect_common, three.rows[i].e_connect_common);
+    }
+  }
+}
+
+TEST_F(ConnectErrorTest, OptionsOutOfRangeAreUsageErrors) {
+  const Room room = room_of({.distances = false});
+  const ConnectErrorOptions wrong[] = {{.viewpoints = 0},
+                                       {.viewpoints = 251},
+                                       {.overlap_deg = 0.0},
+                                       {.overlap_deg = 45.5},
+                                       {.overlap_deg = std::nan("")},
+                                       {.k_list_deg = {}},
+                                       {.k_list_deg = {60.0, 44.9}},
+                                       {.k_list_deg = {90.1}},
+                                       {.k_list_deg = {std::nan("")}}};
+  for (const ConnectErrorOptions& options : wrong) {
+    EXPECT_THROW(measure_connect_error(room, Generation::kInitial, options), UsageError);
+  }
+}
+
+TEST_F(ConnectErrorTest, RoomWithoutCellsOrDistancesIsRefused) {
+  const auto error_of = [&](const SyntheticRoomSpec& spec, Generation generation) {
+    try {
+      measure(spec, generation, {.viewpoints = 1});
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("no error");
+  };
+  EXPECT_THAT(error_of({.cells_z = 0}, Generation::kInitial), HasSubstr("close a cell"));
+  EXPECT_THAT(error_of({.distances = false}, Generation::kHlfVd), HasSubstr("no distances"));
+}
+
+// 130 is no width of a view.
+TEST_F(ConnectErrorTest, PanoramasOfAnyEvenWidthAreMeasured) {
+  const auto error_at = [&](int width) {
+    return measure({.overhang_m = 0.25, .width = width}, Generation::kInitial, {.viewpoints = 2})
+        .rows.back()
+        .e_connect;
+  };
+  const double exact = error_at(128);
+  EXPECT_NEAR(error_at(130), exact, 0.2 * exact);
+}
+
+TEST(ConnectErrorTableTest, NamesConnectionsAndHasADashForUnmeasuredErrors) {
+  const double none = std::nan("");
+  const std::string table = connect_error_table(
+      {.generation = Generation::kHlfVd,
+       .common_share = 0.25,
+       .rows = {{45.0, none, none, 0.0}, {76.0, 438.96, 12.0, 0.5}, {90.0, 1.0, 2.0, 1.0}}});
+  EXPECT_THAT(table, HasSubstr("hlf-vd views, 49 x 49 viewpoints"));
+  EXPECT_THAT(table, ::testing::ContainsRegex("45 +lfu +- +- +0.0%\n"));
+  EXPECT_THAT(table, ::testing::ContainsRegex("76 +hybrid +439.0 +12.0 +50.0%\n"));
+  EXPECT_THAT(table, ::testing::ContainsRegex("90 +rayspace360 +1.0 +2.0 +100.0%\n"));
+  EXPECT_THAT(table, HasSubstr("25.0% of the corners are readable at every k\n"));
+}
+
+}  // namespace
+}  // namespace raywalk

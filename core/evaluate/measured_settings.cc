@@ -1,0 +1,109 @@
+#include "core/evaluate/measured_settings.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "core/files/atomic_output.h"
+#include "core/files/json.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+constexpr int kFormatVersion = 3;
+constexpr const char* kAdvice = "measure again with raywalk-render trade";
+
+// A word for 0 that is no number.
+bool has_word(const Dial& dial) { return dial.zero != nullptr && std::string(dial.zero) != "0"; }
+
+double choice_from(const Dial& dial, const CheckedJson& json) {
+  const std::string name = json.text();
+  for (std::size_t i = 0; i < dial.names.size(); ++i) {
+    if (name == dial.names[i]) return static_cast<double>(i);
+  }
+  json.fail(fmt::format("is none of {}", values_text(dial)));
+}
+
+// What json_of() wrote, also refusing the width 0.
+double value_from(const Dial& dial, const CheckedJson& json) {
+  if (dial.value.kind == DialKind::kChoice) return choice_from(dial, json);
+  if (has_word(dial) && json.is_text()) {
+    if (json.text() != dial.zero) json.fail(fmt::format("is neither {} nor a number", dial.zero));
+    return 0.0;
+  }
+  if (dial.value.kind == DialKind::kNumber) return json.number(dial.least, dial.most);
+  const int value = json.integer(static_cast<int>(dial.least), static_cast<int>(dial.most));
+  if (value % dial.multiple_of != 0) {
+    json.fail(fmt::format("{} is not a multiple of {}", value, dial.multiple_of));
+  }
+  return value;
+}
+
+MeasuredChoice choice_from(const CheckedJson& json) {
+  constexpr double kMostRatio = 1e9;  // a damaged file is not believed
+  MeasuredChoice choice{.name = json.at("name").text(),
+                        .ratio = json.at("ratio").number(0.0, kMostRatio),
+                        .psnr_db = json.at("psnr_db").number(0.0, kMostPsnr_db)};
+  for (const Dial& dial : kDials) {
+    if (dial.sweep) dial.value.set(&choice.options, value_from(dial, json.at(dial.key)));
+  }
+  return choice;
+}
+
+}  // namespace
+
+ordered_json json_of(const Dial& dial, const ViewOptions& options) {
+  const double value = dial.value.get(options);
+  if (dial.value.kind == DialKind::kChoice || (has_word(dial) && value == 0.0)) {
+    return text_of(dial, value);
+  }
+  if (dial.value.kind == DialKind::kInteger) return static_cast<int>(value);
+  return value;
+}
+
+ordered_json swept_dials_json(const ViewOptions& options) {
+  ordered_json json;
+  for (const Dial& dial : kDials) {
+    if (dial.sweep) json[dial.key] = json_of(dial, options);
+  }
+  return json;
+}
+
+fs::path measured_settings_path(const fs::path& room) { return room / "measured.json"; }
+
+void write_measured_settings(const fs::path& room, const MeasuredSettings& measured) {
+  ordered_json json{{"format", "raywalk-measured-settings"},
+                    {"format_version", kFormatVersion},
+                    {"distances_sha256", measured.distances_sha256},
+                    {"width_px", measured.width_px},
+                    {"settings", ordered_json::array()}};
+  for (const MeasuredChoice& choice : measured.choices) {
+    ordered_json setting{{"name", choice.name}};
+    setting.update(swept_dials_json(choice.options));
+    setting.update(ordered_json{{"ratio", choice.ratio}, {"psnr_db", choice.psnr_db}});
+    json["settings"].push_back(setting);
+  }
+  write_file_atomically(measured_settings_path(room), json_text(json));
+}
+
+std::optional<MeasuredSettings> read_measured_settings(const fs::path& room) {
+  const fs::path file = measured_settings_path(room);
+  std::error_code error;
+  if (!fs::exists(file, error)) return std::nullopt;
+  const CheckedJson root = CheckedJson::read(file, kAdvice);
+  root.require_version(kFormatVersion);
+  MeasuredSettings measured{
+      .distances_sha256 = root.at("distances_sha256").text(),
+      .width_px = static_cast<int>(value_from(dial_of("width_px"), root.at("width_px")))};
+  for (const CheckedJson& setting : root.at("settings").items()) {
+    measured.choices.push_back(choice_from(setting));
+  }
+  if (measured.choices.empty()) root.fail("holds no setting of its own room");
+  return measured;
+}
+
+}  // namespace raywalk

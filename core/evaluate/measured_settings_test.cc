@@ -1,0 +1,104 @@
+#include "core/evaluate/measured_settings.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "core/base/test_error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+MeasuredChoice some_choice() {
+  return {.name = "quick, k 76.5°",
+          .options = {.generation = Generation::kTwoSided,
+                      .k_deg = 76.5,
+                      .overlap_deg = 0.1,
+                      .width = 32,
+                      .interpolation = Interpolation::kCubic,
+                      .stations_mixed = 8,
+                      .distance_maps = 3,
+                      .second_side = SecondSide::kFaded},
+          .ratio = 1.5,
+          .psnr_db = 30.0};
+}
+
+class MeasuredSettingsTest : public ::testing::Test {
+ protected:
+  MeasuredSettingsTest() { fs::create_directory(room_); }
+  std::string message() const {
+    return error_of([&] { read_measured_settings(room_); });
+  }
+  void write(const std::vector<MeasuredChoice>& choices) const {
+    write_measured_settings(room_, {.distances_sha256 = "abc", .width_px = 64, .choices = choices});
+  }
+  std::string text() const { return read_file(measured_settings_path(room_)); }
+
+  TestDirectory directory_;
+  fs::path room_ = directory_ / "room.lf";
+};
+
+TEST(DialJson, HoldsTheSweptDialsUnderTheirKeys) {
+  EXPECT_EQ(swept_dials_json(some_choice().options).dump(),
+            R"({"generation":"two-sided","k_deg":76.5,"overlap_deg":0.1,"width_px":32,)"
+            R"("interpolation":"cubic","stations_mixed":8,"station_fade":1.0,"distance_maps":3,)"
+            R"("second_side":"faded"})");
+}
+
+TEST_F(MeasuredSettingsTest, AreReadAsWritten) {
+  EXPECT_FALSE(read_measured_settings(room_));
+  write({some_choice(), {.name = "slow", .options = {.width = 64}, .psnr_db = 100.0}});
+  const auto stored = read_measured_settings(room_);
+  ASSERT_TRUE(stored);
+  ASSERT_EQ(stored->choices.size(), 2U);
+  EXPECT_TRUE(stored->choices[0].options == some_choice().options);
+  EXPECT_EQ(stored->choices[0].ratio, 1.5);
+  const std::string written = text();
+  write_measured_settings(room_, *stored);
+  EXPECT_EQ(text(), written);
+}
+
+TEST_F(MeasuredSettingsTest, DamageIsNamedWithItsPlace) {
+  write({some_choice()});
+  const std::string whole = text();
+  const auto with = [&](const std::string& key, const std::string& value) {
+    std::string changed = whole;
+    const std::size_t at = changed.rfind("\"" + key + "\": ") + key.size() + 4;
+    changed.replace(at, changed.find_first_of(",}\n", at) - at, value);
+    write_file_atomically(measured_settings_path(room_), changed);
+    return message();
+  };
+  EXPECT_THAT(
+      with("width_px", "99999999999"),
+      HasSubstr("measured.json: settings[0]: width_px: 99999999999 is not between 4 and 32768; "
+                "measure again with raywalk-render trade"));
+  EXPECT_THAT(with("width_px", "33"), HasSubstr("width_px: 33 is not a multiple of 4"));
+  EXPECT_THAT(with("width_px", "0"), HasSubstr("width_px: 0 is not between 4 and 32768"));
+  EXPECT_THAT(with("width_px", "32.5"), HasSubstr("width_px: 32.5 is not an integer"));
+  EXPECT_THAT(with("stations_mixed", "0"), HasSubstr("stations_mixed: 0 is not between 1 and 16"));
+  EXPECT_THAT(with("stations_mixed", "4294967297"),
+              HasSubstr("4294967297 is not between 1 and 16"));
+  EXPECT_THAT(with("distance_maps", "\"3\""), HasSubstr("distance_maps: \"3\" is not an integer"));
+  EXPECT_THAT(with("overlap_deg", "null"), HasSubstr("overlap_deg: null is not a number"));
+  EXPECT_THAT(with("k_deg", "1e300"), HasSubstr("k_deg: 1e+300 is not between 45 and 90"));
+  EXPECT_THAT(with("overlap_deg", "-0.1"), HasSubstr("overlap_deg: -0.1 is not between 0 and 45"));
+  EXPECT_THAT(with("k_deg", "\"many\""), HasSubstr("k_deg: is neither auto nor a number"));
+  EXPECT_THAT(with("interpolation", "\"best\""),
+              HasSubstr("interpolation: is none of linear, cubic"));
+  EXPECT_THAT(with("ratio", "-1"), HasSubstr("ratio: -1 is not between"));
+  EXPECT_THAT(with("psnr_db", "101"), HasSubstr("psnr_db: 101 is not between 0 and 100"));
+  EXPECT_THAT(with("format_version", "4"), HasSubstr("newer than 3"));
+  write_file_atomically(measured_settings_path(room_), whole.substr(0, 200));
+  EXPECT_THAT(message(), HasSubstr("damaged ("));
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,266 @@
+#include "core/evaluate/metrics.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <numbers>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <regex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/evaluate/fsim.h"
+#include "core/evaluate/test_images.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::ThrowsMessage;
+
+// Writes the image as one raw frame and returns the ffmpeg arguments that read it.
+std::string raw_input(const cv::Mat& image, const std::filesystem::path& file) {
+  const cv::Mat frame = image.isContinuous() ? image : image.clone();
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(frame.data),
+             static_cast<std::streamsize>(frame.total() * frame.elemSize()));
+  return fmt::format(" -f rawvideo -pix_fmt {} -s {}x{} -i '{}'",
+                     frame.channels() == 1 ? "gray" : "bgr24", frame.cols, frame.rows,
+                     file.string());
+}
+
+// What `ffmpeg -lavfi FILTER` (psnr or ssim) on two gray or bgr24 images prints behind "KEY:"; NaN
+// where it fails or is missing. `options` go before the inputs.
+double ffmpeg_filter_value(const std::string& filter, const std::string& key, const cv::Mat& a,
+                           const cv::Mat& b, const std::string& options = "") {
+  const TestDirectory directory;
+  const std::filesystem::path log = directory / "log";
+  const std::string command = "ffmpeg -hide_banner -nostdin " + options +
+                              raw_input(a, directory / "a.raw") +
+                              raw_input(b, directory / "b.raw") + " -lavfi " + filter +
+                              " -f null - >'" + log.string() + "' 2>&1";
+  const int status = std::system(command.c_str());
+  std::ifstream in(log);
+  const std::string output{std::istreambuf_iterator<char>(in), {}};
+  std::smatch match;
+  const std::regex value(" " + key + ":(-?[0-9.]+|inf)");
+  if (status == 0 && std::regex_search(output, match, value)) return std::stod(match[1]);
+  ADD_FAILURE() << command << ": " << output;
+  return std::nan("");
+}
+
+TEST(ImagePair, NamesBothSizesWhenTheyDiffer) {
+  EXPECT_THAT(
+      [] {
+        require_image_pair(flat_image({16, 8}, {}), flat_image({16, 9}, {}), 1);
+      },
+      ThrowsMessage<Error>(AllOf(HasSubstr("16x8"), HasSubstr("16x9"), Not(HasSubstr("\n")))));
+}
+
+TEST(ImagePair, RefusesOtherTypesOnEitherSide) {
+  const cv::Mat colour = flat_image({16, 8}, {});
+  for (const int type : {CV_8UC1, CV_8UC4, CV_16UC3, CV_32FC3}) {
+    const cv::Mat other = cv::Mat::zeros(8, 16, type);
+    EXPECT_THAT([&] { require_image_pair(colour, other, 1); },
+                ThrowsMessage<Error>(HasSubstr(cv::typeToString(type))));
+    EXPECT_THROW(require_image_pair(other, colour, 1), Error);
+  }
+}
+
+TEST(ImagePair, RefusesEmptyImagesAndStacks) {
+  const cv::Mat colour = flat_image({16, 8}, {});
+  const cv::Mat stack({8, 8, 8}, CV_8UC3);
+  EXPECT_THROW(require_image_pair(cv::Mat(), cv::Mat(), 1), Error);
+  EXPECT_THROW(require_image_pair(colour, cv::Mat(), 1), Error);
+  EXPECT_THROW(require_image_pair(stack, stack, 1), Error);
+}
+
+TEST(ImagePair, BlockMetricsNeedEightPixelsEachWay) {
+  for (const cv::Size size : {cv::Size(7, 8), cv::Size(8, 7)}) {
+    const cv::Mat image = textured_image(size);
+    EXPECT_THAT([&] { ssim(image, image); }, ThrowsMessage<Error>(HasSubstr("at least 8x8")));
+    EXPECT_THAT([&] { fsim(image, image); }, ThrowsMessage<Error>(HasSubstr("at least 8x8")));
+  }
+}
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// A black image and the same with one row at `level`.
+cv::Mat with_bright_row(cv::Size size, int row, double level) {
+  cv::Mat image = flat_image(size, {0, 0, 0});
+  image.row(row).setTo(cv::Scalar::all(level));
+  return image;
+}
+
+TEST(MeanSquaredError, AveragesPixelsAndChannels) {
+  const cv::Mat a = flat_image({4, 2}, {10, 10, 10});
+  cv::Mat b = a.clone();
+  b.at<cv::Vec3b>(1, 3) = {13, 10, 6};  // 9 + 16 over 8 pixels of 3 channels
+  EXPECT_DOUBLE_EQ(mean_squared_error(a, b), 25.0 / 24.0);
+  EXPECT_DOUBLE_EQ(mean_squared_error(b, a), 25.0 / 24.0);
+}
+
+TEST(MeanSquaredError, TakesTheMaskedPixelsOnly) {
+  const cv::Mat a = flat_image({4, 2}, {10, 10, 10});
+  cv::Mat b = a.clone();
+  b.at<cv::Vec3b>(1, 3) = {13, 10, 6};
+  b.at<cv::Vec3b>(0, 0) = {200, 200, 200};
+  cv::Mat mask = cv::Mat::zeros(a.size(), CV_8UC1);
+  mask.at<std::uint8_t>(1, 3) = 1;
+  mask.at<std::uint8_t>(1, 2) = 255;
+  EXPECT_DOUBLE_EQ(mean_squared_error(a, b, mask), 25.0 / 6.0);
+}
+
+TEST(MeanSquaredError, RefusesAMaskThatSelectsNothingOrDoesNotFit) {
+  const cv::Mat image = flat_image({4, 2}, {});
+  EXPECT_THAT([&] { mean_squared_error(image, image, cv::Mat::zeros(2, 4, CV_8UC1)); },
+              ThrowsMessage<Error>(HasSubstr("selects no pixel")));
+  EXPECT_THAT([&] { mean_squared_error(image, image, cv::Mat::ones(4, 2, CV_8UC1)); },
+              ThrowsMessage<Error>(HasSubstr("mask")));
+  EXPECT_THROW(mean_squared_error(image, image, cv::Mat::ones(2, 4, CV_32FC1)), Error);
+}
+
+TEST(Psnr, LeavesOutWhatIsMasked) {
+  const cv::Mat a = flat_image({64, 32}, {50, 60, 70});
+  cv::Mat b = flat_image({64, 32}, {55, 65, 75});
+  b.rowRange(20, 32).setTo(cv::Scalar(200, 0, 200));
+  cv::Mat mask = cv::Mat::zeros(a.size(), CV_8UC1);
+  mask.rowRange(0, 20).setTo(255);
+  const double expected_db = 20.0 * std::log10(255.0 / 5.0);
+  EXPECT_LT(psnr_db(a, b), expected_db - 10.0);
+  EXPECT_NEAR(psnr_db(a, b, mask), expected_db, 1e-12);
+  EXPECT_NEAR(ws_psnr_db(a, b, mask), expected_db, 1e-12);
+  EXPECT_NEAR(ws_psnr_db(a, b, cv::Mat(a.size(), CV_8UC1, cv::Scalar(1))), ws_psnr_db(a, b), 1e-12);
+  EXPECT_THROW(ws_psnr_db(a, b, cv::Mat::zeros(a.size(), CV_8UC1)), Error);
+}
+
+TEST(Psnr, HasItsLimits) {
+  const cv::Mat image = textured_image({64, 32});
+  EXPECT_EQ(psnr_db(image, image), kInfinity);
+  EXPECT_EQ(ws_psnr_db(image, image), kInfinity);
+  const cv::Mat black = flat_image({64, 32}, {0, 0, 0});
+  const cv::Mat white = flat_image({64, 32}, {255, 255, 255});
+  EXPECT_NEAR(psnr_db(black, white), 0.0, 1e-12);
+  EXPECT_NEAR(ws_psnr_db(black, white), 0.0, 1e-12);
+}
+
+// ffmpeg prints 6 decimals and averages over the planes in double like this function: the
+// difference is at most half a unit of the last decimal.
+TEST(Psnr, AgreesWithFfmpegOverRgb) {
+  constexpr double kTolerance_db = 1e-6;
+  const cv::Mat image = textured_image({512, 256});
+  const cv::Mat odd = textured_image({131, 77});
+  const std::vector<std::pair<cv::Mat, cv::Mat>> pairs = {
+      {image, noisy(image, 1.0)},
+      {image, noisy(image, 40.0)},
+      {image, blurred(image, 2.0)},
+      {image, adjusted(image, 0.8, 20.0)},
+      {image, rolled(image, 7)},
+      {odd, noisy(odd, 5.0)},
+      {image, flat_image(image.size(), {90, 120, 150})}};
+  for (const auto& [a, b] : pairs) {
+    EXPECT_NEAR(psnr_db(a, b), ffmpeg_filter_value("psnr", "average", a, b), kTolerance_db);
+  }
+}
+
+// An error in one channel only: a metric on luma or on one plane would give another value.
+TEST(Psnr, CountsTheChannelsAlikeAsFfmpegDoes) {
+  const cv::Mat a = flat_image({64, 32}, {100, 100, 100});
+  const double expected_db = 10.0 * std::log10(255.0 * 255.0 / (36.0 / 3.0));
+  for (const cv::Scalar& bgr :
+       {cv::Scalar(106, 100, 100), cv::Scalar(100, 106, 100), cv::Scalar(100, 100, 106)}) {
+    const cv::Mat b = flat_image({64, 32}, bgr);
+    EXPECT_NEAR(psnr_db(a, b), expected_db, 1e-12);
+    EXPECT_NEAR(ffmpeg_filter_value("psnr", "average", a, b), expected_db, 1e-6);
+  }
+}
+
+// Row v of H lies at phi = 90 - (v + 0.5) / H 180 degrees, and the weights add up in closed form:
+// sum cos(phi) = 1 / sin(pi / (2 H)) (a sum of cosines in arithmetic progression). So an error e in
+// row v alone gives WMSE = e^2 cos(phi) sin(pi / (2 H)).
+TEST(WsPsnr, IsTheClosedFormForAnErrorInOneRow) {
+  constexpr double kError = 40.0;
+  for (const int height : {1, 2, 9, 32, 257}) {
+    const cv::Size size(2 * height, height);
+    const cv::Mat black = flat_image(size, {0, 0, 0});
+    for (const int row : {0, height / 3, height - 1}) {
+      const double phi = std::numbers::pi * (0.5 - (row + 0.5) / height);
+      const double weighted =
+          kError * kError * std::cos(phi) * std::sin(std::numbers::pi / (2.0 * height));
+      EXPECT_NEAR(ws_psnr_db(black, with_bright_row(size, row, kError)),
+                  10.0 * std::log10(255.0 * 255.0 / weighted), 1e-9)
+          << "row " << row << " of " << height;
+    }
+  }
+}
+
+// metrics.h says why.
+constexpr double kTolerance = 1e-6;
+constexpr const char* kWithoutSimd = "-cpuflags 0";
+
+cv::Mat grey(const cv::Mat& bgr) {
+  cv::Mat luma;
+  cv::cvtColor(bgr, luma, cv::COLOR_BGR2GRAY);
+  return luma;
+}
+
+double ffmpeg_ssim(const cv::Mat& a, const cv::Mat& b, const std::string& options = "") {
+  return ffmpeg_filter_value("ssim", "Y", grey(a), grey(b), options);
+}
+
+TEST(Ssim, AgreesWithFfmpeg) {
+  const cv::Mat image = textured_image({512, 256});
+  const cv::Mat dark = adjusted(image, 0.05, 0.0);
+  const std::vector<std::pair<cv::Mat, cv::Mat>> pairs = {
+      {image, noisy(image, 1.0)},
+      {image, noisy(image, 40.0)},
+      {image, blurred(image, 2.0)},
+      {image, adjusted(image, 0.8, 20.0)},
+      {image, adjusted(image, -1.0, 255.0)},
+      {image, rolled(image, 7)},
+      {dark, noisy(dark, 2.0)},
+      {image, flat_image(image.size(), {90, 120, 150})}};
+  for (const auto& [a, b] : pairs) EXPECT_NEAR(ssim(a, b), ffmpeg_ssim(a, b), kTolerance);
+}
+
+TEST(Ssim, AgreesWithFfmpegAtEverySize) {
+  for (const cv::Size size : {cv::Size(8, 8), cv::Size(9, 31), cv::Size(24, 16), cv::Size(50, 11),
+                              cv::Size(131, 77), cv::Size(200, 100)}) {
+    const cv::Mat a = textured_image(size);
+    const cv::Mat b = noisy(a, 20.0);
+    EXPECT_NEAR(ssim(a, b), ffmpeg_ssim(a, b, kWithoutSimd), kTolerance) << size;
+  }
+}
+
+TEST(Ssim, HasTheLuminanceTermOfFfmpegOnFlatImages) {
+  // Variances are 0, so that only (2 m_a m_b + C1) / (m_a^2 + m_b^2 + C1) with C1 = 416 / 64^2
+  // stays.
+  const cv::Size size(64, 32);
+  const cv::Mat black = flat_image(size, cv::Scalar::all(0));
+  const cv::Mat one = flat_image(size, cv::Scalar::all(1));
+  EXPECT_NEAR(ssim(black, one), 416.0 / (4096.0 + 416.0), 1e-12);
+  EXPECT_NEAR(ffmpeg_ssim(black, one), 416.0 / (4096.0 + 416.0), kTolerance);
+}
+
+TEST(Ssim, IsOneForEqualLumaAndSymmetric) {
+  const cv::Mat a = textured_image({128, 64});
+  const cv::Mat b = noisy(a, 12.0);
+  EXPECT_DOUBLE_EQ(ssim(a, a), 1.0);
+  EXPECT_DOUBLE_EQ(ssim(a, b), ssim(b, a));
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,77 @@
+#include "core/evaluate/scores.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "core/evaluate/metrics.h"
+#include "tests/synthetic_room/synthetic_room.h"
+
+namespace raywalk {
+namespace {
+
+using nlohmann::ordered_json;
+
+// Every pixel holds its column.
+cv::Mat numbered_columns(int width) {
+  cv::Mat image(width / 2, width, CV_8UC3);
+  for (int u = 0; u < width; ++u) image.col(u).setTo(cv::Scalar::all(u));
+  return image;
+}
+
+TEST(QuarterScores, AQuarterIsCentredOnItsDirection) {
+  const cv::Mat image = numbered_columns(64);
+  // theta = 0 is the edge between columns 31 and 32; 8 columns lie on either side of it.
+  const cv::Mat front = quarter_of(image, 0.0);
+  ASSERT_EQ(front.cols, 16);
+  EXPECT_EQ(front.at<cv::Vec3b>(0, 0)[0], 24);
+  EXPECT_EQ(front.at<cv::Vec3b>(0, 15)[0], 39);
+  EXPECT_EQ(quarter_of(image, kHalfPi).at<cv::Vec3b>(0, 0)[0], 40);
+}
+
+TEST(QuarterScores, TheBackCrossesTheSeam) {
+  const cv::Mat back = quarter_of(numbered_columns(64), kPi);
+  ASSERT_EQ(back.cols, 16);
+  EXPECT_EQ(back.at<cv::Vec3b>(0, 0)[0], 56);
+  EXPECT_EQ(back.at<cv::Vec3b>(0, 7)[0], 63);
+  EXPECT_EQ(back.at<cv::Vec3b>(0, 8)[0], 0);
+  EXPECT_EQ(back.at<cv::Vec3b>(0, 15)[0], 7);
+}
+
+TEST(QuarterScores, EverySideHasItsDistanceAndItsError) {
+  const Grid grid = synthetic_grid({});
+  const cv::Mat truth = numbered_columns(64);
+  cv::Mat view = truth.clone();
+  cv::Mat to_the_right = view.colRange(44, 50);
+  cv::add(to_the_right, cv::Scalar::all(9), to_the_right);
+  const ordered_json scores = quarter_scores_of(grid, {0.3, 0.1}, view, truth);
+  ASSERT_EQ(scores.size(), 4U);
+  EXPECT_NEAR(scores[0]["line_distance_m"].get<double>(), 0.4, 1e-9);
+  EXPECT_NEAR(scores[1]["line_distance_m"].get<double>(), 0.2, 1e-9);
+  EXPECT_NEAR(scores[2]["line_distance_m"].get<double>(), 0.6, 1e-9);
+  EXPECT_NEAR(scores[3]["line_distance_m"].get<double>(), 0.8, 1e-9);
+  EXPECT_EQ(scores[0]["psnr_db"], kMaxPsnrDb);
+  EXPECT_LT(scores[1]["psnr_db"], 50.0);
+  EXPECT_EQ(scores[2]["psnr_db"], kMaxPsnrDb);
+  EXPECT_EQ(scores[3]["psnr_db"], kMaxPsnrDb);
+}
+
+TEST(QuarterScores, ASingleLineServesTheSideItIsSeenOn) {
+  const Grid grid = synthetic_grid({.cells_z = 0});
+  const cv::Mat image = numbered_columns(64);
+  const ordered_json scores = quarter_scores_of(grid, {0.0, -0.25}, image, image);
+  ASSERT_EQ(scores.size(), 1U);
+  EXPECT_NEAR(scores[0]["line_distance_m"].get<double>(), 0.25, 1e-9);
+}
+
+TEST(Scores, MeansAreOverTheRowsThatHaveThem) {
+  const std::vector<ordered_json> rows{
+      {{"a", 1.0}, {"b", nullptr}}, {{"b", nullptr}}, {{"a", 4.0}}};
+  EXPECT_EQ(mean_of(rows, "a"), 2.5);
+  EXPECT_TRUE(mean_of(rows, "b").is_null());
+}
+
+}  // namespace
+}  // namespace raywalk
