@@ -13,6 +13,7 @@
 #include "core/base/counted.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
+#include "core/geometry/line_gaps.h"
 #include "core/room/refined_record.h"
 
 namespace raywalk::build_lf {

@@ -38,7 +38,9 @@ RoomScale scale_of(const fs::path& frames, const GridTolerance& tolerance,
   const std::vector<Frame> list = read_frame_list(frames);
   std::vector<StationPose> poses;
   poses.reserve(list.size());
-  for (const Frame& frame : list) poses.push_back({frame.file, frame.position_m, frame.where});
+  for (const Frame& frame : list) {
+    poses.push_back({frame.file, frame.position_m, frame.where, frame.line});
+  }
   const Grid grid = find_grid(poses, tolerance);
   RoomScale scale;
   scale.panorama = panorama_size_of(list.front().path);
