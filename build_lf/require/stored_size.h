@@ -1,7 +1,7 @@
 // The resolution and precision needed for a room's panoramas and distances.
 #pragma once
 
-#include "core/geometry/layer_count.h"
+#include "core/geometry/spacing.h"
 #include "core/room/requirements.h"
 #include "core/room/room.h"
 

@@ -32,13 +32,13 @@ struct Station {
 // One straight run of the slider. `direction` is a unit vector in the plan with a positive
 // component along `axis`; a point on the line is origin + along_m * direction.
 struct Line {
-  std::string id;  // "x0", "x1", ... ordered by z; "z0", "z1", ... ordered by x
+  std::string id{};  // "x0", "x1", ... ordered by z; "z0", "z1", ... ordered by x
   LineAxis axis = LineAxis::kX;
   PlanPoint origin;  // world position of along_m = 0
   PlanPoint direction{1.0, 0.0};
   double height_m = 0.0;  // mean y of the stations
   // At least two, along_m strictly increasing; of stations side by side by 1e-9 of the line.
-  std::vector<Station> stations;
+  std::vector<Station> stations{};
 
   double first_m() const { return stations.front().along_m; }
   double last_m() const { return stations.back().along_m; }

@@ -1,8 +1,8 @@
-// The modelled connection error E_t (6) of a room: core/geometry/connection_error.h over the room's
+// The modelled connection error E_t (6) of a room: core/geometry/error_model.h over the room's
 // own cells, spacing and distances.
 #pragma once
 
-#include "core/geometry/connection_error.h"
+#include "core/geometry/error_model.h"
 #include "core/room/room.h"
 
 namespace raywalk {

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/layer_count.h"
+#include "core/geometry/spacing.h"
 #include "core/room/connection_errors.h"
 #include "core/room/room.h"
 
