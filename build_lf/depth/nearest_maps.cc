@@ -67,6 +67,7 @@ std::vector<int> NearestMaps::around(StationIndex station, const Eigen::Vector3d
   std::vector<std::pair<double, int>> found;
   std::ranges::merge(of_line.found(), of_others.found(), std::back_inserter(found));
   std::vector<int> nearest;
+  nearest.reserve(found.size());
   for (const auto& [away_m, index] : found) nearest.push_back(index);
   return nearest;
 }

@@ -260,6 +260,7 @@ class LineAssembly {
   }
   std::vector<Eigen::Vector2d> points_of(const std::vector<int>& stations) const {
     std::vector<Eigen::Vector2d> points;
+    points.reserve(stations.size());
     for (const int station : stations) points.push_back(point(station));
     return points;
   }

@@ -114,6 +114,7 @@ class LineSearch {
     }
     std::ranges::sort(found);
     std::vector<int> stations;
+    stations.reserve(found.size());
     for (const auto& [apart_m, station] : found) stations.push_back(station);
     return stations;
   }
