@@ -90,7 +90,7 @@ void add_pack(CLI::App* app, Arguments* arguments) {
   CLI::App* pack = app->add_subcommand("pack", "Pack captured panoramas into a room");
   pack->add_option(
           "--frames", arguments->pack.frames,
-          "Frame list: file,x,y,z[,yaw,pitch,roll][,mask] in metres and degrees; files relative to "
+          "Frame list: file,x,y,z[,yaw,pitch,roll][,mask][,line] in metres and degrees; files relative to "
           "the list; - is standard input")
       ->required();
   pack->add_option("-o,--out", arguments->pack.out,

@@ -19,7 +19,6 @@
 #include "core/files/image_file.h"
 #include "core/files/image_header.h"
 #include "core/geometry/line_gaps.h"
-#include "core/geometry/plausible_size.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
@@ -159,7 +158,9 @@ PanoramaSize common_map_size(const std::map<std::string, fs::path>& maps, Panora
 Grid grid_of(const std::vector<Frame>& frames, const PackOptions& options) {
   std::vector<StationPose> poses;
   poses.reserve(frames.size());
-  for (const Frame& frame : frames) poses.push_back({frame.file, frame.position_m, frame.where});
+  for (const Frame& frame : frames) {
+    poses.push_back({frame.file, frame.position_m, frame.where, frame.line});
+  }
   Grid grid = find_grid(poses, options.tolerance);
   if (const auto doubt = doubt_of_unit(grid)) {
     spdlog::warn("{}: {}", input_name(options.frames), *doubt);

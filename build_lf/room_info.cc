@@ -14,6 +14,7 @@
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 #include "core/files/json.h"
+#include "core/geometry/line_gaps.h"
 #include "core/room/refined_record.h"
 
 namespace raywalk::build_lf {

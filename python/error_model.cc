@@ -11,7 +11,6 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/geometry/connection_error.h"
 #include "core/geometry/sphere.h"
 #include "python/arrays.h"
 #include "python/bindings.h"

@@ -1,72 +1,74 @@
 #include "build_lf/depth/nearest_maps.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
-#include <utility>
+#include <array>
+#include <iterator>
+#include <limits>
 
 namespace raywalk::build_lf {
 namespace {
 
-Eigen::Vector2d in_plan(const Eigen::Vector3d& position_m) {
-  return {position_m.x(), position_m.z()};
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+double place_of(const Eigen::Vector3d& position_m) {
+  return 0.8 * position_m.x() + 0.6 * position_m.z();
 }
 
-std::vector<Eigen::Vector2d> points_of(const std::vector<MapPlace>& maps) {
-  std::vector<Eigen::Vector2d> points;
-  points.reserve(maps.size());
-  for (const MapPlace& map : maps) points.push_back(in_plan(map.position_m));
-  return points;
-}
+// The nearest of the maps seen, so many at most, by distance and index.
+class Nearest {
+ public:
+  explicit Nearest(std::size_t most) : most_(most) {}
+
+  void add(double away_m, int map) {
+    const std::pair added(away_m, map);
+    found_.insert(std::ranges::upper_bound(found_, added), added);
+    if (found_.size() > most_) found_.pop_back();
+  }
+  // Beyond this no map is among them.
+  double reach_m() const {
+    if (found_.size() < most_) return kInfinity;
+    return found_.empty() ? 0.0 : found_.back().first;
+  }
+  const std::vector<std::pair<double, int>>& found() const { return found_; }
+
+ private:
+  std::size_t most_;
+  std::vector<std::pair<double, int>> found_;
+};
 
 }  // namespace
 
-NearestMaps::NearestMaps(std::vector<MapPlace> maps)
-    : maps_(std::move(maps)), tree_(points_of(maps_)) {
-  Eigen::AlignedBox2d extent;
-  for (const MapPlace& map : maps_) extent.extend(in_plan(map.position_m));
-  if (maps_.empty()) return;
-  extent_m_ = extent.diagonal().norm();
-  typical_m_ = extent_m_ / std::sqrt(static_cast<double>(maps_.size()));
+NearestMaps::NearestMaps(std::vector<MapPlace> maps) : maps_(std::move(maps)) {
+  for (const MapPlace& map : maps_) {
+    order_.emplace_back(place_of(map.position_m), static_cast<int>(order_.size()));
+  }
+  std::ranges::sort(order_);
 }
 
 std::vector<int> NearestMaps::around(StationIndex station, const Eigen::Vector3d& position_m,
                                      std::size_t own, std::size_t others) const {
-  if (maps_.empty()) return {};
-  // From everywhere within this, all maps are in reach.
-  const double farthest_m = extent_m_ + (tree_.point(0) - in_plan(position_m)).norm() + 1e-9;
-  for (double reach_m = typical_m_; reach_m < farthest_m; reach_m *= 2.0) {
-    if (reach_m <= 0.0) break;
-    std::vector<int> near = within(reach_m, station, position_m, own, others);
-    if (near.size() == own + others) return near;
+  constexpr double kRounding_m = 1e-8;
+  const double here = place_of(position_m);
+  auto next = std::ranges::lower_bound(order_, std::pair(here, 0));
+  auto last = next;
+  Nearest of_line(own), of_others(others);
+  while (true) {
+    const double to_next = next == order_.end() ? kInfinity : next->first - here;
+    const double to_last = last == order_.begin() ? kInfinity : here - std::prev(last)->first;
+    const double away = std::min(to_next, to_last);
+    if (away == kInfinity) break;
+    if (away > std::max(of_line.reach_m(), of_others.reach_m()) + kRounding_m) break;
+    const int index = to_next <= to_last ? (next++)->second : (--last)->second;
+    const MapPlace& map = maps_[static_cast<std::size_t>(index)];
+    if (map.station == station) continue;
+    (map.station.line == station.line ? of_line : of_others)
+        .add((map.position_m - position_m).norm(), index);
   }
-  return within(farthest_m, station, position_m, own, others);
-}
-
-std::vector<int> NearestMaps::within(double reach_m, StationIndex station,
-                                     const Eigen::Vector3d& position_m, std::size_t own,
-                                     std::size_t others) const {
-  const Eigen::Vector2d here = in_plan(position_m);
-  const auto may_hold = [&](const PlanBox& box) { return box.least_apart(here).norm() <= reach_m; };
-  const bool all = reach_m > extent_m_;
-  std::vector<std::pair<double, int>> by_distance;
-  tree_.find(may_hold, [&](int i) {
-    const MapPlace& map = maps_[static_cast<std::size_t>(i)];
-    const double away_m = (map.position_m - position_m).norm();
-    // A map beyond the reach may be farther than one that is not visited.
-    if (!(map.station == station) && (all || away_m <= reach_m))
-      by_distance.emplace_back(away_m, i);
-    return false;
-  });
-  std::ranges::sort(by_distance);
+  std::vector<std::pair<double, int>> found;
+  std::ranges::merge(of_line.found(), of_others.found(), std::back_inserter(found));
   std::vector<int> nearest;
-  for (const auto& [away_m, i] : by_distance) {
-    std::size_t& open =
-        maps_[static_cast<std::size_t>(i)].station.line == station.line ? own : others;
-    if (open == 0) continue;
-    --open;
-    nearest.push_back(i);
-  }
+  nearest.reserve(found.size());
+  for (const auto& [away_m, index] : found) nearest.push_back(index);
   return nearest;
 }
 

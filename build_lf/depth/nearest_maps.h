@@ -2,10 +2,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
 
 #include "build_lf/depth/inverse_distance_map.h"
-#include "core/geometry/station_tree.h"
 
 namespace raywalk::build_lf {
 
@@ -26,14 +26,10 @@ class NearestMaps {
                           std::size_t others) const;
 
  private:
-  // The same of the maps at most `reach_m` away in the plan.
-  std::vector<int> within(double reach_m, StationIndex station, const Eigen::Vector3d& position_m,
-                          std::size_t own, std::size_t others) const;
-
   std::vector<MapPlace> maps_;
-  StationTree tree_;
-  double extent_m_ = 0.0;   // no two maps are farther apart in the plan
-  double typical_m_ = 0.0;  // of the order of the distance between neighbours
+  // Places along a direction of the plan that is oblique to all lines, in order, and their maps:
+  // only those near a place there can be near it.
+  std::vector<std::pair<double, int>> order_;
 };
 
 }  // namespace raywalk::build_lf

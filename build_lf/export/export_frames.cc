@@ -112,7 +112,8 @@ std::string write_frames(const Room& room, const std::vector<ExportedStation>& s
   for (const ExportedStation& station : stations) {
     rows.push_back({.file = panorama_file(station, options.jpeg),
                     .position_m = station.position_m,
-                    .mask = masked ? mask_file(station) : ""});
+                    .mask = masked ? mask_file(station) : "",
+                    .line = room.grid().lines[static_cast<std::size_t>(station.line)].id});
   }
   const int maps = write_maps(room, stations, directory);
   write_file_atomically(directory / "poses.csv", frame_list_text(rows));

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/layer_count.h"
+#include "core/geometry/spacing.h"
 
 namespace raywalk::build_lf {
 

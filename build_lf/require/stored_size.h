@@ -2,7 +2,8 @@
 #pragma once
 
 #include "build_lf/require/facts.h"
-#include "core/geometry/layer_count.h"
+#include "core/geometry/spacing.h"
+#include "core/room/requirements.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {

@@ -8,7 +8,6 @@
 #include "core/base/error.h"
 #include "core/files/frame_list.h"
 #include "core/geometry/line_gaps.h"
-#include "core/geometry/plausible_size.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -19,7 +18,7 @@ std::vector<StationPose> stations_of(const std::vector<Frame>& frames) {
   std::vector<StationPose> stations;
   stations.reserve(frames.size());
   for (const Frame& frame : frames) {
-    stations.push_back({.file = frame.file, .position_m = frame.position_m, .where = frame.where});
+    stations.push_back({frame.file, frame.position_m, frame.where, frame.line});
   }
   return stations;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <vector>
@@ -159,14 +160,19 @@ std::string file_for_list(const fs::path& file, const fs::path& out) {
   return (relative.empty() ? absolute : relative).generic_string();
 }
 
-std::vector<ListedFrame> rows_of(const ImportedPoses& poses, const GridAxes& axes,
+std::vector<ListedFrame> rows_of(const ImportedPoses& poses, const GridAxes& axes, const Grid& grid,
                                  const std::vector<fs::path>& files, const fs::path& out) {
+  std::map<std::string, std::string> line_of;
+  for (const Line& line : grid.lines) {
+    for (const Station& station : line.stations) line_of[station.file] = line.id;
+  }
   std::vector<ListedFrame> rows;
   for (std::size_t i = 0; i < poses.frames.size(); ++i) {
     const CameraPose pose = moved(axes, poses.frames[i].pose);
     rows.push_back({.file = file_for_list(files[i], out),
                     .position_m = pose.position_m,
-                    .attitude = attitude_from_world_from_camera(pose.world_from_camera)});
+                    .attitude = attitude_from_world_from_camera(pose.world_from_camera),
+                    .line = line_of.at(poses.frames[i].file)});
   }
   return rows;
 }
@@ -229,7 +235,7 @@ std::string import_poses(const ImportOptions& options) {
   make_directories(options.out);
   write_file_atomically(options.out / "import.json", record_text(options, poses, axes));
   write_file_atomically(options.out / "poses.csv",
-                        frame_list_text(rows_of(poses, axes, files, options.out)));
+                        frame_list_text(rows_of(poses, axes, grid, files, options.out)));
   return summary_of(poses, axes, grid, options);
 }
 

@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/core.hpp>
 #include <utility>
 
@@ -16,7 +15,6 @@
 #include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
-#include "core/geometry/station_spacing.h"
 #include "core/panorama/panorama_rotation.h"
 
 namespace raywalk::calibrate {
@@ -45,9 +43,9 @@ std::string mask_file(const CaptureSet& set, int index, const cv::Mat& common,
   return file.generic_string();
 }
 
-// Writes OUT/before.csv (file,x,y,z,yaw,pitch,roll[,mask]): the panoramas of poses.csv as they are,
-// at their poses in `start`. Only frames with a pose in `poses` are listed, so that both rooms have
-// the same stations. Files in OUT are relative to it, others absolute. `mask` (CV_8UC1 of the
+// Writes OUT/before.csv (file,x,y,z,yaw,pitch,roll[,mask],line): the panoramas of poses.csv as they
+// are, at their poses in `start`. Only frames with a pose in `poses` are listed, so that both rooms
+// have the same stations. Files in OUT are relative to it, others absolute. `mask` (CV_8UC1 of the
 // panoramas' size in the camera's frame, 0 = masked; may be empty) is joined with the frames' own
 // and written to OUT/before_masks, which is removed where nothing is masked in common. Throws Error
 // if a mask cannot be read or a file cannot be written.
@@ -65,7 +63,8 @@ void write_before_list(const CaptureSet& panoramas, const FramePoses& start,
     rows.push_back({.file = listed(frame.file, out),
                     .position_m = start[i]->position_m,
                     .attitude = attitude_from_world_from_camera(start[i]->world_from_camera),
-                    .mask = mask_file(panoramas, static_cast<int>(i), mask, out)});
+                    .mask = mask_file(panoramas, static_cast<int>(i), mask, out),
+                    .line = panoramas.lines[static_cast<std::size_t>(frame.line)].id});
   }
   write_file_atomically(out / "before.csv", frame_list_text(rows));
 }
@@ -79,20 +78,10 @@ std::vector<ListedFrame> rectified_rows(const CaptureSet& set, const FramePoses&
     if (!poses[i] || set.is_validation(frame) != validation) continue;
     rows.push_back(
         {.file = rectified_file(frame).generic_string(), .position_m = poses[i]->position_m});
+    if (!validation) rows.back().line = set.lines[static_cast<std::size_t>(frame.line)].id;
     if (masked || frame.mask) rows.back().mask = rectified_mask_file(frame).generic_string();
   }
   return rows;
-}
-
-// Number of lines in poses.csv.
-int count_lines(const CaptureSet& set, const FramePoses& poses) {
-  return static_cast<int>(
-      std::count_if(set.lines.begin(), set.lines.end(), [&poses](const CaptureLine& line) {
-        return !line.validation &&
-               std::any_of(line.frames.begin(), line.frames.end(), [&poses](int frame) {
-                 return poses[static_cast<std::size_t>(frame)].has_value();
-               });
-      }));
 }
 
 // What neither frame hides, each mask turned by the frame's pose; empty unless one of the frames
@@ -182,40 +171,6 @@ void write_tables(const RectifyResult& result, const std::vector<ListedFrame>& r
   }
 }
 
-std::vector<StationPose> stations_of(const std::vector<ListedFrame>& frames) {
-  std::vector<StationPose> stations;
-  stations.reserve(frames.size());
-  for (const ListedFrame& frame : frames) stations.push_back({frame.file, frame.position_m, {}});
-  return stations;
-}
-
-// False if another number of lines is found: stations on both sides of their line may look like two
-// parallel lines.
-bool finds_lines(const std::vector<StationPose>& stations, GridTolerance tolerance, int lines) {
-  try {
-    return static_cast<int>(find_grid(stations, tolerance).lines.size()) == lines;
-  } catch (const Error&) {
-    return false;
-  }
-}
-
-// The tolerances to try, millimetres, in ascending order.
-std::vector<double> tolerances_mm(const std::vector<StationPose>& stations,
-                                  const GridTolerance& given) {
-  const double spacing_mm = 1000.0 * typical_spacing(stations);
-  std::vector<double> tolerances;
-  if (spacing_mm > 0.0) {
-    for (const double share : {0.15, 0.2, 0.3, 0.4, 0.5}) {
-      // Rounded to two significant digits for the command line.
-      const double step_mm = std::pow(10.0, std::floor(std::log10(share * spacing_mm)) - 1.0);
-      tolerances.push_back(std::round(share * spacing_mm / step_mm) * step_mm);
-    }
-  }
-  if (given.off_line_m) tolerances.push_back(1000.0 * *given.off_line_m);
-  std::sort(tolerances.begin(), tolerances.end());
-  return tolerances;
-}
-
 }  // namespace
 
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
@@ -242,8 +197,7 @@ RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
   }
   warn_of_left_out(panoramas, poses);
   result.masks = mask_figures(panoramas, mask);
-  result.line_tolerance_mm =
-      line_tolerance_needed_mm(rows, count_lines(panoramas, poses), options.tolerance);
+  result.line_tolerance_mm = line_tolerance_needed_mm(rows, options.tolerance);
   if (options.tolerance.same_station_m) {
     result.same_station_mm = *options.tolerance.same_station_m * 1e3;
   }
@@ -254,15 +208,19 @@ RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
   return result;
 }
 
-std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames, int lines,
+std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames,
                                                const GridTolerance& given) {
-  if (frames.empty()) return std::nullopt;
-  const std::vector<StationPose> stations = stations_of(frames);
-  GridTolerance tolerance{.off_line_m = std::nullopt, .same_station_m = given.same_station_m};
-  if (finds_lines(stations, tolerance, lines)) return 0.0;
-  for (const double tolerance_mm : tolerances_mm(stations, given)) {
-    tolerance.off_line_m = tolerance_mm / 1000.0;
-    if (finds_lines(stations, tolerance, lines)) return tolerance_mm;
+  std::vector<StationPose> stations;
+  for (const ListedFrame& frame : frames) {
+    stations.push_back({frame.file, frame.position_m, {}, frame.line});
+  }
+  for (const auto& off_line_m : {std::optional<double>(), given.off_line_m}) {
+    try {
+      find_grid(stations, {.off_line_m = off_line_m, .same_station_m = given.same_station_m});
+      return 1000.0 * off_line_m.value_or(0.0);
+    } catch (const Error&) {
+      // Too far off for this tolerance.
+    }
   }
   return std::nullopt;
 }

@@ -50,7 +50,7 @@ struct RectifyResult {
   std::vector<LightGain> gains{};            // by frame; exactly 1 where nothing is corrected
   std::optional<ExposureResult> exposure{};  // nullopt: not measured
   std::vector<CrossingComparison> crossings{};
-  // The --line-tolerance-mm for raywalk-build-lf pack; 0: not needed. nullopt: no lines found.
+  // The --line-tolerance-mm for raywalk-build-lf pack; 0: not needed. nullopt: none is enough.
   std::optional<double> line_tolerance_mm{};
   MaskFigures masks{};  // of single frames
   // Its --same-station-mm; nullopt: the default.
@@ -58,18 +58,17 @@ struct RectifyResult {
 };
 
 // Writes OUT/rectified/ (rectified_frames.h), OUT/crossings/ with the overlays, OUT/poses.csv
-// (file,x,y,z[,mask]), OUT/gt.csv if there are validation lines or held-out frames, OUT/before.csv
-// (the frames before the calibration: a room packed of it shows what the calibration gains, by
-// raywalk-render validate), and rectify.json. Positions are those of `poses`. Throws Error
+// (file,x,y,z[,mask],line), OUT/gt.csv if there are validation lines or held-out frames,
+// OUT/before.csv (the frames before the calibration: a room packed of it shows what the calibration
+// gains, by raywalk-render validate), and rectify.json. Positions are those of `poses`. Throws Error
 // if no frame has a pose, or a file cannot be read or written; Interrupted.
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
                           const RectifyOptions& options);
 
-// The --line-tolerance-mm with which raywalk-build-lf pack finds these frames on `lines` lines; 0:
-// its default is sufficient. nullopt if none is, neither that with which the capture's lines were
-// found (`given`) nor one up to half the stations' spacing. Its --same-station-mm is that of
-// `given`.
-std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames, int lines,
+// The --line-tolerance-mm with which raywalk-build-lf pack takes these frames: 0 if its default is
+// sufficient, else that with which the capture's lines were found (`given`); nullopt if neither is.
+// Its --same-station-mm is that of `given`.
+std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames,
                                                const GridTolerance& given = {});
 
 }  // namespace raywalk::calibrate

@@ -147,6 +147,7 @@ TEST_F(RectifySetTest, ListsHoldThePosesAndTheValidationLineApart) {
   EXPECT_LT((listed[0].position_m - (*poses_)[0]->position_m).norm(), 1e-8);
   EXPECT_FALSE(listed[0].attitude);
   EXPECT_FALSE(listed[0].mask);
+  EXPECT_EQ(listed[0].line, "x0");
   const std::vector<Frame> truth = read_frame_list(in_out("gt.csv"));
   ASSERT_EQ(truth.size(), static_cast<std::size_t>(kStations));
   EXPECT_EQ(truth[0].file, "rectified/v0_0.png");

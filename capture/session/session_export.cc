@@ -65,19 +65,20 @@ std::string left_out(const std::vector<StationRecord>& stations,
 
 // Adding zero turns -0 into 0.
 std::string position_row(const FrameRecord& frame) {
-  return fmt::format("{},{:.9f},0.000000000,{:.9f}\n", frame.file, frame.position_m.x_m + 0.0,
+  return fmt::format("{},{:.9f},0.000000000,{:.9f}", frame.file, frame.position_m.x_m + 0.0,
                      frame.position_m.z_m + 0.0);
 }
 
 // One of the two lists: the frames of the grid or the ground-truth views.
 struct FrameTable {
-  std::string text = "file,x,y,z\n";
+  std::string text{};
   std::set<std::string> lines{};
   std::set<std::string> stations{};
   std::size_t rows = 0;
 
   void add(const FrameRecord& frame) {
-    text += position_row(frame);
+    if (rows == 0) text = frame.validation ? "file,x,y,z\n" : "file,x,y,z,line\n";
+    text += position_row(frame) + (frame.validation ? "" : "," + frame.line) + "\n";
     lines.insert(frame.line);
     stations.insert(frame.station);
     ++rows;

@@ -15,8 +15,8 @@ struct ExportOptions {
 };
 
 // Writes into the session's directory, atomically and replacing an earlier export:
-//   poses.csv  file,x,y,z   the captured stations of the grid, in the order of the plan
-//   gt.csv     file,x,y,z   the same for validation lines, if the plan has any
+//   poses.csv  file,x,y,z,line  the captured stations of the grid, in the order of the plan
+//   gt.csv     file,x,y,z       the same for validation lines, if the plan has any
 // Metres in the world frame of core/geometry/sphere.h, y = 0; file names relative to the lists. The
 // position along the line is that of the slider's feedback, the position across it as planned.
 //

@@ -29,7 +29,7 @@ class SessionExportTest : public testing::Test {
     return error_of([&] { write(options); });
   }
   CsvTable table(const std::string& name) {
-    return CsvTable::read(capture_.directory / name, {"file", "x", "y", "z"}, {});
+    return CsvTable::read(capture_.directory / name, {"file", "x", "y", "z"}, {"line"});
   }
 
   TestDirectory directory_;
@@ -49,9 +49,11 @@ TEST_F(SessionExportTest, ExportsAGridWithItsCellAndEveryStationOnce) {
     EXPECT_TRUE(fs::is_regular_file(capture_.directory / poses.text(row, "file")));
     stations.push_back({poses.text(row, "file"),
                         {poses.number(row, "x"), poses.number(row, "y"), poses.number(row, "z")},
-                        ""});
+                        "",
+                        poses.text(row, "line")});
   }
   ASSERT_EQ(poses.rows(), 12U);
+  EXPECT_EQ(stations[0].line, "x0");
   const Grid grid = find_grid(stations, {});
   EXPECT_EQ(grid.lines.size(), 4U);
   EXPECT_EQ(grid.cells.size(), 1U);

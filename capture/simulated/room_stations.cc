@@ -29,6 +29,7 @@ std::vector<RoomStation> room_stations(const RoomPlan& plan, const VirtualRoomSe
     for (std::size_t i = 0; i < line.along.size(); ++i) {
       HashRandom random = all.branch(stations.size());
       RoomStation station;
+      station.line = line.id;
       station.name = fmt::format("{}_{:03}", line.id, i);
       station.number = static_cast<int>(i);
       station.nominal.position_m = plan.unit_m * line.position(line.along[i]);

@@ -11,6 +11,7 @@
 namespace raywalk::capture {
 
 struct RoomStation {
+  std::string line;             // PlannedLine::id
   std::string name;             // "<line>_<number>", for example x0_007
   int number = 0;               // on its line, from 0
   CameraPose nominal{};         // on the grid, in world axes

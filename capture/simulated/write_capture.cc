@@ -108,7 +108,7 @@ class CaptureWriter {
   void write_stations(Progress* progress) {
     const VirtualRoomSettings& settings = room_.settings();
     const fs::path directory = made("capture");
-    std::string table = "file,x,y,z\n", true_table = "file,x,y,z,yaw,pitch,roll\n";
+    std::string table = "file,x,y,z,line\n", true_table = "file,x,y,z,yaw,pitch,roll\n";
     int moment = 0;
     for (const RoomStation& station : stations_) {
       const std::string file = station.name + "." + settings.output.format;
@@ -118,7 +118,7 @@ class CaptureWriter {
       ++moment;
       if (has_distances(station)) write_distances(station.name, station.true_pose);
       const std::string name = "capture/" + file + ",";
-      table += name + position_fields(station.nominal.position_m) + "\n";
+      table += name + position_fields(station.nominal.position_m) + "," + station.line + "\n";
       true_table += name + pose_fields(station.true_pose) + "\n";
       progress->advance();
     }

@@ -23,7 +23,7 @@ struct CaptureOptions {
 
 // Writes into the directory, which appears when complete:
 //   capture/<line>_<iii>.jpg|png  panoramas from the true poses, with gain and noise
-//   poses.csv                     file,x,y,z of the nominal stations
+//   poses.csv                     file,x,y,z,line of the nominal stations
 //   true_poses.csv                file,x,y,z,yaw,pitch,roll of the true poses, if they differ
 //   gt/<name>.png, gt.csv         noise-free true views from inside the cells, without people
 //   ods/<name>.png                with options.ods_ipd_mm: the true views for two eyes, the left

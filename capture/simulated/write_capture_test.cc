@@ -152,7 +152,7 @@ TEST_F(WriteCaptureTest, StereoTruthIsSeenFromACircleOfEyes) {
 TEST_F(WriteCaptureTest, TablesHoldNominalAndTruePoses) {
   write(0, 0);
   const std::vector<RoomStation> stations = room_stations(room_->plan(), room_->settings());
-  const CsvTable nominal = CsvTable::read(out_ / "poses.csv", {"file", "x", "y", "z"}, {});
+  const CsvTable nominal = CsvTable::read(out_ / "poses.csv", {"file", "x", "y", "z", "line"}, {});
   const CsvTable actual =
       CsvTable::read(out_ / "true_poses.csv", {"file", "x", "y", "z", "yaw", "pitch", "roll"}, {});
   ASSERT_EQ(nominal.rows(), stations.size());

@@ -50,7 +50,7 @@ void add_line_tolerance_options(CLI::App* command, LineToleranceArguments* argum
   command
       ->add_option("--line-tolerance-mm", arguments->line_tolerance_mm,
                    "Largest distance of a station of poses.csv from its line, to the side and in "
-                   "height (default: a tenth of the spacing)")
+                   "height (default: a tenth of the spacing, half of it where lines are named)")
       ->check(distances);
   command
       ->add_option("--same-station-mm", arguments->same_station_mm,

@@ -14,7 +14,7 @@
 #include "core/base/parallel.h"
 #include "core/files/atomic_output.h"
 #include "core/files/json.h"
-#include "core/geometry/connection_error.h"
+#include "core/geometry/error_model.h"
 #include "core/report/report.h"
 
 namespace raywalk {

@@ -79,7 +79,7 @@ Attitude read_attitude(const CsvTable& table, std::size_t row) {
 std::vector<Frame> read_frame_list(const std::filesystem::path& list,
                                    const std::vector<std::string>& ignored) {
   const std::string source = input_name(list);
-  std::vector<std::string> optional{"yaw", "pitch", "roll", "mask"};
+  std::vector<std::string> optional{"yaw", "pitch", "roll", "mask", "line"};
   optional.insert(optional.end(), ignored.begin(), ignored.end());
   const CsvTable table = CsvTable::read(list, {"file", "x", "y", "z"}, optional);
   if (table.rows() == 0) throw Error(source + ": lists no frames");
@@ -99,6 +99,7 @@ std::vector<Frame> read_frame_list(const std::filesystem::path& list,
     if (table.has_column("mask") && !table.text(row, "mask").empty()) {
       frame.mask = list.parent_path() / table.text(row, "mask");
     }
+    if (table.has_column("line")) frame.line = table.text(row, "line");
     const auto [first, is_new] = listed.emplace(frame.file, frame.where);
     if (!is_new) {
       throw Error(
@@ -114,9 +115,12 @@ std::string frame_list_text(const std::vector<ListedFrame>& frames) {
       frames, [](const ListedFrame& frame) { return frame.attitude.has_value(); });
   const bool masks =
       std::ranges::any_of(frames, [](const ListedFrame& frame) { return !frame.mask.empty(); });
+  const bool lines =
+      std::ranges::any_of(frames, [](const ListedFrame& frame) { return !frame.line.empty(); });
   std::string text = "file,x,y,z";
   if (attitudes) text += ",yaw,pitch,roll";
   if (masks) text += ",mask";
+  if (lines) text += ",line";
   text += '\n';
   for (const ListedFrame& frame : frames) {
     const Eigen::Vector3d& at = frame.position_m;
@@ -129,6 +133,7 @@ std::string frame_list_text(const std::vector<ListedFrame>& frames) {
                           nine_decimals(degrees_from_radians(attitude.roll_rad)));
     }
     if (masks) text += "," + csv_field(frame.mask);
+    if (lines) text += "," + csv_field(frame.line);
     text += '\n';
   }
   return text;

@@ -23,15 +23,16 @@ struct Frame {
   Eigen::Vector3d position_m{0, 0, 0};
   std::optional<Attitude> attitude;           // none: the panorama is already in world axes
   std::optional<std::filesystem::path> mask;  // none: all pixels are valid
+  std::string line;                           // the name of its line; empty: not told
   std::string where;                          // "poses.csv:12", for errors
 };
 
 // Reads columns file,x,y,z (metres) of a file, or of standard input for "-" with names relative to
 // the current directory, and, if present, yaw,pitch,roll (degrees; a missing column is
-// 0) and mask (relative to the list; may be empty): an 8-bit grey image of the frame's size in the
-// frame's own axes, 0 = invalid. Throws Error naming list and line: no frames, a field that is not
-// a number or is out of range, a file listed twice. `ignored`: other columns that the list may
-// have, such as `distance` of true views.
+// 0), mask (relative to the list; may be empty): an 8-bit grey image of the frame's size in the
+// frame's own axes, 0 = invalid; and line, the name of the frame's line. Throws Error naming list
+// and line: no frames, a field that is not a number or is out of range, a file listed twice.
+// `ignored`: other columns that the list may have, such as `distance` of true views.
 std::vector<Frame> read_frame_list(const std::filesystem::path& list,
                                    const std::vector<std::string>& ignored = {});
 
@@ -41,10 +42,12 @@ struct ListedFrame {
   Eigen::Vector3d position_m{0, 0, 0};
   std::optional<Attitude> attitude{};  // nullopt: the picture is in world axes
   std::string mask{};                  // as file; empty: none
+  std::string line{};                  // the name of its line; empty: not told
 };
 
 // The table file,x,y,z (metres), with columns yaw,pitch,roll (degrees) where a frame has an
-// attitude and a column mask where one has a mask; numbers to 1e-9.
+// attitude, a column mask where one has a mask and a column line where one has a line; numbers to
+// 1e-9.
 std::string frame_list_text(const std::vector<ListedFrame>& frames);
 
 // Frame names of the listed files, in order, escaped (core/base/escaped.h): their stems, or, where

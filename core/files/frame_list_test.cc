@@ -82,16 +82,21 @@ std::vector<Frame> written_and_read(const std::vector<ListedFrame>& frames) {
 
 TEST(FrameListText, RoundTrips) {
   const Attitude attitude{0.1, -0.2, 3.0};
-  const std::vector<Frame> read = written_and_read(
-      {{.file = "plain.png", .position_m = {1.0 / 3.0, -0.0, 1e-9}, .mask = "masks/plain.png"},
-       {.file = "a, \"b\".png", .position_m = {0, 0, 0}, .attitude = attitude},
-       {.file = "#x.png", .position_m = {-5, 2, 1}}});
+  const std::vector<Frame> read =
+      written_and_read({{.file = "plain.png",
+                         .position_m = {1.0 / 3.0, -0.0, 1e-9},
+                         .mask = "masks/plain.png",
+                         .line = "x0"},
+                        {.file = "a, \"b\".png", .position_m = {0, 0, 0}, .attitude = attitude},
+                        {.file = "#x.png", .position_m = {-5, 2, 1}}});
   ASSERT_EQ(read.size(), 3U);
   EXPECT_EQ(read[0].file, "plain.png");
   EXPECT_NEAR(read[0].position_m.x(), 1.0 / 3.0, 1e-9);
   EXPECT_FALSE(read[0].attitude);
   ASSERT_TRUE(read[0].mask);
   EXPECT_EQ(read[0].mask->filename(), "plain.png");
+  EXPECT_EQ(read[0].line, "x0");
+  EXPECT_EQ(read[1].line, "");
   EXPECT_EQ(read[1].file, "a, \"b\".png");
   ASSERT_TRUE(read[1].attitude);
   EXPECT_NEAR(read[1].attitude->roll_rad, 3.0, 1e-9);

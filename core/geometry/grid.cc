@@ -1,123 +1,18 @@
 #include "core/geometry/grid.h"
 
-#include <fmt/format.h>
-
-#include <Eigen/Geometry>
+#include <Eigen/Core>
 #include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
-#include <utility>
+#include <cstddef>
 
-#include "core/base/error.h"
-#include "core/base/median.h"
-#include "core/geometry/crossing_stations.h"
-#include "core/geometry/length_text.h"
 #include "core/geometry/line_gaps.h"
-#include "core/geometry/line_heights.h"
-#include "core/geometry/line_search.h"
 #include "core/geometry/position_tolerance.h"
-#include "core/geometry/station_spacing.h"
-#include "core/geometry/unplaced_stations.h"
 
 namespace raywalk {
 namespace {
 
 Eigen::Vector2d vector_of(PlanPoint point) { return {point.x_m, point.z_m}; }
 PlanPoint point_of(const Eigen::Vector2d& vector) { return {vector.x(), vector.y()}; }
-
-void check_finite(std::span<const StationPose> stations) {
-  for (const StationPose& station : stations) {
-    if (!station.position_m.allFinite()) {
-      throw Error(fmt::format("{}: the position is not finite", name_of(station)));
-    }
-  }
-}
-
-double rounding_of(std::span<const StationPose> stations) {
-  double largest_m = 0.0;
-  for (const StationPose& station : stations) {
-    largest_m = std::max(largest_m, station.position_m.cwiseAbs().maxCoeff());
-  }
-  return rounding_m(largest_m);
-}
-
-// The limits for stations that are typically `spacing_m` apart.
-LineLimits limits_for(std::span<const StationPose> stations, const GridTolerance& tolerance,
-                      double spacing_m) {
-  constexpr double kSameStationShare = 0.002, kLeastShare = 1e-9;
-  Eigen::AlignedBox3d extent;
-  for (const StationPose& station : stations) extent.extend(station.position_m);
-  const double rounding = rounding_of(stations);
-  const double least_m = kLeastShare * extent.diagonal().norm() + 2.0 * rounding;
-  LineLimits limits;
-  limits.off_line_m =
-      tolerance.off_line_m.value_or(std::max(kOffPlaceShare * spacing_m, least_m)) + rounding;
-  limits.same_station_m =
-      rounding + tolerance.same_station_m.value_or(std::min(
-                     std::max(kSameStationShare * spacing_m, least_m), 0.5 * limits.off_line_m));
-  if (limits.same_station_m > limits.off_line_m) {
-    throw Error(fmt::format(
-        "stations within {} count as one, but a station may be only {} off its line; give a "
-        "smaller --same-station-mm or a larger --line-tolerance-mm",
-        mm_text(limits.same_station_m), mm_text(limits.off_line_m)));
-  }
-  limits.twin_m =
-      std::max(limits.same_station_m, std::min(limits.off_line_m, kOffPlaceShare * spacing_m));
-  return limits;
-}
-
-// The line's final fit to its own stations; along_m is 0 at the first station.
-Line line_from_group(const StationGroup& group, std::span<const StationPose> stations,
-                     const LineLimits& limits) {
-  const PlanLine fitted = line_through(stations, group.stations, group.line.axis);
-  const auto along = [&](int member) {
-    return fitted.along(plan_of(stations[static_cast<size_t>(member)]));
-  };
-  std::vector<int> members = group.stations;
-  std::stable_sort(members.begin(), members.end(),
-                   [&](int a, int b) { return along(a) < along(b); });
-  const double first = along(members.front());
-  // Stations side by side have the same place along the line, which must increase.
-  constexpr double kLeastStep = 1e-9;
-  const double least_step_m = kLeastStep * (along(members.back()) - first);
-  if (least_step_m <= 0.0) {
-    throw Error(fmt::format("{} and {} are side by side and on no line; leave one of them out",
-                            name_of(stations[static_cast<size_t>(members.front())]),
-                            name_of(stations[static_cast<size_t>(members.back())])));
-  }
-  Line line;
-  std::vector<std::string> names;
-  line.axis = fitted.axis;
-  line.origin = point_of(fitted.origin + first * fitted.direction);
-  line.direction = point_of(fitted.direction);
-  for (const int member : members) {
-    const StationPose& pose = stations[static_cast<size_t>(member)];
-    double along_m = along(member) - first;
-    if (!line.stations.empty()) along_m = std::max(along_m, line.last_m() + least_step_m);
-    line.stations.push_back({pose.file, pose.position_m, along_m});
-    names.push_back(name_of(pose));
-    line.height_m += pose.position_m.y() / static_cast<double>(members.size());
-  }
-  check_heights(line, names, limits.off_line_m);
-  return line;
-}
-
-// Lines along x in order of z, then lines along z in order of x; numbered in this order.
-void sort_and_name(std::vector<Line>* lines) {
-  const auto place = [](const Line& line) {
-    const double middle = 0.5 * (line.first_m() + line.last_m());
-    return line.axis == LineAxis::kX ? line.origin.z_m + middle * line.direction.z_m
-                                     : line.origin.x_m + middle * line.direction.x_m;
-  };
-  std::sort(lines->begin(), lines->end(), [&](const Line& a, const Line& b) {
-    return std::make_pair(a.axis, place(a)) < std::make_pair(b.axis, place(b));
-  });
-  int next_x = 0, next_z = 0;
-  for (Line& line : *lines) {
-    line.id =
-        line.axis == LineAxis::kX ? fmt::format("x{}", next_x++) : fmt::format("z{}", next_z++);
-  }
-}
 
 // Whether a line's stations cover a segment without a missing section. A line may end up to one
 // spacing before a corner: the station there may be of the line that crosses.
@@ -219,20 +114,6 @@ class CellSearch {
   int x_lines_ = 0;
 };
 
-Grid grid_within(std::span<const StationPose> stations, const LineLimits& limits) {
-  FoundLines found = find_lines(stations, limits);
-  if (!found.unplaced.empty()) throw_unplaced(stations, limits, found.groups, found.unplaced);
-  require_lines_apart(stations, limits, found.groups);
-  assign_crossing_stations(stations, limits, &found.groups);
-  Grid grid;
-  for (const StationGroup& group : found.groups) {
-    grid.lines.push_back(line_from_group(group, stations, limits));
-  }
-  sort_and_name(&grid.lines);
-  grid.cells = CellSearch(grid.lines).run();
-  return grid;
-}
-
 }  // namespace
 
 double along_line(const Line& line, PlanPoint point) {
@@ -247,34 +128,7 @@ PlanPoint crossing_of(const Line& a, const Line& b) {
   return point_of(vector_of(a.origin) + along[0] * vector_of(a.direction));
 }
 
-double median_spacing_m(const Line& line) {
-  std::vector<double> spacings;
-  for (size_t i = 1; i < line.stations.size(); ++i) {
-    spacings.push_back(line.stations[i].along_m - line.stations[i - 1].along_m);
-  }
-  return median(std::move(spacings));
-}
-
-Grid find_grid(std::span<const StationPose> stations, const GridTolerance& tolerance) {
-  if (stations.empty()) throw Error("there are no stations");
-  check_finite(stations);
-  const double spacing_m = typical_spacing(stations);
-  try {
-    return grid_within(stations, limits_for(stations, tolerance, spacing_m));
-  } catch (const UsageError&) {
-    throw;
-  } catch (const Error&) {
-    // Lines of a few stations each are closer together than their stations suggest.
-    if (tolerance.off_line_m) throw;
-    const double nearest_m = median_nearest_distance(stations);
-    if (nearest_m >= spacing_m - rounding_of(stations)) throw;
-    try {
-      return grid_within(stations, limits_for(stations, tolerance, nearest_m));
-    } catch (const Error&) {
-    }
-    throw;
-  }
-}
+std::vector<Cell> find_cells(const std::vector<Line>& lines) { return CellSearch(lines).run(); }
 
 bool contains(const Cell& cell, PlanPoint viewpoint) {
   const double rounding = rounding_m(largest_coordinate_m(viewpoint));

@@ -32,13 +32,13 @@ struct Station {
 // One straight run of the slider. `direction` is a unit vector in the plan with a positive
 // component along `axis`; a point on the line is origin + along_m * direction.
 struct Line {
-  std::string id;  // "x0", "x1", ... ordered by z; "z0", "z1", ... ordered by x
+  std::string id{};  // "x0", "x1", ... ordered by z; "z0", "z1", ... ordered by x
   LineAxis axis = LineAxis::kX;
   PlanPoint origin;  // world position of along_m = 0
   PlanPoint direction{1.0, 0.0};
   double height_m = 0.0;  // mean y of the stations
   // At least two, along_m strictly increasing; of stations side by side by 1e-9 of the line.
-  std::vector<Station> stations;
+  std::vector<Station> stations{};
 
   double first_m() const { return stations.front().along_m; }
   double last_m() const { return stations.back().along_m; }
@@ -63,16 +63,17 @@ struct Grid {
 struct StationPose {
   std::string file;
   Eigen::Vector3d position_m{0, 0, 0};
-  std::string where;  // where the pose was read, for errors ("poses.csv:12"); may be empty
+  std::string where{};  // where the pose was read, for errors ("poses.csv:12"); may be empty
+  std::string line{};   // the name of its line; empty: to be found from the positions
 };
 
 struct GridTolerance {
-  // Maximum distance of a station from its line, metres; none: a tenth of the typical distance
-  // between stations (the median distance to the second nearest), at least 1e-9 of the grid's
-  // extent.
-  std::optional<double> off_line_m;
-  // Distance within which two stations count as one, metres; at most off_line_m. None: 1/500 of the
-  // typical distance, at most half of off_line_m.
+  // Maximum distance of a station from its line, metres. None: a tenth of the typical distance
+  // between stations (station_spacing.h), half of it where lines are named, at least 1e-9 of the
+  // grid's extent.
+  std::optional<double> off_line_m{};
+  // Distance within which two stations of a line count as one, metres; at most off_line_m. None:
+  // 1/500 of the typical distance, at most half of off_line_m.
   std::optional<double> same_station_m{};
 };
 
@@ -82,17 +83,17 @@ double along_line(const Line& line, PlanPoint point);
 // Where two lines of different axes intersect, each taken as infinitely long.
 PlanPoint crossing_of(const Line& a, const Line& b);
 
-// Median distance between neighbouring stations of a line.
-double median_spacing_m(const Line& line);
-
-// Groups stations into lines along x and z, fits each line, and finds the cells. Stations may be
-// unevenly spaced, as of several passes of one line, and off their line within the tolerance, to
-// the side and in height (check_heights in line_heights.h); their positions are kept as they are.
-// Lines never share a station: one captured at a crossing belongs to one of the two lines. Throws
-// Error that names stations, distances and limits when a station belongs to no line, two stations
-// of a line count as one, a line has only one station, heights do not fit, or a coordinate is not
-// finite.
+// Groups stations into lines along x and z, by the names of the lines or else by their positions,
+// fits each line, and finds the cells. Stations may be unevenly spaced, as of several passes of one
+// line, and off their line within the tolerance, to the side and in height; their positions are
+// kept as they are. Lines never share a station: one captured at a crossing belongs to one of the
+// two lines. Throws Error that names stations, distances and limits when a station belongs to no
+// line, two stations of a line count as one, a line has only one station, only some stations name
+// their line, heights do not fit, or a coordinate is not finite.
 Grid find_grid(std::span<const StationPose> stations, const GridTolerance& tolerance);
+
+// The cells that these lines close; those along x come first.
+std::vector<Cell> find_cells(const std::vector<Line>& lines);
 
 // Whether a cell contains a viewpoint, borders included, which lie where the lines were fitted:
 // what that loses in floating point counts as inside (position_tolerance.h).

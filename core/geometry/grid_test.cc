@@ -1,3 +1,4 @@
+// Grids that are found, of any size at any place, and what is said of those that are not.
 #include "core/geometry/grid.h"
 
 #include <fmt/format.h>
@@ -6,12 +7,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <random>
 
 #include "core/base/error.h"
+#include "core/geometry/line_gaps.h"
 
 namespace raywalk {
 namespace {
@@ -19,60 +21,77 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-// A straight capture of `count` stations starting at (x, z), named <name>_000.jpg and so on.
-struct Capture {
-  std::string name;
-  double x_m, z_m;
-  double step_x_m, step_z_m;
-  int count;
+double uniform(std::mt19937* random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(*random);
+}
+
+// Which stations there are where lines cross.
+enum class Crossings { kOfX, kOfZ, kOfBoth, kOfNone };
+
+struct GridCase {
+  int columns = 1, rows = 1;  // cells
+  int steps = 10;             // stations per cell side
+  double spacing_m = 0.1;     // between stations
+  PlanPoint corner{};
+  Crossings crossings = Crossings::kOfBoth;
+  double off = 0.0;         // most distance of a station from its place, in spacings
+  double turned_deg = 0.0;  // the whole grid
+  int beyond = 0;           // stations of each line beyond its last corner
+
+  int lines() const { return columns + rows + 2; }
+  int cells() const { return columns * rows; }
+  std::string text() const {
+    return fmt::format("{} x {} cells of {} steps of {} m at {}, {}, crossings {}, off {}, {} deg",
+                       columns, rows, steps, spacing_m, corner.x_m, corner.z_m,
+                       static_cast<int>(crossings), off, turned_deg);
+  }
 };
 
-std::vector<StationPose> captured(const std::vector<Capture>& runs) {
+// Stations named after their line, such as x02_0017.
+std::vector<StationPose> stations_of(const GridCase& grid, unsigned seed = 1) {
+  std::mt19937 random(seed);
   std::vector<StationPose> stations;
-  for (const Capture& run : runs) {
-    for (int i = 0; i < run.count; ++i) {
-      stations.push_back({fmt::format("{}_{:03}.jpg", run.name, i),
-                          {run.x_m + i * run.step_x_m, 0.0, run.z_m + i * run.step_z_m},
-                          fmt::format("poses.csv:{}", stations.size() + 2)});
+  const double turn = radians_from_degrees(grid.turned_deg);
+  const auto add_lines = [&](char axis, int lines, int cells, bool has_crossings) {
+    for (int line = 0; line < lines; ++line) {
+      for (int step = -grid.beyond; step <= cells * grid.steps + grid.beyond; ++step) {
+        const bool inside = step >= 0 && step <= cells * grid.steps;
+        if (inside && !has_crossings && step % grid.steps == 0) continue;
+        const auto off = [&] { return uniform(&random, -grid.off, grid.off); };
+        const double along_m = (step + off()) * grid.spacing_m;
+        const double across_m = (line * grid.steps + off()) * grid.spacing_m;
+        const double x_m = axis == 'x' ? along_m : across_m;
+        const double z_m = axis == 'x' ? across_m : along_m;
+        stations.push_back(
+            {fmt::format("{}{:02}_{:04}", axis, line, step + grid.beyond),
+             {grid.corner.x_m + std::cos(turn) * x_m - std::sin(turn) * z_m, off() * grid.spacing_m,
+              grid.corner.z_m + std::sin(turn) * x_m + std::cos(turn) * z_m},
+             fmt::format("poses.csv:{}", stations.size() + 2)});
+      }
     }
-  }
+  };
+  const Crossings at = grid.crossings;
+  add_lines('x', grid.rows + 1, grid.columns, at == Crossings::kOfX || at == Crossings::kOfBoth);
+  add_lines('z', grid.columns + 1, grid.rows, at == Crossings::kOfZ || at == Crossings::kOfBoth);
   return stations;
 }
 
-// The four lines of a unit square, 25 % overhang, with a station of either line at each corner.
-std::vector<StationPose> square() {
-  return captured({{"front", -0.75, 0.5, 0.05, 0.0, 31},
-                   {"back", -0.75, -0.5, 0.05, 0.0, 31},
-                   {"left", -0.5, -0.75, 0.0, 0.05, 31},
-                   {"right", 0.5, -0.75, 0.0, 0.05, 31}});
+std::string line_of(const std::string& file) { return file.substr(0, 3); }
+
+void name_lines(std::vector<StationPose>* stations) {
+  for (StationPose& station : *stations) station.line = line_of(station.file);
 }
 
-// Captures lines x = 0, 1, .. columns and z = 0, 1, .. rows, each through the whole grid.
-std::vector<StationPose> grid_of_lines(int columns, int rows, double width_m, double depth_m) {
-  std::vector<Capture> runs;
-  for (int row = 0; row <= rows; ++row) {
-    runs.push_back(
-        {fmt::format("row{}", row), 0.0, row * depth_m, width_m / 10, 0.0, columns * 10 + 1});
-  }
-  for (int column = 0; column <= columns; ++column) {
-    runs.push_back(
-        {fmt::format("column{}", column), column * width_m, 0.0, 0.0, depth_m / 8, rows * 8 + 1});
-  }
-  return captured(runs);
-}
-
-std::string capture_of(const std::string& file) { return file.substr(0, file.find('_')); }
-
-// Every line must consist of the stations of one capture, whole.
-void expect_lines_are_captures(const Grid& grid, size_t stations) {
-  size_t assigned = 0;
+// Every line has all stations of one planned line, and no others.
+void expect_planned_lines(const Grid& grid, const std::vector<StationPose>& stations) {
+  std::map<std::string, std::size_t> counts;
+  for (const StationPose& station : stations) ++counts[line_of(station.file)];
   for (const Line& line : grid.lines) {
+    EXPECT_EQ(line.stations.size(), counts[line_of(line.stations[0].file)]) << line.id;
     for (const Station& station : line.stations) {
-      EXPECT_EQ(capture_of(station.file), capture_of(line.stations.front().file)) << line.id;
+      EXPECT_EQ(line_of(station.file), line_of(line.stations[0].file)) << line.id;
     }
-    assigned += line.stations.size();
   }
-  EXPECT_EQ(assigned, stations);
 }
 
 std::string error_of(const std::vector<StationPose>& stations, GridTolerance tolerance = {}) {
@@ -84,311 +103,332 @@ std::string error_of(const std::vector<StationPose>& stations, GridTolerance tol
   return "no error";
 }
 
-TEST(FindGrid, SquareHasFourLinesAndOneCell) {
-  const Grid grid = find_grid(square(), {});
-  ASSERT_EQ(grid.lines.size(), 4U);
-  ASSERT_EQ(grid.cells.size(), 1U);
-  const Cell& cell = grid.cells[0];
-  const auto side = [&](Side s) {
-    return grid.lines[static_cast<size_t>(cell.line[static_cast<size_t>(s)])];
+StationPose* station_of(const std::string& file, std::vector<StationPose>* stations) {
+  return &*std::ranges::find(*stations, file, &StationPose::file);
+}
+
+// From 1 mm to 1 m between stations, up to 1000 km from the origin, in any order.
+TEST(FindGrid, EveryCellIsFoundWhereverItIs) {
+  std::mt19937 random(5);
+  const auto scaled = [&](double low, double high) {
+    return std::exp(uniform(&random, std::log(low), std::log(high)));
   };
-  EXPECT_EQ(capture_of(side(Side::kFront).stations[0].file), "front");
-  EXPECT_EQ(capture_of(side(Side::kRight).stations[0].file), "right");
-  EXPECT_EQ(capture_of(side(Side::kBack).stations[0].file), "back");
-  EXPECT_EQ(capture_of(side(Side::kLeft).stations[0].file), "left");
-  EXPECT_NEAR(cell.x_min_m, -0.5, 1e-12);
-  EXPECT_NEAR(cell.x_max_m, 0.5, 1e-12);
-  EXPECT_NEAR(cell.z_min_m, -0.5, 1e-12);
-  EXPECT_NEAR(cell.z_max_m, 0.5, 1e-12);
+  for (int i = 0; i < 60; ++i) {
+    const GridCase grid{.columns = 1 + static_cast<int>(random() % 20),
+                        .rows = 1 + static_cast<int>(random() % 20),
+                        .steps = 4 + static_cast<int>(random() % 10),
+                        .spacing_m = scaled(1e-3, 1.0),
+                        .corner = {scaled(1.0, 1e6), -scaled(1.0, 1e6)},
+                        .crossings = static_cast<Crossings>(random() % 4),
+                        .off = i % 2 == 0 ? 0.0 : uniform(&random, 0.0, 0.05),
+                        .turned_deg = i % 3 == 0 ? uniform(&random, -2.0, 2.0) : 0.0,
+                        .beyond = static_cast<int>(random() % 3)};
+    std::vector<StationPose> stations = stations_of(grid, random());
+    std::ranges::shuffle(stations, random);
+    const Grid found = find_grid(stations, {});
+    EXPECT_EQ(found.lines.size(), static_cast<std::size_t>(grid.lines())) << grid.text();
+    EXPECT_EQ(found.cells.size(), static_cast<std::size_t>(grid.cells())) << grid.text();
+    EXPECT_TRUE(line_notes(found).empty()) << grid.text();
+    if (grid.off == 0.0 && grid.crossings == Crossings::kOfBoth) {
+      expect_planned_lines(found, stations);
+    }
+    name_lines(&stations);
+    const Grid named = find_grid(stations, {});
+    expect_planned_lines(named, stations);
+    EXPECT_EQ(named.cells.size(), static_cast<std::size_t>(grid.cells())) << grid.text();
+  }
 }
 
-TEST(FindGrid, LinesAreNamedByAxisInOrderOfPlace) {
-  const Grid grid = find_grid(square(), {});
-  std::map<std::string, std::string> capture_of_id;
-  for (const Line& line : grid.lines) capture_of_id[line.id] = capture_of(line.stations[0].file);
-  const std::map<std::string, std::string> expected{
-      {"x0", "back"}, {"x1", "front"}, {"z0", "left"}, {"z1", "right"}};
-  EXPECT_EQ(capture_of_id, expected);
+TEST(FindGrid, All336CellsOfALargeHallAreFound) {
+  const GridCase hall{.columns = 56, .rows = 6, .steps = 50, .spacing_m = 0.02};
+  EXPECT_EQ(find_grid(stations_of(hall), {}).cells.size(), 336U);
 }
 
-TEST(FindGrid, AlongIncreasesAndReproducesPositions) {
-  for (const Line& line : find_grid(square(), {}).lines) {
-    EXPECT_NEAR(line.first_m(), 0.0, 1e-12);
-    for (size_t i = 0; i < line.stations.size(); ++i) {
-      const Station& station = line.stations[i];
-      if (i > 0) {
-        EXPECT_GT(station.along_m, line.stations[i - 1].along_m);
-      }
+TEST(FindGrid, SidesOfACellAndIdsOfLinesAreByPlace) {
+  const Grid grid = find_grid(stations_of({.beyond = 2}), {});
+  ASSERT_EQ(grid.cells.size(), 1U);
+  std::vector<std::string> ids, files;
+  for (const int line : grid.cells[0].line) {
+    ids.push_back(grid.lines[static_cast<std::size_t>(line)].id);
+    files.push_back(line_of(grid.lines[static_cast<std::size_t>(line)].stations[0].file));
+  }
+  EXPECT_EQ(ids, (std::vector<std::string>{"x1", "z1", "x0", "z0"}));
+  EXPECT_EQ(files, (std::vector<std::string>{"x01", "z01", "x00", "z00"}));
+  EXPECT_NEAR(grid.cells[0].x_min_m, 0.0, 1e-12);
+  EXPECT_NEAR(grid.cells[0].z_max_m, 1.0, 1e-12);
+  const PlanPoint corner = crossing_of(grid.lines[1], grid.lines[3]);
+  EXPECT_NEAR(along_line(grid.lines[1], corner), 1.2, 1e-12);
+  for (const Line& line : grid.lines) {
+    for (const Station& station : line.stations) {
       EXPECT_NEAR(line.origin.x_m + station.along_m * line.direction.x_m, station.position_m.x(),
                   1e-12);
-      EXPECT_NEAR(line.origin.z_m + station.along_m * line.direction.z_m, station.position_m.z(),
-                  1e-12);
     }
   }
 }
 
-TEST(FindGrid, CornerStationsStayWithTheirCapture) {
-  expect_lines_are_captures(find_grid(square(), {}), 124);
+TEST(FindGrid, EveryLineMayBeTurnedByItself) {
+  std::vector<StationPose> stations = stations_of({.columns = 2, .spacing_m = 0.05, .beyond = 3});
+  const std::map<std::string, double> turned{
+      {"x00", 0.03}, {"x01", -0.02}, {"z00", -0.03}, {"z01", 0.01}, {"z02", 0.0}};
+  for (StationPose& station : stations) {
+    Eigen::Vector3d& at = station.position_m;
+    const double slope = turned.at(line_of(station.file));
+    (station.file[0] == 'x' ? at.z() : at.x()) +=
+        slope * (station.file[0] == 'x' ? at.x() : at.z());
+  }
+  const Grid grid = find_grid(stations, {});
+  EXPECT_EQ(grid.lines.size(), 5U);
+  EXPECT_EQ(grid.cells.size(), 2U);
+  EXPECT_NEAR(grid.lines[0].direction.z_m / grid.lines[0].direction.x_m, 0.03, 1e-3);
 }
 
-TEST(FindGrid, CornerStationsOfShortLinesStayWithTheirCaptureWhateverItsName) {
-  for (const int count : {6, 7, 8, 12}) {
-    // One station beyond each corner.
-    const double step_m = 1.0 / (count - 3), first_m = -0.5 - step_m;
-    std::vector<std::string> names{"a", "b", "c", "d"};
-    do {
-      const Grid grid = find_grid(captured({{names[0], first_m, 0.5, step_m, 0.0, count},
-                                            {names[1], first_m, -0.5, step_m, 0.0, count},
-                                            {names[2], -0.5, first_m, 0.0, step_m, count},
-                                            {names[3], 0.5, first_m, 0.0, step_m, count}}),
-                                  {});
-      ASSERT_EQ(grid.lines.size(), 4U);
-      expect_lines_are_captures(grid, static_cast<size_t>(4 * count));
-    } while (std::next_permutation(names.begin(), names.end()));
+TEST(FindGrid, LinesMayBeOfUnequalLengthAndOutOfEachOthersReach) {
+  std::vector<StationPose> stations = stations_of({.columns = 3, .rows = 2});
+  // One cell is left of the second row; a line beyond all crosses the first line's continuation.
+  std::erase_if(stations, [](const StationPose& station) {
+    const Eigen::Vector3d& at = station.position_m;
+    return at.z() > 1.05 && at.x() > 1.05;
+  });
+  for (int i = 0; i < 21; ++i) {
+    stations.push_back({fmt::format("z09_{:04}", i), {9.0, 0.0, 0.1 * i - 1.0}});
   }
-}
-
-TEST(FindGrid, OrderOfTheListDoesNotMatterIfNamesAreOrdered) {
-  std::vector<StationPose> stations = square();
-  for (unsigned seed = 0; seed < 20; ++seed) {
-    std::shuffle(stations.begin(), stations.end(), std::mt19937(seed));
-    const Grid grid = find_grid(stations, {});
-    ASSERT_EQ(grid.lines.size(), 4U);
-    EXPECT_EQ(grid.cells.size(), 1U);
-    expect_lines_are_captures(grid, 124);
-  }
-}
-
-TEST(FindGrid, NamesDoNotMatterWhenTheListIsInCaptureOrder) {
-  std::vector<StationPose> stations = square();
-  std::map<std::string, std::string> original;
-  std::vector<int> numbers(stations.size());
-  std::iota(numbers.begin(), numbers.end(), 0);
-  std::shuffle(numbers.begin(), numbers.end(), std::mt19937(7));
-  for (size_t i = 0; i < stations.size(); ++i) {
-    const std::string name = fmt::format("img{:05}.jpg", numbers[i]);
-    original[name] = capture_of(stations[i].file);
-    stations[i].file = name;
-  }
-  for (const Line& line : find_grid(stations, {}).lines) {
-    for (const Station& station : line.stations) {
-      EXPECT_EQ(original[station.file], original[line.stations[0].file]);
-    }
-  }
-}
-
-TEST(FindGrid, LinesMayBeObliqueAndStationsJitter) {
-  std::mt19937 random(3);
-  std::uniform_real_distribution<double> jitter_m(-0.0015, 0.0015);
-  for (double degrees : {-2.0, 0.7, 2.0}) {
-    std::vector<StationPose> stations = square();
-    const double slope = std::tan(radians_from_degrees(degrees));
-    for (StationPose& station : stations) {
-      Eigen::Vector3d& p = station.position_m;
-      const bool along_x = station.file.starts_with("front") || station.file.starts_with("back");
-      (along_x ? p.z() : p.x()) += slope * (along_x ? p.x() : p.z());
-      p += Eigen::Vector3d(jitter_m(random), jitter_m(random), jitter_m(random));
-    }
-    const Grid grid = find_grid(stations, {});
-    ASSERT_EQ(grid.lines.size(), 4U) << degrees;
-    EXPECT_EQ(grid.cells.size(), 1U) << degrees;
-    expect_lines_are_captures(grid, 124);
-    for (const Line& line : grid.lines) {
-      const double found = line.axis == LineAxis::kX ? line.direction.z_m / line.direction.x_m
-                                                     : line.direction.x_m / line.direction.z_m;
-      EXPECT_NEAR(degrees_from_radians(std::atan(found)), degrees, 0.1);
-    }
-  }
-}
-
-TEST(FindGrid, GridsOfEverySizeCloseAllTheirCells) {
-  for (int columns = 1; columns <= 4; ++columns) {
-    for (int rows = 1; rows <= 3; ++rows) {
-      const std::vector<StationPose> stations = grid_of_lines(columns, rows, 1.0, 0.7);
-      const Grid grid = find_grid(stations, {});
-      EXPECT_EQ(grid.lines.size(), static_cast<size_t>(columns + rows + 2));
-      ASSERT_EQ(grid.cells.size(), static_cast<size_t>(columns * rows));
-      expect_lines_are_captures(grid, stations.size());
-      double area = 0.0;
-      for (const Cell& cell : grid.cells) {
-        area += (cell.x_max_m - cell.x_min_m) * (cell.z_max_m - cell.z_min_m);
-      }
-      EXPECT_NEAR(area, columns * rows * 0.7, 1e-9);
-    }
-  }
+  const Grid grid = find_grid(stations, {});
+  EXPECT_EQ(grid.lines.size(), 8U);
+  EXPECT_EQ(grid.cells.size(), 4U);
+  expect_planned_lines(grid, stations);
 }
 
 // Stations of parallel lines also align across the lines; these rows must not become lines.
-TEST(FindGrid, ManyShortParallelLinesAreNotMistakenForRows) {
-  std::vector<Capture> runs;
-  for (int i = 0; i < 12; ++i) runs.push_back({fmt::format("z{}", i), i * 1.0, 0.0, 0.0, 0.1, 6});
-  const Grid grid = find_grid(captured(runs), {});
-  ASSERT_EQ(grid.lines.size(), 12U);
-  for (const Line& line : grid.lines) EXPECT_EQ(line.axis, LineAxis::kZ);
-  EXPECT_TRUE(grid.cells.empty());
-}
-
-TEST(FindGrid, SpacingMayBeIrregular) {
-  std::vector<StationPose> stations;
-  double x = 0.0;
-  for (int i = 0; i < 40; ++i) {
-    stations.push_back({fmt::format("a_{:03}.jpg", i), {x, 1.2, 3.0}, ""});
-    x += 0.02 + 0.03 * ((i * 7) % 5) / 5.0;
-  }
+TEST(FindGrid, ParallelLinesAreNotMistakenForRows) {
+  std::vector<StationPose> stations = stations_of({.columns = 11, .steps = 6});
+  std::erase_if(stations, [](const StationPose& station) { return station.file[0] == 'x'; });
   const Grid grid = find_grid(stations, {});
-  ASSERT_EQ(grid.lines.size(), 1U);
-  EXPECT_EQ(grid.lines[0].stations.size(), 40U);
-  EXPECT_NEAR(grid.lines[0].height_m, 1.2, 1e-12);
-}
-
-TEST(FindGrid, OneLineIsAGridWithoutCells) {
-  const Grid grid = find_grid(captured({{"only", 0.0, 0.0, 0.1, 0.0, 5}}), {});
-  EXPECT_EQ(grid.lines.size(), 1U);
+  EXPECT_EQ(grid.lines.size(), 12U);
   EXPECT_TRUE(grid.cells.empty());
+  for (const Line& line : grid.lines) EXPECT_EQ(line.axis, LineAxis::kZ);
 }
 
-TEST(FindGrid, MissingSideLeavesTheCellOpen) {
-  std::vector<StationPose> stations = square();
-  std::erase_if(stations, [](const StationPose& s) { return s.file.starts_with("right"); });
+// The two stations of a crossing may be apart, and the tolerance larger than the spacing.
+TEST(FindGrid, StationsOffTheirLineAreWithTheirOwn) {
+  for (const double off : {0.1, 0.3, 0.6}) {
+    for (unsigned seed = 0; seed < 10; ++seed) {
+      const GridCase plan{.columns = 2, .off = off, .beyond = 2};
+      const std::vector<StationPose> stations = stations_of(plan, seed);
+      const Grid grid = find_grid(stations, {.off_line_m = 0.15 * off, .same_station_m = 1e-9});
+      EXPECT_EQ(grid.lines.size(), 5U) << off << ' ' << seed;
+      EXPECT_EQ(grid.cells.size(), 2U) << off << ' ' << seed;
+      for (const Line& line : grid.lines) {
+        EXPECT_NEAR(static_cast<double>(line.stations.size()), line.axis == LineAxis::kX ? 25 : 15,
+                    2.0);
+      }
+    }
+  }
+}
+
+TEST(FindGrid, TwoPassesOfALineAreOneLine) {
+  for (const double ahead_m : {0.001, 0.01, 0.05, 0.09}) {
+    for (const double beside_m : {0.0, 0.005, 0.02}) {
+      std::vector<StationPose> stations = stations_of({.beyond = 2});
+      for (StationPose second : stations_of({.beyond = 2})) {
+        const bool is_x = second.file[0] == 'x';
+        second.position_m +=
+            Eigen::Vector3d(is_x ? ahead_m : beside_m, 0.0, is_x ? beside_m : ahead_m);
+        second.file += "_second";
+        stations.push_back(second);
+      }
+      GridTolerance tolerance{.same_station_m = 5e-5};
+      if (beside_m > 0.01) tolerance.off_line_m = 0.02;
+      const Grid grid = find_grid(stations, tolerance);
+      EXPECT_EQ(grid.lines.size(), 4U) << ahead_m << ' ' << beside_m;
+      EXPECT_EQ(grid.cells.size(), 1U) << ahead_m << ' ' << beside_m;
+    }
+  }
+}
+
+TEST(FindGrid, OneStationAtACrossingIsOfTheLineThatEndsThere) {
+  std::vector<StationPose> stations = stations_of({.columns = 2, .crossings = Crossings::kOfX});
+  const Grid grid = find_grid(stations, {});
+  EXPECT_EQ(grid.lines[3].stations.front().file, "x00_0010");
+  EXPECT_EQ(grid.lines[0].stations.front().file, "x00_0000");
+}
+
+// Four lost frames are a section, three are not; a line may end one spacing before a corner.
+TEST(FindGrid, ACellIsOpenWhereASectionIsMissing) {
+  for (const int lost : {3, 4}) {
+    std::vector<StationPose> stations = stations_of({.columns = 2, .rows = 2});
+    std::erase_if(stations, [&](const StationPose& station) {
+      return station.file >= "z02_0003" && station.file < fmt::format("z02_{:04}", 3 + lost);
+    });
+    const Grid grid = find_grid(stations, {});
+    EXPECT_EQ(grid.cells.size(), lost == 3 ? 4U : 3U);
+    if (lost == 3) continue;
+    ASSERT_EQ(line_notes(grid).size(), 1U);
+    EXPECT_THAT(line_notes(grid)[0], HasSubstr("line z2 has no station for 0.5 m between z02_0002 "
+                                               "and z02_0007"));
+  }
+  for (const int lost : {1, 2}) {
+    std::vector<StationPose> stations = stations_of({.columns = 2, .rows = 2});
+    std::erase_if(stations, [&](const StationPose& station) {
+      return station.file.starts_with("x02") && station.file > fmt::format("x02_{:04}", 20 - lost);
+    });
+    std::erase_if(stations, [](const StationPose& each) { return each.file == "z02_0020"; });
+    EXPECT_EQ(find_grid(stations, {}).cells.size(), lost == 1 ? 4U : 3U);
+  }
+}
+
+TEST(FindGrid, ASideThatIsMissingLeavesTheCellOpen) {
+  std::vector<StationPose> stations = stations_of({.beyond = 1});
+  std::erase_if(stations, [](const StationPose& each) { return line_of(each.file) == "z01"; });
   EXPECT_TRUE(find_grid(stations, {}).cells.empty());
 }
 
-TEST(FindGrid, SideWithALongGapLeavesTheCellOpenButALostFrameDoesNot) {
-  std::vector<StationPose> stations = square();
-  std::erase_if(stations, [](const StationPose& s) { return s.file == "front_015.jpg"; });
-  EXPECT_EQ(find_grid(stations, {}).cells.size(), 1U);
-  std::erase_if(stations, [](const StationPose& s) {
-    return s.file > "front_012.jpg" && s.file < "front_018.jpg";
-  });
-  EXPECT_TRUE(find_grid(stations, {}).cells.empty());
-}
-
-TEST(FindGrid, OneStationAtACrossingGoesToTheLineWithTheLargerGap) {
-  // The left line ends at its corner with the front line; without it, it would be short of the
-  // corner.
-  std::vector<StationPose> stations =
-      captured({{"front", -0.75, 0.5, 0.05, 0.0, 31}, {"left", -0.5, -0.75, 0.0, 0.05, 26}});
-  std::erase_if(stations, [](const StationPose& s) { return s.file == "front_005.jpg"; });
+TEST(FindGrid, NamedLinesNeedNoNeighbours) {
+  // Closer to each other than to be told apart, and off their lines by four tenths of the spacing.
+  std::vector<StationPose> stations;
+  for (int i = 0; i < 20; ++i) {
+    const double off_m = i % 2 == 0 ? 0.04 : -0.04;
+    stations.push_back({fmt::format("a{}", i), {0.1 * i, 0.0, off_m}, "", "a"});
+    stations.push_back({fmt::format("b{}", i), {0.1 * i, 0.0, 0.05 - off_m}, "", "b"});
+  }
   const Grid grid = find_grid(stations, {});
   ASSERT_EQ(grid.lines.size(), 2U);
-  EXPECT_EQ(grid.lines[1].stations.back().file, "left_025.jpg");
-  expect_lines_are_captures(grid, stations.size());
-}
-
-TEST(FindGrid, MovingTheWholeGridMovesTheResult) {
-  std::vector<StationPose> stations = square();
-  const Eigen::Vector3d shift(1234.5, 10.0, -987.0);
-  for (StationPose& station : stations) station.position_m += shift;
-  const Grid grid = find_grid(stations, {});
-  ASSERT_EQ(grid.cells.size(), 1U);
-  EXPECT_NEAR(grid.cells[0].x_min_m, 1234.0, 1e-9);
-  EXPECT_NEAR(grid.cells[0].z_max_m, -986.5, 1e-9);
-}
-
-TEST(FindGrid, DuplicateAwayFromACrossingNamesBothFilesAndLines) {
-  std::vector<StationPose> stations = square();
-  stations.push_back({"again.jpg", stations[3].position_m, "poses.csv:126"});
-  EXPECT_THAT(error_of(stations), AllOf(HasSubstr("front_003.jpg (poses.csv:5)"),
-                                        HasSubstr("again.jpg (poses.csv:126)")));
-}
-
-// The repeated station lines up with those of the other rows.
-TEST(FindGrid, DuplicateAmongParallelLinesIsNamedAsOne) {
-  std::vector<StationPose> stations = captured(
-      {{"a", 0.0, 0.0, 0.1, 0.0, 8}, {"b", 0.0, 0.5, 0.1, 0.0, 8}, {"c", 0.0, 1.0, 0.1, 0.0, 8}});
-  stations.push_back({"again.jpg", stations[11].position_m, "poses.csv:26"});
+  for (const Line& line : grid.lines) EXPECT_EQ(line.stations.size(), 20U);
+  stations[6].position_m.z() = 0.2;
   EXPECT_THAT(error_of(stations),
-              AllOf(HasSubstr("b_003.jpg (poses.csv:13)"), HasSubstr("again.jpg (poses.csv:26)"),
-                    HasSubstr("have the same position")));
+              AllOf(HasSubstr("a3 is 1"), HasSubstr("mm off the line a along x"),
+                    HasSubstr("--line-tolerance-mm 1")));
+  stations[6].line = "";
+  EXPECT_THAT(error_of(stations), AllOf(HasSubstr("a3"), HasSubstr("every frame or of none")));
+  stations[6].line = "c";
+  EXPECT_THAT(error_of(stations), AllOf(HasSubstr("a3"), HasSubstr("only station of line c")));
 }
 
-TEST(FindGrid, TwoStationsAtOnePlaceAreNamedAsThat) {
-  EXPECT_THAT(error_of(captured({{"a", 0.2, 0.3, 0.0, 0.0, 2}})),
-              AllOf(HasSubstr("a_000.jpg (poses.csv:2) and a_001.jpg (poses.csv:3)"),
-                    HasSubstr("have the same position (x = 0.2, z = 0.3)")));
-}
-
-// Every station in the middle of a long line has the same rank among its neighbours, so that a
-// search which compares all with all would take minutes.
-TEST(FindGrid, ManyStationsAreFoundSoon) {
-  const std::vector<StationPose> stations = captured({{"a", 0.0, 0.0, 0.01, 0.0, 20000},
-                                                      {"b", 0.0, 199.99, 0.01, 0.0, 20000},
-                                                      {"c", 0.0, 0.0, 0.0, 0.01, 20000},
-                                                      {"d", 199.99, 0.0, 0.0, 0.01, 20000}});
-  const Grid grid = find_grid(stations, {});
-  EXPECT_EQ(grid.lines.size(), 4U);
-  EXPECT_EQ(grid.cells.size(), 1U);
-}
-
-TEST(FindGrid, ThirdStationAtACrossingIsAnError) {
-  std::vector<StationPose> stations = square();
-  const auto corner = std::find_if(stations.begin(), stations.end(),
-                                   [](const StationPose& s) { return s.file == "front_005.jpg"; });
-  stations.push_back({"third.jpg", corner->position_m, "poses.csv:126"});
-  EXPECT_THAT(error_of(stations), AllOf(HasSubstr("front_005.jpg"), HasSubstr("third.jpg")));
-}
-
-TEST(FindGrid, StationOffEveryLineIsNamed) {
-  for (bool first : {false, true}) {
-    std::vector<StationPose> stations = square();
-    const StationPose stray{"stray.jpg", {0.3, 0.0, 0.53}, "poses.csv:9"};
-    stations.insert(first ? stations.begin() : stations.end(), stray);
-    EXPECT_THAT(error_of(stations), HasSubstr("stray.jpg (poses.csv:9)"));
+TEST(FindGrid, StrayStationsAreNamedWithTheNearestLine) {
+  std::mt19937 random(3);
+  for (int i = 0; i < 40; ++i) {
+    std::vector<StationPose> stations = stations_of({.columns = 3, .rows = 2, .beyond = 1});
+    // In a cell, in line with no station.
+    stations.push_back({"stray", {uniform(&random, 1.02, 1.98), 0.0, uniform(&random, 1.2, 1.8)}});
+    Eigen::Vector3d& at = stations.back().position_m;
+    at = (10.0 * at).array().floor() * 0.1 + 0.05;
+    EXPECT_THAT(error_of(stations),
+                AllOf(HasSubstr("stray at x"), HasSubstr("beside the line along"),
+                      HasSubstr("tolerance of 10 mm")));
   }
+  std::vector<StationPose> stations = stations_of({.beyond = 1});
+  station_of("x01_0007", &stations)->position_m.z() += 0.06;
+  EXPECT_THAT(error_of(stations), AllOf(HasSubstr("x01_0007 (poses.csv:"),
+                                        HasSubstr("60 mm beside the line along x from x01_0000"),
+                                        HasSubstr("--line-tolerance-mm (61)")));
+  EXPECT_EQ(error_of(stations, {.off_line_m = 0.062}), "no error");
+  EXPECT_THAT(error_of({{"lonely", {1, 2, 3}}}),
+              AllOf(HasSubstr("lonely"), HasSubstr("at least two")));
 }
 
-TEST(FindGrid, ToleranceDecidesHowFarOffAStationMayBe) {
-  std::vector<StationPose> stations = captured({{"a", 0.0, 0.0, 0.1, 0.0, 20}});
-  stations[7].position_m.z() = 0.015;
-  EXPECT_THAT(error_of(stations), HasSubstr("a_007.jpg"));
-  EXPECT_EQ(error_of(stations, {0.02}), "no error");
-}
-
-TEST(FindGrid, StationAtAnotherHeightIsNamed) {
-  std::vector<StationPose> stations = square();
-  stations[12].position_m.y() = 0.4;
+TEST(FindGrid, StationsThatCountAsOneAreNamed) {
+  std::vector<StationPose> stations = stations_of({.beyond = 1});
+  stations.push_back({"again", station_of("x00_0004", &stations)->position_m, "poses.csv:99"});
   EXPECT_THAT(error_of(stations),
-              AllOf(HasSubstr("front_012.jpg (poses.csv:14) is 38"), HasSubstr("mm above")));
+              AllOf(HasSubstr("again (poses.csv:99) and x00_0004 (poses.csv:6)"),
+                    HasSubstr("have the same position (x = 0.3, z = 0)")));
+  stations.back().position_m.x() += 0.001;
+  EXPECT_EQ(error_of(stations), "no error");
+  EXPECT_THAT(error_of(stations, {.same_station_m = 0.002}), HasSubstr("are 1 mm apart"));
+  EXPECT_THAT(error_of(stations, {.same_station_m = 0.02}),
+              AllOf(HasSubstr("within 20 mm"), HasSubstr("10 mm off its line")));
+  // A third one at a crossing.
+  stations.back().position_m = station_of("x00_0001", &stations)->position_m;
+  EXPECT_THAT(error_of(stations), AllOf(HasSubstr("again"), HasSubstr("the same position")));
 }
 
-TEST(FindGrid, LineWithOneStationIsAnError) {
-  EXPECT_THAT(error_of(captured({{"lonely", 0.0, 0.0, 0.1, 0.0, 1}})),
-              AllOf(HasSubstr("lonely_000.jpg"), HasSubstr("at least two")));
-  std::vector<StationPose> stations = captured({{"a", 0.0, 0.0, 0.1, 0.0, 9}});
-  stations.push_back({"b_000.jpg", {0.33, 0.0, 0.5}, ""});
-  EXPECT_THAT(error_of(stations), HasSubstr("b_000.jpg"));
-}
-
-TEST(FindGrid, CoordinatesThatAreNotFiniteAreAnError) {
-  for (double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
-    std::vector<StationPose> stations = square();
+TEST(FindGrid, WhatIsNoGridIsAnError) {
+  EXPECT_THAT(error_of({}), HasSubstr("no stations"));
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    std::vector<StationPose> stations = stations_of({});
     stations[4].position_m.y() = bad;
-    EXPECT_THAT(error_of(stations), AllOf(HasSubstr("front_004.jpg"), HasSubstr("not finite")));
+    EXPECT_THAT(error_of(stations), AllOf(HasSubstr("x00_0004"), HasSubstr("not finite")));
+  }
+  EXPECT_THAT(error_of(stations_of({.turned_deg = 20.0})), HasSubstr("3 degrees of x or z"));
+  const std::vector<StationPose> same(9, {"a", {1, 2, 3}});
+  EXPECT_THAT(error_of(same), HasSubstr("at least two"));
+}
+
+// The height of a line at `along_m`, of stations 25 cm apart.
+std::string error_of_heights(const std::function<double(double)>& height_m) {
+  std::vector<StationPose> stations;
+  for (int i = 0; i < 40; ++i) {
+    stations.push_back({fmt::format("{:02}", i), {0.25 * i, height_m(0.25 * i), 0.0}});
+  }
+  return error_of(stations);
+}
+
+TEST(FindGrid, LinesGoUpAndDownHillButNotOverSteps) {
+  EXPECT_EQ(error_of_heights([](double x) { return 0.1 * std::sin(kTwoPi * x / 8.0); }),
+            "no error");
+  EXPECT_EQ(error_of_heights([](double x) { return 0.1 * x; }), "no error");
+  EXPECT_THAT(error_of_heights([](double x) { return x == 5.0 ? -0.3 : 0.0; }),
+              AllOf(HasSubstr("20 is 300 mm below"), HasSubstr("tolerance of 25 mm")));
+  EXPECT_THAT(error_of_heights([](double x) { return x < 5.0 ? 0.0 : 0.3; }), HasSubstr("150 mm"));
+  EXPECT_THAT(error_of_heights([](double x) { return 0.2 * x; }),
+              AllOf(HasSubstr("climbs by 11.3 degrees"), HasSubstr("more than 6")));
+}
+
+// The border of the whole grid, typed as planned, is inside; a tenth of a micrometre outside is
+// not.
+TEST(FindCell, BordersAreInside) {
+  for (const double x_m : {0.0, -100.0, 12345.678, -99999.9}) {
+    const GridCase plan{.columns = 3, .rows = 2, .spacing_m = 0.1 / 3.0, .corner = {x_m, 7.7}};
+    const Grid grid = find_grid(stations_of(plan), {});
+    EXPECT_TRUE(find_cell(grid, {x_m + 1.0, 7.7}));
+    EXPECT_FALSE(find_cell(grid, {x_m + 1.0 + 1e-7, 7.7}));
+    EXPECT_EQ(find_cell(grid, {x_m + 0.5, 8.0}), 1);
+    EXPECT_FALSE(find_cell(grid, {std::nan(""), 8.0}));
   }
 }
 
-TEST(FindGrid, NoStationsIsAnError) { EXPECT_THAT(error_of({}), HasSubstr("no stations")); }
-
-TEST(FindCell, BordersBelongToACellAndOutsideToNone) {
-  const Grid grid = find_grid(grid_of_lines(2, 1, 1.0, 1.0), {});
-  const auto x_min = [&](PlanPoint point) {
-    const std::optional<int> cell = find_cell(grid, point);
-    return cell ? grid.cells[static_cast<size_t>(*cell)].x_min_m : std::nan("");
-  };
-  EXPECT_NEAR(x_min({0.5, 0.5}), 0.0, 1e-12);
-  EXPECT_NEAR(x_min({1.5, 0.5}), 1.0, 1e-12);
-  EXPECT_TRUE(find_cell(grid, {1.0, 0.5}).has_value());
-  EXPECT_FALSE(find_cell(grid, {2.1, 0.5}).has_value());
-  EXPECT_FALSE(find_cell(grid, {0.5, -0.1}).has_value());
-  EXPECT_FALSE(find_cell(grid, {std::nan(""), 0.5}).has_value());
+// By its definition, over gaps whose sums are exact.
+TEST(CoveringSpacing, HalfOfTheLineLiesInGapsAtLeastAsLarge) {
+  EXPECT_EQ(covering_spacing({0.3}), 0.3);
+  EXPECT_EQ(covering_spacing({0.005, 0.045, 0.005, 0.045, 0.005}), 0.045);
+  EXPECT_EQ(covering_spacing({0.05, 0.05, 2.0, 0.05}), 0.05);
+  std::mt19937 random(4);
+  for (int round = 0; round < 500; ++round) {
+    std::vector<double> gaps_m(2 + random() % 60);
+    for (double& gap_m : gaps_m) {
+      gap_m = std::ldexp(static_cast<double>(random() % 10), 3 - static_cast<int>(random() % 16));
+    }
+    std::vector<double> descending_m = gaps_m;
+    std::ranges::sort(descending_m, std::greater());
+    const double middle_m = descending_m[(descending_m.size() - 1) / 2];
+    descending_m.erase(descending_m.begin());
+    double half_m = 0.0, sum_m = 0.0, at_half_m = 0.0;
+    for (const double gap_m : descending_m) half_m += 0.5 * gap_m;
+    for (std::size_t i = 0; i == 0 || sum_m < half_m; ++i) sum_m += at_half_m = descending_m[i];
+    EXPECT_EQ(covering_spacing(gaps_m), std::max(middle_m, at_half_m)) << round;
+  }
 }
 
-TEST(CrossingOf, LiesOnBothLines) {
-  const Grid grid = find_grid(square(), {});
-  const PlanPoint corner = crossing_of(grid.lines[1], grid.lines[2]);  // front, left
-  EXPECT_NEAR(corner.x_m, -0.5, 1e-12);
-  EXPECT_NEAR(corner.z_m, 0.5, 1e-12);
-  EXPECT_NEAR(along_line(grid.lines[1], corner), 0.25, 1e-12);
+TEST(LineNotes, NameLinesThatMayBePassesOfOne) {
+  std::vector<StationPose> stations;
+  for (int i = 0; i < 20; ++i) {
+    stations.push_back({fmt::format("a{:02}", i), {0.05 * i, 0.0, 0.0}});
+    stations.push_back({fmt::format("b{:02}", i), {0.05 * i, 0.0, 0.012}});
+  }
+  const std::vector<std::string> notes = line_notes(find_grid(stations, {}));
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_THAT(notes[0],
+              AllOf(HasSubstr("x0 and x1 are 12 mm apart"), HasSubstr("--line-tolerance-mm 12")));
+}
+
+TEST(DoubtOfUnit, MillimetresAreNotMetres) {
+  EXPECT_FALSE(doubt_of_unit(find_grid(stations_of({}), {})));
+  EXPECT_FALSE(doubt_of_unit(find_grid(stations_of({.spacing_m = 1.5}), {}))) << "a hall";
+  const auto doubt = doubt_of_unit(find_grid(stations_of({.spacing_m = 100.0}), {}));
+  ASSERT_TRUE(doubt);
+  EXPECT_THAT(*doubt, AllOf(HasSubstr("100 m apart"), HasSubstr("1000 m wide"),
+                            HasSubstr("divide millimetres by 1000")));
+  const GridCase dense{.steps = 100, .spacing_m = 1.0};
+  EXPECT_TRUE(doubt_of_unit(find_grid(stations_of(dense), {})));
 }
 
 }  // namespace

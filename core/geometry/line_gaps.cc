@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
+#include <iterator>
 #include <numeric>
 #include <utility>
 
@@ -51,12 +51,12 @@ PlanPoint place_at(const Line& line, double along_m) {
           line.origin.z_m + along_m * line.direction.z_m};
 }
 
-// The mean distance between two lines of one axis over the part that both cover; infinite if there
-// is none.
-double distance_between(const Line& a, const Line& b) {
+// The distance between two lines of one axis in the middle of the part that both cover; none if
+// there is no such part.
+std::optional<double> distance_between(const Line& a, const Line& b) {
   const double begin = std::max(a.first_m(), along_line(a, place_at(b, b.first_m())));
   const double end = std::min(a.last_m(), along_line(a, place_at(b, b.last_m())));
-  if (begin >= end) return std::numeric_limits<double>::infinity();
+  if (begin >= end) return std::nullopt;
   const PlanPoint on_a = place_at(a, 0.5 * (begin + end));
   const PlanPoint on_b = place_at(b, along_line(b, on_a));
   return std::hypot(on_a.x_m - on_b.x_m, on_a.z_m - on_b.z_m);
@@ -73,6 +73,8 @@ double covering_spacing(std::vector<double> gaps_m) {
 
 double covering_spacing(const Line& line) { return covering_spacing(gaps_of(line)); }
 
+double median_spacing_m(const Line& line) { return median(gaps_of(line)); }
+
 std::vector<LineGap> missing_sections(const Line& line) {
   const double spacing_m = covering_spacing(line);
   const double longest_m = kLargestGapInSpacings * spacing_m + place_tolerance_m(line, spacing_m);
@@ -84,7 +86,7 @@ std::vector<LineGap> missing_sections(const Line& line) {
   return missing;
 }
 
-std::vector<std::string> missing_section_notes(const Grid& grid) {
+std::vector<std::string> line_notes(const Grid& grid) {
   std::vector<std::string> notes;
   for (const Line& line : grid.lines) {
     for (const LineGap& gap : missing_sections(line)) {
@@ -96,32 +98,31 @@ std::vector<std::string> missing_section_notes(const Grid& grid) {
           covering_spacing(line)));
     }
   }
-  return notes;
-}
-
-std::vector<std::string> close_line_notes(const Grid& grid) {
-  std::vector<double> spacings_m;
-  for (const Line& line : grid.lines) spacings_m.push_back(covering_spacing(line));
-  std::vector<std::string> notes;
-  for (std::size_t a = 0; a < grid.lines.size(); ++a) {
-    for (std::size_t b = a + 1; b < grid.lines.size(); ++b) {
-      if (grid.lines[a].axis != grid.lines[b].axis) continue;
-      const double apart_m = distance_between(grid.lines[a], grid.lines[b]);
-      if (apart_m > std::min(spacings_m[a], spacings_m[b])) continue;
-      notes.push_back(
-          fmt::format("lines {} and {} are {} apart, closer than their stations; if they are "
-                      "passes of one line, "
-                      "give --line-tolerance-mm {}",
-                      grid.lines[a].id, grid.lines[b].id, mm_text(apart_m), mm_at_least(apart_m)));
+  for (auto a = grid.lines.begin(); a != grid.lines.end(); ++a) {
+    for (auto b = std::next(a); b != grid.lines.end() && b->axis == a->axis; ++b) {
+      const std::optional<double> apart_m = distance_between(*a, *b);
+      if (!apart_m || *apart_m > std::min(covering_spacing(*a), covering_spacing(*b))) continue;
+      notes.push_back(fmt::format(
+          "lines {} and {} are {} apart, closer than their stations; if they are passes of one "
+          "line, give --line-tolerance-mm {}, or name the line of each in a column line",
+          a->id, b->id, mm_text(*apart_m), mm_at_least(*apart_m)));
     }
   }
   return notes;
 }
 
-std::vector<std::string> line_notes(const Grid& grid) {
-  std::vector<std::string> notes = missing_section_notes(grid);
-  for (std::string& note : close_line_notes(grid)) notes.push_back(std::move(note));
-  return notes;
+std::optional<std::string> doubt_of_unit(const Grid& grid) {
+  constexpr double kWidestSpacing_m = 2.0, kWidestCell_m = 50.0;
+  double spacing_m = 0.0, cell_m = 0.0;
+  for (const Line& line : grid.lines) spacing_m = std::max(spacing_m, median_spacing_m(line));
+  for (const Cell& cell : grid.cells) {
+    cell_m = std::max({cell_m, cell.x_max_m - cell.x_min_m, cell.z_max_m - cell.z_min_m});
+  }
+  if (spacing_m <= kWidestSpacing_m && cell_m <= kWidestCell_m) return std::nullopt;
+  return fmt::format(
+      "stations {:.4g} m apart{}: are the positions in another unit, such as millimetres? x, y and "
+      "z are read as metres; divide millimetres by 1000",
+      spacing_m, grid.cells.empty() ? "" : fmt::format(" and cells up to {:.4g} m wide", cell_m));
 }
 
 }  // namespace raywalk

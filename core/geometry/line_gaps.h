@@ -1,4 +1,5 @@
-// The spacing of unevenly spaced stations, and the gaps between them. Lengths are metres.
+// The spacing of unevenly spaced stations, the gaps between them, and what users are warned of.
+// Lengths are metres.
 #pragma once
 
 #include <optional>
@@ -23,18 +24,20 @@ struct LineGap {
 double covering_spacing(std::vector<double> gaps_m);
 double covering_spacing(const Line& line);
 
+// Median distance between neighbouring stations of a line.
+double median_spacing_m(const Line& line);
+
 // The gaps of a line that exceed four times its covering spacing: a few lost frames do not open a
 // cell, a missing section does.
 std::vector<LineGap> missing_sections(const Line& line);
 
-// One sentence per missing section of a grid, for users.
-std::vector<std::string> missing_section_notes(const Grid& grid);
-
-// Lines side by side, closer than their stations' spacing, which may be passes of one line: one
-// sentence for users per pair.
-std::vector<std::string> close_line_notes(const Grid& grid);
-
-// Both.
+// Sentences for users: of every missing section, and of lines side by side, closer than their
+// stations' spacing, which may be passes of one line.
 std::vector<std::string> line_notes(const Grid& grid);
+
+// Why the positions look like millimetres or centimetres, and what to do; none if they do not.
+// Stations of rooms are millimetres to decimetres apart and cells a few metres wide. Doubtful: more
+// than 2 m between neighbours of the most widely spaced line, or a cell wider than 50 m.
+std::optional<std::string> doubt_of_unit(const Grid& grid);
 
 }  // namespace raywalk

@@ -34,10 +34,12 @@ constexpr double rounding_m(double largest_m) {
 inline double largest_coordinate_m(PlanPoint point) {
   return std::max(std::abs(point.x_m), std::abs(point.z_m));
 }
-double largest_coordinate_m(const Line& line);
 
 // rounding_m of positions along a line.
-inline double rounding_m(const Line& line) { return rounding_m(largest_coordinate_m(line)); }
+inline double rounding_m(const Line& line) {
+  return rounding_m(largest_coordinate_m(line.origin) +
+                    std::max(std::abs(line.first_m()), std::abs(line.last_m())));
+}
 
 // Whether a place along a line is between its first and its last station.
 inline bool is_captured_at(const Line& line, double along_m) {

@@ -43,9 +43,15 @@
 // Arguments are not checked.
 #pragma once
 
-#include "core/geometry/layer_count.h"
-
 namespace raywalk {
+
+// Inverse distances of a scene, 1/m; 0 is infinitely far. 0 <= min <= max.
+struct OmegaRange {
+  double min = 0.0;
+  double max = 0.0;
+
+  friend bool operator==(const OmegaRange&, const OmegaRange&) = default;
+};
 
 // The angle, radians, of `tolerance_px` pixels of a panorama `width_px` > 0 pixels wide.
 double angle_of_pixels(double tolerance_px, int width_px);
@@ -84,5 +90,20 @@ double largest_ghost_without_depth(OmegaRange scene, double spacing_m);
 // The distance, metres, beyond which sources stay within the tolerance at a spacing when samples
 // are not moved.
 double nearest_distance_resolved(double spacing_m, double tolerance_rad);
+
+// The number of depth layers a view needs.
+//
+// HLF-VD can correct in N layers, equally spaced in inverse distance. The inverse distance of a
+// pixel is then off by at most half a layer, and phi* by at most half a layer times |d alpha / d
+// omega|, where alpha = phi* + asin(q), q = d_p omega sin phi* (law of sines), omega = 1 / d_src:
+//
+//   d alpha / d omega = d_p sin phi* / sqrt(1 - q^2) <= d_p / sqrt(1 - q^2).
+//
+// The slope is unbounded as q approaches 1 (the ray grazes the layer's circle), so the count is
+// computed for q = sin 80 deg and holds for every pixel with a smaller q.
+//
+// Layers needed to keep the error of phi* within `tolerance_rad` (> 0) at the largest d_p of a
+// view, metres. In [1, 65536].
+int layers_for_tolerance(OmegaRange range, double largest_d_p_m, double tolerance_rad);
 
 }  // namespace raywalk

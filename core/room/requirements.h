@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "core/geometry/spacing.h"
 #include "core/room/room.h"
 #include "core/room/room_fingerprint.h"
 

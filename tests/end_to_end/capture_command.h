@@ -74,7 +74,7 @@ class CaptureCommandTest : public ::testing::Test {
     const CommandResult exported = capture("export " + session());
     ASSERT_EQ(exported.exit_code, 0) << exported.errors;
     const CsvTable poses =
-        CsvTable::read(std::filesystem::path(session()) / "poses.csv", {"file", "x", "y", "z"}, {});
+        CsvTable::read(std::filesystem::path(session()) / "poses.csv", {"file", "x", "y", "z", "line"}, {});
     std::set<std::string> frames;
     for (std::size_t row = 0; row < poses.rows(); ++row) frames.insert(poses.text(row, "file"));
     EXPECT_EQ(poses.rows(), kStations);

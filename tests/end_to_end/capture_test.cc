@@ -45,7 +45,7 @@ TEST_F(CaptureCommandTest, LinesCapturedApartBecomeOneSession) {
   ASSERT_EQ(capture("export " + session()).exit_code, 0);
   // Every frame is at its place, with the errors of its own placement.
   const CsvTable poses =
-      CsvTable::read(fs::path(session()) / "poses.csv", {"file", "x", "y", "z"}, {});
+      CsvTable::read(fs::path(session()) / "poses.csv", {"file", "x", "y", "z", "line"}, {});
   ASSERT_EQ(poses.rows(), 20u);
   const CsvTable truth =
       CsvTable::read(rig_->directory() / "truth" / "true_poses.csv",
@@ -81,7 +81,7 @@ TEST_F(CaptureCommandTest, ASessionFromTheFirstMoveToTheFrameList) {
       CsvTable::read(rig_->directory() / "truth" / "true_poses.csv",
                      {"file", "line", "x", "y", "z", "yaw", "pitch", "roll"}, {});
   const CsvTable poses =
-      CsvTable::read(fs::path(session()) / "poses.csv", {"file", "x", "y", "z"}, {});
+      CsvTable::read(fs::path(session()) / "poses.csv", {"file", "x", "y", "z", "line"}, {});
   ASSERT_GE(truth.rows(), poses.rows());
   const std::size_t first = truth.rows() - poses.rows();  // rows before it: metering
   for (std::size_t i = 0; i < poses.rows(); ++i) {

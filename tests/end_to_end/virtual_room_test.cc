@@ -91,7 +91,7 @@ TEST_F(VirtualRoomTest, TruePosesIncludeTheJitter) {
               "--truth-views 0 --every-distance 0");
   ASSERT_EQ(captured.exit_code, 0) << captured.errors;
   EXPECT_FALSE(fs::exists(out() / "gt.csv"));
-  const CsvTable nominal = CsvTable::read(out() / "poses.csv", {"file", "x", "y", "z"}, {});
+  const CsvTable nominal = CsvTable::read(out() / "poses.csv", {"file", "x", "y", "z", "line"}, {});
   const CsvTable actual =
       CsvTable::read(out() / "true_poses.csv", {"file", "x", "y", "z", "yaw", "pitch", "roll"}, {});
   ASSERT_EQ(nominal.rows(), actual.rows());

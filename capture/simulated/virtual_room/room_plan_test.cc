@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "core/geometry/line_gaps.h"
 
 namespace raywalk::capture {
 namespace {
