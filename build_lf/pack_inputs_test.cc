@@ -187,8 +187,7 @@ TEST_F(PackInputsTest, ExifOrientationIsWarnedOf) {
   list.close();
   const CapturedLog log;
   pack_room(options_);
-  EXPECT_THAT(log.text(), AllOf(HasSubstr("1.jpg: its EXIF orientation 3"), HasSubstr("1 more"),
-                                HasSubstr("180 degrees")));
+  EXPECT_THAT(log.text(), AllOf(HasSubstr("1.jpg: its EXIF orientation 3"), HasSubstr("1 more")));
 }
 
 TEST_F(PackInputsTest, NothingIsWarnedOfInAnOrdinaryCapture) {

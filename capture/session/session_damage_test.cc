@@ -113,6 +113,8 @@ TEST_F(SessionDamageTest, ValuesOutOfRangeAreRefused) {
                        "measured_mm of station x0_001 is '1.0e+308'");
   expect_value_refused("UPDATE attempt SET measured_mm = 9e999" + of_attempt,
                        "measured_mm of station x0_001 is 'Inf'");
+  expect_value_refused("UPDATE attempt SET measured_mm = 0" + of_attempt,
+                       "measured_mm of station x0_001 is 0, but the station is planned at 800 mm");
   expect_value_refused("UPDATE attempt SET exposed_utc_us = 9223372036854775807" + of_attempt,
                        "exposed_utc_us of station x0_001 is '9223372036854775807'");
   expect_value_refused("UPDATE attempt SET number = -1" + of_attempt,

@@ -42,14 +42,13 @@ void require_8_bits(const ImageHeader& header, const fs::path& file) {
                           header.bits_per_channel));
 }
 
-void require_2_to_1(const ImageHeader& header, const fs::path& file) {
-  if (header.size.width == 2 * std::int64_t{header.size.height}) return;
-  throw Error(fmt::format("{}: {}x{} is not a panorama; its width must be twice its height",
-                          file.string(), header.size.width, header.size.height));
-}
+bool is_2_to_1(PanoramaSize size) { return size.width == 2 * std::int64_t{size.height}; }
 
 void require_panorama(const ImageHeader& header, const fs::path& file) {
-  require_2_to_1(header, file);
+  if (!is_2_to_1(header.size)) {
+    throw Error(fmt::format("{}: {}x{} is not a panorama; its width must be twice its height",
+                            file.string(), header.size.width, header.size.height));
+  }
   require_8_bits(header, file);
 }
 
@@ -169,7 +168,10 @@ PanoramaSize picture_size_of(const fs::path& file) { return picture_header_of(fi
 PanoramaSize distance_map_size_of(const fs::path& file) {
   const ImageHeader header = read_header(file);
   require_distance_map(header, file);
-  require_2_to_1(header, file);
+  if (!is_2_to_1(header.size)) {
+    throw Error(fmt::format("{}: {}x{} is not 2:1, as distance maps must be", file.string(),
+                            header.size.width, header.size.height));
+  }
   return header.size;
 }
 

@@ -27,12 +27,6 @@ struct LensEntry {
   Eigen::Vector3d position_mm{0, 0, 0};
 };
 
-struct AttitudeEntry {
-  double yaw_deg = 180.0;
-  double pitch_deg = 0.0;
-  double roll_deg = 0.0;
-};
-
 void bind_lens(SettingsSchema* schema, const std::string& name, LensEntry* entry) {
   FisheyeLens* lens = &entry->lens;
   lens->centre = {kMissing, kMissing};
@@ -101,14 +95,14 @@ DualFisheyeCamera read_lens_file(const std::filesystem::path& file) {
   }
   DualFisheyeCamera camera;
   LensEntry front, back;
-  AttitudeEntry attitude;
+  double yaw_deg = 180.0, pitch_deg = 0.0, roll_deg = 0.0;  // of the back lens
   SettingsSchema schema;
   schema.integer("picture_width_px", &camera.picture.width, 1, kLargestSide_px)
       .integer("picture_height_px", &camera.picture.height, 1, kLargestSide_px)
       .boolean("two_files", &camera.two_files)
-      .number("back.yaw_deg", &attitude.yaw_deg, -360.0, 360.0)
-      .number("back.pitch_deg", &attitude.pitch_deg, -360.0, 360.0)
-      .number("back.roll_deg", &attitude.roll_deg, -360.0, 360.0);
+      .number("back.yaw_deg", &yaw_deg, -360.0, 360.0)
+      .number("back.pitch_deg", &pitch_deg, -360.0, 360.0)
+      .number("back.roll_deg", &roll_deg, -360.0, 360.0);
   bind_lens(&schema, "front", &front);
   bind_lens(&schema, "back", &back);
   schema.load(file);
@@ -119,9 +113,8 @@ DualFisheyeCamera read_lens_file(const std::filesystem::path& file) {
   camera.layout.back = lens_of(back, source, "back");
   camera.layout.front_position_m = 1e-3 * front.position_mm;
   camera.layout.back_position_m = 1e-3 * back.position_mm;
-  camera.layout.back_attitude = {radians_from_degrees(attitude.yaw_deg),
-                                 radians_from_degrees(attitude.pitch_deg),
-                                 radians_from_degrees(attitude.roll_deg)};
+  camera.layout.back_attitude = {radians_from_degrees(yaw_deg), radians_from_degrees(pitch_deg),
+                                 radians_from_degrees(roll_deg)};
   return camera;
 }
 

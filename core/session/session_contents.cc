@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <map>
 #include <utility>
@@ -17,6 +19,8 @@ namespace fs = std::filesystem;
 constexpr int kMostAttempts = 1000000;
 constexpr std::int64_t kLargestFile_bytes = std::int64_t{1} << 50;
 constexpr double kFarthest_m = kFarthest_mm / 1000.0;
+// The largest slider.motion.settle_tolerance_mm.
+constexpr double kLargestTolerance_mm = 100.0;
 
 // The index of a row of the database in a vector of SessionContents.
 using Indices = std::map<std::int64_t, int>;
@@ -95,6 +99,33 @@ Indices read_stations(SqliteConnection* database, const Indices& lines, SessionC
   return indices;
 }
 
+// How far the feedback may be from the planned position: to the nearest neighbour on the line, or
+// the largest tolerance of a slider.
+double reach_mm(const SessionContents& contents, std::size_t index) {
+  const SessionStation& station = contents.stations[index];
+  double nearest_mm = HUGE_VAL;
+  for (const std::size_t other : {index - 1, index + 1}) {
+    if (other >= contents.stations.size()) continue;
+    const SessionStation& neighbour = contents.stations[other];
+    if (neighbour.line != station.line) continue;
+    nearest_mm = std::min(nearest_mm, std::abs(neighbour.planned_mm - station.planned_mm));
+  }
+  return std::max(nearest_mm, kLargestTolerance_mm);
+}
+
+void require_shots_at_their_stations(const SessionContents& contents) {
+  for (std::size_t i = 0; i < contents.stations.size(); ++i) {
+    const SessionStation& station = contents.stations[i];
+    if (!station.shot) continue;
+    const double off_mm = station.shot->measured_mm - station.planned_mm;
+    if (std::abs(off_mm) <= reach_mm(contents, i)) continue;
+    throw_damaged_session(
+        contents.directory,
+        fmt::format("measured_mm of station {} is {:.6g}, but the station is planned at {:.6g} mm",
+                    station.name, station.shot->measured_mm, station.planned_mm));
+  }
+}
+
 PlanPoint position_of(const SessionStation& station, LineAxis axis) {
   PlanPoint position = station.planned_m;
   const double off_m = (station.shot->measured_mm - station.planned_mm) / 1000.0;
@@ -151,6 +182,7 @@ SessionContents read_session_contents(SqliteConnection* database, const fs::path
   read_session_row(database, &contents);
   const Indices lines = read_lines(database, &contents);
   const Indices stations = read_stations(database, lines, &contents);
+  require_shots_at_their_stations(contents);
   read_frames(database, stations, &contents);
   return contents;
 }

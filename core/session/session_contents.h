@@ -83,8 +83,9 @@ struct SessionContents {
 };
 
 // Reads one state of a session, also while another program writes to it. Throws Error, as
-// throw_damaged_session does, for a value that is missing or out of range, and a frame outside the
-// directory. Whether frames are missing says frame_faults (frame_faults.h).
+// throw_damaged_session does, for a value that is missing or out of range, a position by the
+// feedback that is not at its station, and a frame outside the directory. Whether frames are
+// missing says frame_faults (frame_faults.h).
 SessionContents read_session_contents(SqliteConnection* database,
                                       const std::filesystem::path& directory);
 
