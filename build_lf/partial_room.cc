@@ -20,7 +20,9 @@ constexpr const char* kFingerprintFile = "inputs.sha256";
 constexpr std::array kVolumeDirectories = {"lines", "distances", kDevelopedDirectory};
 
 fs::path made_directory(const fs::path& directory) {
-  make_directories(directory);
+  std::error_code error;
+  fs::create_directory(directory, error);
+  if (error) throw Error(fmt::format("cannot make {}: {}", directory.string(), error.message()));
   return directory;
 }
 
