@@ -58,7 +58,7 @@ TEST_F(PackBlocksTest, AreTakenOverByARunOfItsOwn) {
 
 TEST_F(PackBlocksTest, OfOtherFramesAreRefusedUnlessForced) {
   pack_block(options_, {1, 3});
-  capture_.write_list("# changed\n");
+  capture_.write_frame(5, {TestCapture::kWidth, TestCapture::kHeight});
   EXPECT_THAT(error_of([&] { pack_block(options_, {2, 3}); }), HasSubstr("of other frames"));
   EXPECT_THAT(error_of([&] { pack_room(options_); }), HasSubstr("of other frames"));
   options_.replace = true;

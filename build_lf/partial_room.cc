@@ -21,7 +21,9 @@ constexpr std::array kVolumeDirectories = {"lines", "distances/given", "distance
                                            kDevelopedDirectory};
 
 fs::path made_directory(const fs::path& directory) {
-  make_directories(directory);
+  std::error_code error;
+  fs::create_directory(directory, error);
+  if (error) throw Error(fmt::format("cannot make {}: {}", directory.string(), error.message()));
   return directory;
 }
 
