@@ -21,10 +21,10 @@ using Bytes = std::span<const std::byte>;
 constexpr std::int64_t kMostPixels = std::int64_t{1} << 30;
 constexpr tjscalingfactor kCoarse = {1, 8};  // one pixel of each block
 
-struct Closer {
+struct HandleCloser {
   void operator()(tjhandle handle) const { tjDestroy(handle); }
 };
-using Handle = std::unique_ptr<std::remove_pointer_t<tjhandle>, Closer>;
+using Handle = std::unique_ptr<std::remove_pointer_t<tjhandle>, HandleCloser>;
 
 Handle handle_of(tjhandle made) {
   if (made == nullptr) throw std::bad_alloc();

@@ -35,7 +35,10 @@ void expect_poses_of_two(const std::vector<ColmapImagePose>& images) {
 
 TEST(ColmapImages, AreReadExactlyFromBinaryAndText) {
   const TestDirectory directory;
-  write_colmap_text(directory.path(), model_of_two());
+  write_file_atomically(directory / "images.txt",
+                        "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME\n"
+                        "3 0.5 -0.5 0.5 0.5 0.1 -2 3 1 front/a b.png\n10.25 20.5 9 300 400 -1\n"
+                        "4 1 0 0 0 0 0 0.33333333333333331 1 front/c.png\n11 21 9\n");
   expect_poses_of_two(read_colmap_images(directory.path()));
   write_colmap_model(directory.path(), model_of_two());
   expect_poses_of_two(read_colmap_images(directory.path()));
