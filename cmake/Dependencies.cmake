@@ -15,7 +15,6 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(TBB REQUIRED)
 find_package(embree REQUIRED)  # 3.13 or 4
 find_package(Ceres 2.1 REQUIRED)
-find_package(JPEG REQUIRED)
 pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg>=2.1)
 find_package(ZLIB 1.2.13 REQUIRED)
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd>=1.5)

@@ -142,18 +142,6 @@ bool exchange(const fs::path& a, const fs::path& b) {
       fmt::format("cannot exchange {} and {}: {}", a.string(), b.string(), error.message()));
 }
 
-void copy_by_links(const fs::path& from, const fs::path& to) {
-  constexpr fs::copy_options kWhole = fs::copy_options::recursive;
-  std::error_code error;
-  fs::remove_all(to, error);
-  fs::copy(from, to, kWhole | fs::copy_options::create_hard_links, error);
-  if (!error) return;
-  fs::remove_all(to, error);
-  fs::copy(from, to, kWhole, error);
-  if (!error) return;
-  throw Error(fmt::format("cannot copy {} to {}: {}", from.string(), to.string(), error.message()));
-}
-
 std::uint64_t bytes_in(const fs::path& folder) {
   std::uint64_t bytes = 0;
   std::error_code error;

@@ -66,10 +66,6 @@ void rename_or_throw(const std::filesystem::path& from, const std::filesystem::p
 // Error naming both for any other failure.
 bool exchange(const std::filesystem::path& a, const std::filesystem::path& b);
 
-// Duplicates a folder by hard links, or copies on file systems without them; replaces `to`. Throws
-// Error naming both.
-void copy_by_links(const std::filesystem::path& from, const std::filesystem::path& to);
-
 // Bytes of all regular files in a folder and its subfolders; 0 where it cannot be read.
 std::uint64_t bytes_in(const std::filesystem::path& folder);
 
