@@ -88,10 +88,10 @@ CLI::Option* add_compress_option(CLI::App* app, std::string* name) {
 
 void add_pack(CLI::App* app, Arguments* arguments) {
   CLI::App* pack = app->add_subcommand("pack", "Pack captured panoramas into a room");
-  pack->add_option(
-          "--frames", arguments->pack.frames,
-          "Frame list: file,x,y,z[,yaw,pitch,roll][,mask][,line] in metres and degrees; files relative to "
-          "the list; - is standard input")
+  pack->add_option("--frames", arguments->pack.frames,
+                   "Frame list: file,x,y,z[,yaw,pitch,roll][,mask][,line] in metres and degrees; "
+                   "files relative to "
+                   "the list; - is standard input")
       ->required();
   pack->add_option("-o,--out", arguments->pack.out,
                    "Room directory to create (default: named after the folder of the frame list, "

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
 namespace raywalk::build_lf {

@@ -64,7 +64,7 @@ void write_thinned_room(const Room& room, const KeptStations& kept, int distance
   RoomManifest manifest = manifest_of_volumes(directory, part.panorama(), part.grid());
   if (!part.gains().empty()) {
     write_gain_fields(gains_path(directory), part.grid(), part.gains());
-    manifest.gains = {record_of_gains(gains_path(directory))};
+    manifest.gains = true;
   }
   write_file_atomically(manifest_path(directory), manifest_to_json(manifest));
   Room::open(directory);  // checks that the result can be opened

@@ -32,9 +32,10 @@ void read_squares(const std::string& text, CharucoBoard* board) {
 
 void add_input(CLI::App* command, StepArguments* arguments) {
   command
-      ->add_option("input", arguments->input,
-                   "Capture session, or folder with poses.csv (file,x,y,z in metres, "
-                   "[yaw,pitch,roll],[mask],[line]) and perhaps gt.csv (held-out frames, same columns)")
+      ->add_option(
+          "input", arguments->input,
+          "Capture session, or folder with poses.csv (file,x,y,z in metres, "
+          "[yaw,pitch,roll],[mask],[line]) and perhaps gt.csv (held-out frames, same columns)")
       ->required();
   command->add_option("-o,--out", arguments->out,
                       "Directory of the calibration (default: INPUT/calibration)");

@@ -60,8 +60,8 @@ struct RectifyResult {
 // Writes OUT/rectified/ (rectified_frames.h), OUT/crossings/ with the overlays, OUT/poses.csv
 // (file,x,y,z[,mask],line), OUT/gt.csv if there are validation lines or held-out frames,
 // OUT/before.csv (the frames before the calibration: a room packed of it shows what the calibration
-// gains, by raywalk-render validate), and rectify.json. Positions are those of `poses`. Throws Error
-// if no frame has a pose, or a file cannot be read or written; Interrupted.
+// gains, by raywalk-render validate), and rectify.json. Positions are those of `poses`. Throws
+// Error if no frame has a pose, or a file cannot be read or written; Interrupted.
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
                           const RectifyOptions& options);
 

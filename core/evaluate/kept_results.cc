@@ -9,8 +9,8 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/json.h"
 #include "core/files/fingerprint.h"
+#include "core/files/json.h"
 
 namespace raywalk {
 namespace {

@@ -17,8 +17,8 @@
 #include "core/evaluate/metrics.h"
 #include "core/evaluate/truth_views.h"
 #include "core/files/atomic_output.h"
-#include "core/files/image_file.h"
 #include "core/files/fingerprint.h"
+#include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 #include "tests/synthetic_room/synthetic_room.h"
 

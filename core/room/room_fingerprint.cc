@@ -1,8 +1,9 @@
 #include "core/room/room_fingerprint.h"
 
+#include <fmt/format.h>
+
 #include "core/files/fingerprint.h"
 #include "core/room/hdf5_file.h"
-#include <fmt/format.h>
 
 namespace raywalk {
 

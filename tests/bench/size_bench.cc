@@ -21,7 +21,8 @@ namespace {
 constexpr Hall kLargeHall{56, 6, 50, 0};  // 36,365 stations on 64 lines, 336 cells
 constexpr int kTinyWidth = 64;
 
-// Finding lines and cells of about `range(0)` stations. `us_per_station` grows with the number of lines.
+// Finding lines and cells of about `range(0)` stations. `us_per_station` grows with the number of
+// lines.
 void bench_find_grid(benchmark::State& state) {
   const std::vector<StationPose> stations = stations_of(hall_of(static_cast<int>(state.range(0))));
   std::size_t cells = 0;

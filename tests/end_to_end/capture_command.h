@@ -73,8 +73,8 @@ class CaptureCommandTest : public ::testing::Test {
     EXPECT_EQ(verified.exit_code, 0) << verified.output << verified.errors;
     const CommandResult exported = capture("export " + session());
     ASSERT_EQ(exported.exit_code, 0) << exported.errors;
-    const CsvTable poses =
-        CsvTable::read(std::filesystem::path(session()) / "poses.csv", {"file", "x", "y", "z", "line"}, {});
+    const CsvTable poses = CsvTable::read(std::filesystem::path(session()) / "poses.csv",
+                                          {"file", "x", "y", "z", "line"}, {});
     std::set<std::string> frames;
     for (std::size_t row = 0; row < poses.rows(); ++row) frames.insert(poses.text(row, "file"));
     EXPECT_EQ(poses.rows(), kStations);
