@@ -97,7 +97,7 @@ PartialRoom::~PartialRoom() {
 void PartialRoom::prepare(const std::string& fingerprint) {
   std::error_code error;
   const fs::path inputs = directory_ / kFingerprintFile;
-  for (const char* name : kVolumeDirectories) made_directory(directory_ / name);
+  for (const char* name : kVolumeDirectories) make_directories(directory_ / name);
   remove_all(volumes_in(directory_, false));
   if (is_of(fingerprint)) return;
   const std::vector<fs::path> of_others = volumes_in(directory_, true);
