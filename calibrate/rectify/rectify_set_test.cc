@@ -223,7 +223,7 @@ TEST_F(RectifySetTest, FramesBeforeTheCalibrationAreListedWithTheSameStations) {
   own.frames[1].mask = in_out("panoramas/own.png");
   rectify_set(own, poses, options());
   EXPECT_EQ(read_frame_list(in_out("before.csv"))[1].mask, in_out("panoramas/own.png"));
-  EXPECT_THAT(read_file(in_out("before.csv")), HasSubstr(",panoramas/own.png\n"));
+  EXPECT_THAT(read_file(in_out("before.csv")), HasSubstr(",panoramas/own.png,x0\n"));
   RectifyOptions masked = options();
   masked.mask = cv::Mat(kSize.height, kSize.width, CV_8UC1, cv::Scalar(255));
   masked.mask->rowRange(120, 128).setTo(0);

@@ -65,14 +65,14 @@ std::vector<std::int32_t> LeftOutPixels::stored_runs(PanoramaSize size) const {
 }
 
 std::span<const LeftOutRun> LeftOutPixels::runs_of(int station) const {
-  const auto [begin, end] = std::ranges::equal_range(runs_, station, {}, &LeftOutRun::station);
-  return {begin, end};
+  return {std::ranges::lower_bound(runs_, station, {}, &LeftOutRun::station),
+          std::ranges::upper_bound(runs_, station, {}, &LeftOutRun::station)};
 }
 
 std::span<const LeftOutRun> LeftOutPixels::rows(int station, int theta) const {
-  const auto [begin, end] =
-      std::ranges::equal_range(runs_of(station), theta, {}, &LeftOutRun::theta);
-  return {begin, end};
+  const std::span<const LeftOutRun> runs = runs_of(station);
+  return {std::ranges::lower_bound(runs, theta, {}, &LeftOutRun::theta),
+          std::ranges::upper_bound(runs, theta, {}, &LeftOutRun::theta)};
 }
 
 }  // namespace raywalk
