@@ -57,6 +57,7 @@ class RequireRoomTest : public RequireTest {
       map.distance_m.insert(map.distance_m.end(), metres.begin(), metres.end());
     }
     map.confidence.assign(map.distance_m.size(), 255);
+    map.sha256 = checksum_of_distances(map.distance_m, map.confidence);
     Progress progress("replacing", 1, "maps");
     write_distance_volume(distance_volume_path(room.directory(), line.id), line,
                           {{station}, volume.size(), "one", [&](size_t) { return map; }},

@@ -96,7 +96,7 @@ TEST_F(RenderTest, WrongUsageHasADifferentExitCodeThanFailure) {
   expect_error(render(view_to_png("--at 0.1")), 2, "--at");
   expect_error(render(view_to_png("--at 0,zero")), 2, "--at");
   expect_error(render(view_to_png("--at 0,0 --connection lfu --k 76")), 2, "k = 45");
-  expect_error(render(view_to_png("--at 0,0 --k 30")), 2, "45..90");
+  expect_error(render(view_to_png("--at 0,0 --k 30")), 2, "45");
   expect_error(render(view_to_png("--at 0,0 --width 30")), 2, "multiple of 4");
   expect_error(render(view_to_png("--at 0,0 --colour red")), 2, "unknown flag");
   expect_error(render(view_to_png("--at 0,0 --generation best")), 2, "--generation");
@@ -123,7 +123,7 @@ TEST_F(RenderTest, ManifestOfANewerFormat) {
   make_room();
   const fs::path manifest = directory_ / "room.lf" / "manifest.json";
   auto json = nlohmann::json::parse(read_file(manifest));
-  json["format_version"] = 3;
+  json["format_version"] = 4;
   std::ofstream(manifest) << json.dump();
   expect_error(render(view_to_png("--at 0,0")), 1, "manifest.json");
 }
