@@ -20,7 +20,7 @@ std::vector<ListedFrame> cross(double off_m) {
 TEST(LineToleranceTest, ThatOfTheCaptureIsNeededOnlyIfTheDefaultFails) {
   EXPECT_EQ(line_tolerance_needed_mm(cross(0.0)), 0.0);
   EXPECT_EQ(line_tolerance_needed_mm(cross(0.04), {.off_line_m = 0.16}), 0.0);
-  EXPECT_EQ(line_tolerance_needed_mm(cross(0.15), {.off_line_m = 0.16}), 160.0);
+  EXPECT_EQ(line_tolerance_needed_mm(cross(0.15), {.off_line_m = 0.18}), 180.0);
   EXPECT_FALSE(line_tolerance_needed_mm(cross(0.15)));
 }
 
