@@ -101,8 +101,8 @@ TEST_F(PackInputsTest, SpecialFilesAreRefusedInsteadOfWaitedFor) {
 }
 
 TEST_F(PackInputsTest, SpecialFilesAsMasksAndDistanceMapsAreRefused) {
-  std::ofstream(capture_.list()) << "file,x,y,z,mask\nfront_0.png,0,0,0,mask.png\n"
-                                    "front_1.png,0.1,0,0,mask.png\n";
+  std::ofstream(capture_.list()) << "file,x,y,z,mask,line\nfront_0.png,0,0,0,mask.png,a\n"
+                                    "front_1.png,0.1,0,0,mask.png,a\n";
   ASSERT_EQ(mkfifo((capture_.root() / "mask.png").c_str(), 0666), 0);
   EXPECT_THAT(error(), AllOf(HasSubstr("mask.png"), HasSubstr("named pipe")));
   capture_.write_list();

@@ -123,7 +123,7 @@ TEST_F(SessionExportTest, ReplacesAnEarlierExportAndNothingElse) {
   const std::size_t frames = list_frames(capture_.directory).size();
   write({});
   const std::string first = read_file(capture_.directory / "poses.csv");
-  EXPECT_THAT(first, StartsWith("file,x,y,z\n"));
+  EXPECT_THAT(first, StartsWith("file,x,y,z,line\n"));
   write({});
   EXPECT_EQ(read_file(capture_.directory / "poses.csv"), first);
   EXPECT_EQ(list_frames(capture_.directory).size(), frames);

@@ -90,7 +90,7 @@ TEST_F(MeasuredSettingsTest, DamageIsNamedWithItsPlace) {
   EXPECT_THAT(with("overlap_deg", "null"), HasSubstr("overlap_deg: null is not a number"));
   EXPECT_THAT(with("k_deg", "1e300"), HasSubstr("k_deg: 1e+300 is not between 45 and 90"));
   EXPECT_THAT(with("overlap_deg", "-0.1"), HasSubstr("overlap_deg: -0.1 is not between 0 and 45"));
-  EXPECT_THAT(with("k_deg", "\"many\""), HasSubstr("k_deg: is neither auto nor a number"));
+  EXPECT_THAT(with("k_deg", "\"many\""), HasSubstr("k_deg: \"many\" is not a number"));
   EXPECT_THAT(with("interpolation", "\"best\""),
               HasSubstr("interpolation: is none of linear, cubic"));
   EXPECT_THAT(with("ratio", "-1"), HasSubstr("ratio: -1 is not between"));
