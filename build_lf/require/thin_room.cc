@@ -57,6 +57,7 @@ void write_thinned_room(const Room& room, const KeptStations& kept, int distance
   for (int i = 0; i < static_cast<int>(kept.size()); ++i) {
     const RayForm& form = part.volume(i).form();
     write_derived_rays(room, part, i, form, directory, &progress);
+    if (room.manifest().distances == DistanceKind::kNone) continue;
     write_derived_maps(part.distances(i), part.grid().lines[static_cast<size_t>(i)],
                        room.manifest().distances, distance_width, form.compressed(), directory,
                        &progress);

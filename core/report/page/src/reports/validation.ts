@@ -18,8 +18,7 @@ export const report: Describe = (d, images) => {
   const modes: Json[] = d.modes;
   const best = modes.reduce((a, b) => (a.psnr_db >= b.psnr_db ? a : b));
   const initial = modes.find((mode) => mode.generation === "initial");
-  const scores =
-    best.psnr_near_silhouettes_db === undefined ? SCORES : [...SCORES, ...SILHOUETTES];
+  const scores = best.psnr_near_silhouettes_db === undefined ? SCORES : [...SCORES, ...SILHOUETTES];
   return {
     title: `Validation of ${d.volume}`,
     subtitle: `${counted(d.truths, "true viewpoint")}, ${counted(modes, "method")}`,
