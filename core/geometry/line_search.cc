@@ -94,7 +94,9 @@ class LineSearch {
     for (; count < candidates.size(); count *= 2) {
       if (!fit_to(std::span(candidates).first(count), &group)) return {};
     }
-    if (!fit_to(candidates, &group) || !fit_to(free_for(axis), &group)) return {};
+    // A line of two stations is through both already.
+    if (candidates.size() > 1 && !fit_to(candidates, &group)) return {};
+    if (!fit_to(free_for(axis), &group)) return {};
     const auto along = [&](int station) { return group.line.along(at(station)); };
     std::ranges::stable_sort(group.stations, {}, along);
     if (along(group.stations.front()) == along(group.stations.back())) return {};
