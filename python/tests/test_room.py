@@ -1,7 +1,6 @@
 """What a room holds, compared with its files as h5py reads them."""
 
 import gc
-import json
 import pathlib
 import subprocess
 import sys

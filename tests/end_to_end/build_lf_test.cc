@@ -38,7 +38,8 @@ class BuildLfTest : public ::testing::Test {
     EXPECT_EQ(result.exit_code, exit_code);
     EXPECT_THAT(result.errors, HasSubstr(text));
     size_t lines = 0;
-    for (size_t at = 0; (at = result.errors.find("raywalk-build-lf: error: ", at)) != std::string::npos; ++at)
+    for (size_t at = 0;
+         (at = result.errors.find("raywalk-build-lf: error: ", at)) != std::string::npos; ++at)
       ++lines;
     EXPECT_EQ(lines, 1U) << result.errors;
     EXPECT_EQ(result.errors.find("HDF5-DIAG"), std::string::npos) << result.errors;
