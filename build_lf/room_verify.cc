@@ -60,9 +60,10 @@ void check_identity(const Room& room, int index) {
 std::vector<Check> checks_of(const Room& room, int index,
                              const std::vector<FoundDistances>& distances) {
   const Line& line = room.grid().lines[static_cast<size_t>(index)];
-  std::vector<Check> checks;
   const std::vector<std::string> rays =
       stored_checksums(line_volume_path(room.directory(), line.id), room.volume(index).stations());
+  std::vector<Check> checks;
+  checks.reserve(rays.size());
   for (int station = 0; station < room.volume(index).stations(); ++station) {
     checks.push_back({index, station, nullptr, 0, rays[static_cast<size_t>(station)]});
   }

@@ -211,6 +211,7 @@ RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
 std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames,
                                                const GridTolerance& given) {
   std::vector<StationPose> stations;
+  stations.reserve(frames.size());
   for (const ListedFrame& frame : frames) {
     stations.push_back({frame.file, frame.position_m, {}, frame.line});
   }

@@ -100,6 +100,7 @@ void mark_front(std::vector<ordered_json>* rows) {
 
 double median_of(const std::vector<ordered_json>& rows, const char* key) {
   std::vector<double> values;
+  values.reserve(rows.size());
   for (const ordered_json& row : rows) values.push_back(number_in(row, key));
   return median(values);
 }

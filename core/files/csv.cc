@@ -116,7 +116,7 @@ std::string other_separator(const std::string& text) {
 std::string wrong_count(const std::vector<std::string>& fields,
                         const std::vector<std::string>& columns) {
   const bool too_few = fields.size() < columns.size();
-  const std::string separator = other_separator(fmt::format("{}", fmt::join(fields, ",")));
+  std::string separator = other_separator(fmt::format("{}", fmt::join(fields, ",")));
   if (too_few && !separator.empty()) return separator;
   std::string count = fmt::format("{} fields where the header has {} ({})", fields.size(),
                                   columns.size(), fmt::join(columns, ","));

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <compare>
 #include <cstddef>
 #include <limits>
 #include <numeric>
 #include <system_error>
+#include <tuple>
 
 namespace raywalk {
 namespace {
@@ -58,7 +58,9 @@ struct Unlikeness {
   bool is_other = true;  // it is no typing error
   double fraction = 1;   // of the letters that differ
 
-  auto operator<=>(const Unlikeness&) const = default;
+  bool operator<(const Unlikeness& other) const {
+    return std::tie(is_other, fraction) < std::tie(other.is_other, other.fraction);
+  }
 };
 
 Unlikeness compared(const std::string& word, const std::string& candidate) {
@@ -91,7 +93,8 @@ std::vector<Ranked> ranked(const std::string& long_word,
         {std::min(compared(word, candidate), compared(last_part(word), last_part(candidate))),
          candidate});
   }
-  std::ranges::stable_sort(ranked, {}, &Ranked::unlike);
+  std::ranges::stable_sort(ranked,
+                           [](const Ranked& a, const Ranked& b) { return a.unlike < b.unlike; });
   return ranked;
 }
 

@@ -68,7 +68,7 @@ GainField field_from(std::span<const double> values, int thetas, int phis) {
 }
 
 Shape shape_of_gains(const Hdf5File& hdf5, std::size_t stations) {
-  const Shape shape = hdf5.shape_of("gain");
+  Shape shape = hdf5.shape_of("gain");
   constexpr std::size_t kMostPatches = 4096;
   if (shape.size() != 4 || shape[0] != stations || shape[1] < 1 || shape[2] < 1 ||
       shape[1] > kMostPatches || shape[2] > kMostPatches || shape[3] != 3) {
