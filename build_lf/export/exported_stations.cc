@@ -20,7 +20,7 @@ void leave_out(const LeftOutPixels& left_out, int station, cv::Mat* mask) {
   const double rows = static_cast<double>(mask->rows) / size.height;
   for (int u = 0; u < mask->cols; ++u) {
     const int theta = u * size.width / mask->cols;
-    for (const RowRun run : left_out.rows(station, theta)) {
+    for (const RowRun& run : left_out.rows(station, theta)) {
       const int begin = static_cast<int>(run.begin * rows);
       const int end = std::min(mask->rows, static_cast<int>(std::ceil(run.end * rows)));
       mask->col(u).rowRange(begin, end).setTo(0);
