@@ -14,7 +14,6 @@
 #include "core/base/escaped.h"
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
-#include "core/command_line/config_option.h"
 
 namespace raywalk::calibrate {
 namespace {

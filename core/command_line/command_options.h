@@ -5,11 +5,13 @@
 #include <string>
 
 #include "core/base/block.h"
+#include "core/files/shipped_configs.h"
 #include "core/geometry/grid.h"
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace raywalk {
 
@@ -38,6 +40,11 @@ void add_force_flag(CLI::App* command, bool* force, const std::string& descripti
 // is divided: "lines", "views". Another text than I/N with 1 <= I <= N is an error of the command
 // line.
 void add_block_options(CLI::App* command, BlockArguments* arguments, const std::string& pieces);
+
+// An option or argument whose value is a configuration file: a path, or the name of one of
+// Raywalk's own, which the help lists. The command finds the file with named_config()
+// (shipped_configs.h), once all of the command line is known to be right.
+CLI::Option* takes_config(CLI::Option* option, ConfigKind kind);
 
 // Adds the flag -q, --quiet to the program and to all of its commands; `silence` is called, before
 // any work, where it is given. Its argument tells whether standard output is silenced too: not
