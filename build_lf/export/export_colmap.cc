@@ -179,9 +179,7 @@ std::string write_colmap(const Room& room, const std::vector<ExportedStation>& s
                                       : "it has no distances; estimate them with depth first");
   }
   make_directories(directory / "sparse" / "0");
-  make_directories(directory / "sparse" / "text");
   write_colmap_model(directory / "sparse" / "0", model);
-  write_colmap_text(directory / "sparse" / "text", model);
   write_file_atomically(directory / "rig_config.json", rig_config_text(model.rigs.front()));
   write_file_atomically(directory / "faces.csv", face_table());
   std::size_t observations = 0;

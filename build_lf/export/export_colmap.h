@@ -17,8 +17,8 @@ namespace raywalk::build_lf {
 ColmapModel colmap_model_of(const Room& room, const std::vector<ExportedStation>& stations,
                             const ExportOptions& options, int face_px);
 
-// Writes images/FACE/NAME, masks/FACE/NAME.png where pixels are not to be used, sparse/0 (binary),
-// sparse/text, rig_config.json and faces.csv into an existing directory. Returns what was written,
+// Writes images/FACE/NAME, masks/FACE/NAME.png where pixels are not to be used, sparse/0,
+// rig_config.json and faces.csv into an existing directory. Returns what was written,
 // for the user. Throws Error.
 std::string write_colmap(const Room& room, const std::vector<ExportedStation>& stations,
                          const ExportOptions& options, const std::filesystem::path& directory);

@@ -19,8 +19,6 @@
 namespace raywalk::build_lf {
 namespace {
 
-constexpr int kColumns = static_cast<int>(360.0 / kFieldDeg);
-constexpr int kRows = static_cast<int>(180.0 / kFieldDeg);
 constexpr int kMaxSamples = 2'000'000;  // 32 MB
 constexpr int kMaxSamplesPerMap = 16384;
 constexpr std::array kShares{0.01, 0.5, 0.99};
@@ -34,36 +32,6 @@ double sky_share(std::span<const DistanceSample> samples) {
     if (std::isinf(sample.distance_m)) sky += sample.weight;
   }
   return sky / all;
-}
-
-int field_of(const DistanceSample& sample) {
-  const auto index = [](double angle_rad, double first_deg, int count) {
-    const double field = (degrees_from_radians(angle_rad) - first_deg) / kFieldDeg;
-    return std::clamp(static_cast<int>(std::floor(field)), 0, count - 1);
-  };
-  return index(sample.phi_rad, -90.0, kRows) * kColumns + index(sample.theta_rad, -180.0, kColumns);
-}
-
-DirectionRange range_of(int field, std::span<DistanceSample> samples) {
-  const std::vector<double> quantiles = distance_quantiles(samples, kShares);
-  const int row = field / kColumns;
-  return {.longitude_deg = (field % kColumns + 0.5) * kFieldDeg - 180.0,
-          .latitude_deg = (row + 0.5) * kFieldDeg - 90.0,
-          .near_m = quantiles[0],
-          .median_m = quantiles[1],
-          .far_m = quantiles[2],
-          .sky_share = sky_share(samples)};
-}
-
-std::vector<DirectionRange> directions(std::span<DistanceSample> samples) {
-  std::ranges::sort(samples, {}, field_of);
-  std::vector<DirectionRange> ranges;
-  for (size_t begin = 0, end = 0; begin < samples.size(); begin = end) {
-    const int field = field_of(samples[begin]);
-    while (end < samples.size() && field_of(samples[end]) == field) ++end;
-    ranges.push_back(range_of(field, samples.subspan(begin, end - begin)));
-  }
-  return ranges;
 }
 
 double inverse(double distance_m) { return 1.0 / distance_m; }  // 0 for the sky
@@ -141,7 +109,6 @@ DistanceFacts distance_facts(const Room& room) {
                     room.directory().string()));
   }
   DistanceFacts facts;
-  facts.directions = directions(known.samples);
   const std::vector<double> quantiles = distance_quantiles(known.samples, kShares);
   facts.near_m = quantiles[0];
   facts.median_m = quantiles[1];

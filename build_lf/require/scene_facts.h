@@ -8,11 +8,7 @@
 
 namespace raywalk::build_lf {
 
-// Side of the fields of directions, ordered from the nadir up and from -180 degrees on; fields
-// without a known distance are omitted.
-inline constexpr double kFieldDeg = 15.0;
-
-// Distance ranges over all directions and per field, and their reliability. Throws Error if the
+// The range of distances, and their reliability. Throws Error if the
 // room has no known distance.
 DistanceFacts distance_facts(const Room& room);
 

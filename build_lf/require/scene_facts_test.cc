@@ -14,31 +14,13 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-class SceneFactsTest : public RequireTest {
- protected:
-  static const DirectionRange& field(const DistanceFacts& facts, double longitude_deg,
-                                     double latitude_deg) {
-    for (const DirectionRange& each : facts.directions) {
-      if (std::abs(each.longitude_deg - longitude_deg) < 0.5 * kFieldDeg &&
-          std::abs(each.latitude_deg - latitude_deg) < 0.5 * kFieldDeg) {
-        return each;
-      }
-    }
-    throw std::logic_error("no such field");
-  }
-};
+class SceneFactsTest : public RequireTest {};
 
 TEST_F(SceneFactsTest, RangesAreThoseOfTheRoom) {
   SyntheticRoomSpec spec{.side_m = 0.2, .spacing_m = 0.1, .width = 128};
   spec.scene.walls = {{-4.0, -1.0, -2.0}, {3.0, 1.5, 5.0}};
   const DistanceFacts facts = distance_facts(room_of(spec));
-  EXPECT_EQ(facts.directions.size(), 288U);
-  // Stations are within 0.1 m of the middle; a field reaches 7.5 degrees to either side.
-  EXPECT_NEAR(field(facts, 91.0, 1.0).median_m, 3.0, 0.15);
-  EXPECT_NEAR(field(facts, -91.0, 1.0).median_m, 4.0, 0.15);
-  EXPECT_NEAR(field(facts, 1.0, 1.0).median_m, 5.0, 0.15);
-  EXPECT_NEAR(field(facts, 1.0, -89.0).median_m, 1.0, 0.02);
-  EXPECT_NEAR(field(facts, 1.0, 89.0).median_m, 1.5, 0.03);
+  // The floor is nearest, 1 m below; the farthest edge lies beyond the wall 5 m ahead.
   EXPECT_NEAR(facts.near_m, 1.0, 0.03);
   EXPECT_GT(facts.far_m, 5.0);
   EXPECT_LT(facts.near_m, facts.median_m);

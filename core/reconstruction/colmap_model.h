@@ -2,7 +2,7 @@
 // from 3.12 on. Older versions read only the first three files and leave the others alone.
 //
 // Formats: colmap.github.io/format.html; of rigs and frames also COLMAP's
-// src/colmap/scene/reconstruction_io_binary.cc and reconstruction_io_text.cc.
+// src/colmap/scene/reconstruction_io_binary.cc.
 #pragma once
 
 #include <Eigen/Core>
@@ -81,9 +81,8 @@ struct ColmapModel {
   std::vector<ColmapFrame> frames{};
 };
 
-// Write the files, *.bin or *.txt, into an existing directory. Throw Error if they cannot.
+// Writes the binary files into an existing directory. Throws Error if it cannot.
 void write_colmap_model(const std::filesystem::path& directory, const ColmapModel& model);
-void write_colmap_text(const std::filesystem::path& directory, const ColmapModel& model);
 
 // Reads cameras.bin, images.bin and points3D.bin. Throws Error naming the file if it is missing,
 // truncated, has extra bytes, a camera that is not such a pinhole, a non-finite number, or a track

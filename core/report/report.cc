@@ -77,7 +77,7 @@ std::string report_page(std::string_view kind, const Json& document,
                                 {"source", source->second}});
   }
   constexpr std::string_view kMark = "RAYWALK_REPORT";
-  std::string page(report_template());
+  std::string page(report_template(kind));
   page.replace(page.find(kMark), kMark.size(),
                inside_script(report.dump(-1, ' ', false, Json::error_handler_t::replace)));
   return page;

@@ -29,7 +29,7 @@ enum class ReportImageFormat { kJpeg, kPng };
 ReportImage report_image(std::string_view section, std::string_view row, std::string_view caption,
                          const cv::Mat& image, ReportImageFormat format = ReportImageFormat::kJpeg);
 
-// The complete page. `kind`: a file of page/src/reports. Numbers that are not finite read as not
+// The complete page. `kind`: a file of page/src/reports, e.g. "error_model". Numbers that are not finite read as not
 // measured; bytes that are not UTF-8, e.g. in the name of a file, are replaced.
 std::string report_page(std::string_view kind, const nlohmann::ordered_json& document,
                         std::span<const ReportImage> images = {});

@@ -26,15 +26,6 @@ constexpr std::size_t kMaxRequirementsBytes = std::size_t{16} << 20;
 
 // The keys of each object, for both writing and reading: visit(key, member).
 template <typename Visit>
-void visit_members(DirectionRange& r, Visit&& visit) {
-  visit("longitude_deg", r.longitude_deg);
-  visit("latitude_deg", r.latitude_deg);
-  visit("near_m", r.near_m);
-  visit("median_m", r.median_m);
-  visit("far_m", r.far_m);
-  visit("sky_share", r.sky_share);
-}
-template <typename Visit>
 void visit_members(DistanceFacts& r, Visit&& visit) {
   visit("near_m", r.near_m);
   visit("median_m", r.median_m);
@@ -42,7 +33,6 @@ void visit_members(DistanceFacts& r, Visit&& visit) {
   visit("sky_share", r.sky_share);
   visit("known_share", r.known_share);
   visit("omega_error_per_m", r.omega_error_per_m);
-  visit("directions", r.directions);
 }
 template <typename Visit>
 void visit_members(LayersAtDistance& r, Visit&& visit) {

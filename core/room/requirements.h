@@ -24,19 +24,10 @@ inline constexpr const char* kRequirementsFormat = "raywalk-require";
 // The newest format this program reads and the one it writes.
 inline constexpr int kRequirementsVersion = 1;
 
-// Quantiles (1 %, 50 %, 99 %) of the distances from the stations in a field of directions, weighted
-// by solid angle and confidence.
-struct DirectionRange {
-  double longitude_deg = 0.0;  // the field's middle, in world axes
-  double latitude_deg = 0.0;
-  double near_m = 0.0;
-  double median_m = 0.0;
-  double far_m = 0.0;
-  double sky_share = 0.0;
-};
-
+// Quantiles (1 %, 50 %, 99 %) of the distances from the stations, weighted by solid angle and
+// confidence.
 struct DistanceFacts {
-  double near_m = 0.0;  // as in DirectionRange, over all directions
+  double near_m = 0.0;
   double median_m = 0.0;
   double far_m = 0.0;
   double sky_share = 0.0;
@@ -44,7 +35,6 @@ struct DistanceFacts {
   // Error of an inverse distance, 1/m: the 95 % quantile of the differences between maps that see
   // the same surface, divided by sqrt(2) as both have errors. None: no two maps to compare.
   std::optional<double> omega_error_per_m{};
-  std::vector<DirectionRange> directions{};
 };
 
 struct LayersAtDistance {

@@ -30,13 +30,7 @@ RoomRequirements example() {
                        .far_m = kInfinity,
                        .sky_share = 0.125,
                        .known_share = 0.875,
-                       .omega_error_per_m = 0.003,
-                       .directions = {{.longitude_deg = -172.5,
-                                       .latitude_deg = 82.5,
-                                       .near_m = 1.5,
-                                       .median_m = 3.5,
-                                       .far_m = 11.5,
-                                       .sky_share = 0.375}}},
+                       .omega_error_per_m = 0.003},
           .layers = {.omega_min_per_m = 0.0,
                      .omega_max_per_m = 2.0,
                      .by_d_p = {{.d_p_m = 0.75, .layers = 5}, {.d_p_m = 1.25, .layers = 25}}},
@@ -88,9 +82,7 @@ constexpr const char* kExampleJson = R"({
   "distances_sha256": "0123", "tolerance_px": 0.25,
   "distance": {
     "near_m": 0.5, "median_m": 2.5, "far_m": null, "sky_share": 0.125, "known_share": 0.875,
-    "omega_error_per_m": 0.003,
-    "directions": [{"longitude_deg": -172.5, "latitude_deg": 82.5,
-                    "near_m": 1.5, "median_m": 3.5, "far_m": 11.5, "sky_share": 0.375}]},
+    "omega_error_per_m": 0.003},
   "layers": {
     "omega_min_per_m": 0.0, "omega_max_per_m": 2.0,
     "by_d_p": [{"d_p_m": 0.75, "layers": 5}, {"d_p_m": 1.25, "layers": 25}]},
@@ -137,8 +129,6 @@ TEST(Requirements, AreReadAsTheyWereWritten) {
   EXPECT_EQ(read.tolerance_px, 0.25);
   EXPECT_EQ(read.distance.far_m, kInfinity);
   EXPECT_EQ(read.distance.omega_error_per_m, 0.003);
-  ASSERT_EQ(read.distance.directions.size(), 1U);
-  EXPECT_EQ(read.distance.directions[0].longitude_deg, -172.5);
   EXPECT_EQ(read.layers.by_d_p[1].layers, 25);
   EXPECT_EQ(read.layers.range().max, 2.0);
   EXPECT_EQ(read.spacing.held_out[0].psnr_without_depth_db, 21.5);

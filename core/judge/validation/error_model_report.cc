@@ -172,7 +172,7 @@ void write_error_model_report(const ErrorModelOptions& options, std::ostream& ta
   const Json document =
       document_of(options, given, compute_curves(options, sweep_distances(given)));
   write_file_atomically(options.report_dir / "error-model.json", json_text(document));
-  write_file_atomically(options.report_dir / "index.html", report_page("error-model", document));
+  write_file_atomically(options.report_dir / "index.html", report_page("error_model", document));
   print_table(document, table);
 }
 

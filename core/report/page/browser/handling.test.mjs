@@ -16,7 +16,7 @@ const openKind = async (kind) =>
   ).page;
 
 test("arrow keys read the points of a chart, and so does the pointer", async () => {
-  const page = await openKind("error-model");
+  const page = await openKind("error_model");
   const chart = page.locator(".chart-figure").first();
   const tip = chart.locator(".tip");
   await chart.locator(".frame").focus();
@@ -37,7 +37,7 @@ test("arrow keys read the points of a chart, and so does the pointer", async () 
 });
 
 test("the values of a chart stand in a table", async () => {
-  const page = await openKind("error-model");
+  const page = await openKind("error_model");
   const values = page.locator(".chart-figure .values").first();
   await values.locator("summary").click();
   assert.deepEqual(await values.locator("thead th").allTextContents(), [

@@ -14,7 +14,7 @@ test("reports of every kind are there", () => {
   assert.deepEqual([...kinds].sort(), [
     "calibration",
     "depth",
-    "error-model",
+    "error_model",
     "plan",
     "require",
     "trade",

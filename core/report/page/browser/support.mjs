@@ -24,6 +24,7 @@ export async function open(browser, file, width = 1280) {
     if (!/^(file|data):/.test(request.url())) faults.push(request.url());
   });
   await page.goto(`file://${file}`);
+  await page.locator("main").waitFor();
   return { page, faults };
 }
 
@@ -31,12 +32,14 @@ export async function open(browser, file, width = 1280) {
 export async function openDocument(browser, kind, document) {
   const json = JSON.stringify({ kind, document, images: [], sources: [] });
   const page = await browser.newPage();
+  const ofKind = reports.find((file) => contentOf(file).kind === kind);
   await page.setContent(
-    readFileSync(reports[0], "utf8").replace(
+    readFileSync(ofKind, "utf8").replace(
       /(id="report">).*?(<\/script>)/s,
       (_, a, b) => a + json + b,
     ),
   );
+  await page.locator("main").waitFor();
   return page;
 }
 

@@ -45,8 +45,11 @@ export function facts(...list: Fact[]): HTMLElement {
 
 const slug = (title: string) => title.toLowerCase().replace(/[^a-z0-9]+/g, "-");
 
-/** Draws the page; `values` is the document. */
-export function show(report: Report, values: Json) {
+/** Draws the report whose JSON stands in the page. */
+export function draw(describe: Describe) {
+  const content = document.getElementById("report")?.textContent ?? "";
+  const { document: values, images, sources } = JSON.parse(content);
+  const report = describe(values, imagesOf(images, sources));
   const sections = report.sections.filter((part): part is Section => Boolean(part));
   const all = { title: "All values", content: allValues(values) };
   const warnings = report.warnings ?? [];
@@ -98,8 +101,8 @@ function linked(heading: HTMLElement, id: string) {
   return heading;
 }
 
-/** `images` name the place of their source in `sources`. */
-export const imagesOf =
+// `images` name the place of their source in `sources`.
+const imagesOf =
   (images: (Omit<Image, "source"> & { source: number })[], sources: string[]) => (name: string) =>
     imageRows(
       images

@@ -8,7 +8,7 @@ import { counted, type Json, text, textOf } from "../values";
 
 type Images = Parameters<Describe>[1];
 
-export const calibration: Describe = (d, images) => {
+export const report: Describe = (d, images) => {
   const { lens, stitch, mask, poses, grid, rectify } = d;
   const solved = grid?.method !== "rotation";
   const how = solved

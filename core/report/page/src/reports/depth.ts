@@ -8,7 +8,7 @@ import { counted, type Json, text, textOf } from "../values";
 const MOST_WARNINGS = 50;
 const MOST_LINES = 16; // with a curve each; of more lines a curve shows the means
 
-export const depth: Describe = (d, images) => ({
+export const report: Describe = (d, images) => ({
   title: `Distances of ${d.room}`,
   subtitle: `${counted(d.maps, "map")} by ${d.method} at ${d.width} x ${d.height}`,
   warnings: shortened(d.warnings),

@@ -5,7 +5,7 @@ import { type Describe, facts, section } from "../page";
 import { table } from "../table";
 import { type Json, text } from "../values";
 
-export const errorModel: Describe = (d) => {
+export const report: Describe = (d) => {
   const detail = d.curves[d.detail];
   const over_k = (name: string, values: number[], scale = 1): Series => ({
     name,

@@ -1,7 +1,7 @@
 // What raywalk-capture plan prints as JSON: lines, days, storage and resolution of a capture.
 import { type Content, h } from "../dom";
 import { type Describe, facts, section } from "../page";
-import { type Place, type Plan, plan as fromAbove } from "../plan";
+import { type Place, type Plan, plan } from "../plan";
 import { table } from "../table";
 import { counted, type Json, text } from "../values";
 
@@ -10,7 +10,7 @@ const CLOSEST_STATIONS = 0.003; // closer ones would be one thick line
 const MARK = 0.008; // half the length of a placement's mark
 const ARROW = 0.03; // how far arrows lie beyond the last station
 
-export const plan: Describe = (d) => ({
+export const report: Describe = (d) => ({
   title: "Plan of a capture",
   subtitle: [
     `${counted(d.grid.lines, "line")}, ${counted(d.grid.stations, "station")} ${text(d.spacing_mm)} mm apart`,
@@ -88,7 +88,7 @@ function drawing(lines: Json[]) {
     lines.some((line) => line.validation) &&
       "Dashed: lines for validation, which are not part of the light field.",
   ];
-  return fromAbove({
+  return plan({
     title: "Plan",
     caption: notes.filter(Boolean).join(" "),
     lines: drawn,

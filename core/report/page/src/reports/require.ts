@@ -1,19 +1,18 @@
 // require.json: what the scene of a room requires of layers, stations, connection and storage.
 import { axis, chart, type Series, seriesOf } from "../chart";
-import { h, svg } from "../dom";
+import { h } from "../dom";
 import { type Describe, facts, section } from "../page";
 import { type Place, plan } from "../plan";
 import { table } from "../table";
 import { counted, type Json, length, text, textOf } from "../values";
 
 const CURVE_POINTS = 60;
-const FIELD_deg = 15; // side of a field of distance.directions
 
 const metres = (value: number | null) =>
   value === null || !isFinite(value) ? "sky" : `${value.toFixed(2)} m`;
 const radians = (degrees: number) => (degrees * Math.PI) / 180;
 
-export const require: Describe = (d) => {
+export const report: Describe = (d) => {
   const { spacing, storage, connection, tolerance_px } = d;
   const width = storage.panorama_width_px;
   return {
@@ -77,50 +76,7 @@ function scene(d: Json) {
     `Distances from the stations, weighted by solid angle and confidence: 1 % are nearer than ${metres(near_m)}, half nearer than ${metres(median_m)}, 99 % nearer than ${metres(far_m)}. Sky covers ${textOf("sky_share", sky_share)} of the directions; ${textOf("known_share", known_share)} of them are known.`,
     omega_error_per_m !== null &&
       `Where two maps see the same surface, 95 % of the pixels agree on its inverse distance within ${text(omega_error_per_m)} per metre${median_m === null ? "" : `: ${length(error_m)} at ${metres(median_m)}`}.`,
-    directionMap(d.distance.directions),
-    h("div", { class: "figures" }, floorPlan(d), horizon(d.distance.directions)),
-  );
-}
-
-// The nearest surface of every field of directions, as a panorama.
-function directionMap(directions: Json[]) {
-  const near = directions.map((field) => field.near_m).filter((m) => m !== null);
-  const [least, most] = [Math.min(...near), Math.max(...near)];
-  const fields = directions.map(({ longitude_deg, latitude_deg, near_m }) => {
-    // By ratios, from 0 (near, bright) to 1 (far, dark).
-    const place = most > least && near_m ? Math.log(near_m / least) / Math.log(most / least) : 0;
-    const [x, y] = [longitude_deg + 180, 90 - latitude_deg];
-    const colour = near_m === null ? "#cfe6f5" : `hsl(${60 + 220 * place} 65% ${70 - 45 * place}%)`;
-    const ink = near_m !== null && place > 0.45 ? "#fff" : "#1f2933";
-    return [
-      svg("rect", {
-        x: x - FIELD_deg / 2,
-        y: y - FIELD_deg / 2,
-        width: FIELD_deg - 0.5,
-        height: FIELD_deg - 0.5,
-        fill: colour,
-      }),
-      svg(
-        "text",
-        { x, y: y + 2, "text-anchor": "middle", "font-size": 5.5, fill: ink },
-        near_m === null ? "sky" : near_m.toFixed(near_m < 9.95 ? 1 : 0),
-      ),
-    ];
-  });
-  const title = "Nearest surface in every direction";
-  const names = ["back", "left", "front", "right", "back"].map((name, i) =>
-    svg("text", { x: 90 * i, y: 190, "text-anchor": "middle", "font-size": 8 }, name),
-  );
-  return h(
-    "figure",
-    { "data-title": title },
-    h("h3", {}, title),
-    svg("svg", { viewBox: "-20 0 400 194", role: "img", "aria-label": title }, fields, names),
-    h(
-      "figcaption",
-      {},
-      `The nearest 1 % per field of 15 x 15 degrees, in metres, from ${metres(least)} (yellow) to ${metres(most)} (violet): longitude across, latitude up.`,
-    ),
+    floorPlan(d),
   );
 }
 
@@ -150,32 +106,6 @@ function floorPlan(d: Json) {
       name: `${line}, station ${station}${kept ? "" : ", could be dropped"}`,
     })),
   });
-}
-
-// The fields of directions beside the horizon, those above and below it as one.
-function horizon(directions: Json[]) {
-  const around = directions.filter(({ latitude_deg }) => Math.abs(latitude_deg) < FIELD_deg);
-  const curve = (name: string, key: string, merged: (...values: number[]) => number): Series => ({
-    name,
-    points: [...new Set(around.map((field) => field.longitude_deg))].flatMap((x) => {
-      const fields = around.filter((field) => field.longitude_deg === x && field[key] !== null);
-      return fields.length ? [{ x, y: merged(...fields.map((field) => field[key])) }] : [];
-    }),
-  });
-  const mean = (...values: number[]) => values.reduce((a, b) => a + b) / values.length;
-  return chart(
-    [
-      curve("nearest 1 %", "near_m", Math.min),
-      curve("median", "median_m", mean),
-      curve("99 %", "far_m", Math.max),
-    ],
-    {
-      title: "Around the horizon",
-      x: axis("longitude_deg"),
-      y: axis("distance_m"),
-      caption: "Within 15 degrees of the horizon; 0° is the front (z), 90° the right (x).",
-    },
-  );
 }
 
 function stations(d: Json) {

@@ -15,7 +15,7 @@ const TIME = [
 const nameOf = (setting: Json) => `${setting.number} · ${setting.name}`;
 const SETTING = { key: "name", name: "setting", value: nameOf };
 
-export const trade: Describe = (d, images) => {
+export const report: Describe = (d, images) => {
   const settings: Json[] = d.settings;
   const front = settings.filter((setting) => setting.on_front).sort((a, b) => a.ratio - b.ratio);
   const [fastest, best] = [front[0], front[front.length - 1]];

@@ -14,7 +14,7 @@ const SILHOUETTES = [
 ];
 const most = (keys: string[]) => keys.map((key) => ({ key, best: "most" as const }));
 
-export const validation: Describe = (d, images) => {
+export const report: Describe = (d, images) => {
   const modes: Json[] = d.modes;
   const best = modes.reduce((a, b) => (a && a.psnr_db >= b.psnr_db ? a : b), null);
   const initial = modes.find((mode) => mode.generation === "initial");
