@@ -19,26 +19,34 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs/ DESTINATION ${CMAKE_INSTALL_DAT
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/slurm DESTINATION ${CMAKE_INSTALL_DATADIR}/raywalk
         COMPONENT runtime)
 
-# raywalk_install_program(<name>): a program, with the manual page and the completion of bash that it
-# prints. A sanitizer's programs are not for installation.
+find_program(RAYWALK_HELP2MAN NAMES help2man)
+if(NOT RAYWALK_HELP2MAN)
+  message(FATAL_ERROR "help2man was not found, which makes the manual pages; "
+                      "scripts/install-packages build installs it")
+endif()
+
+# raywalk_install_program(<name>): a program, with the manual pages of it and its commands and the
+# completion of bash. A sanitizer's programs are not for installation.
 function(raywalk_install_program name)
   if(RAYWALK_SANITIZE)
     return()
   endif()
-  set(page ${RAYWALK_SHARE}/man/man1/${name}.1.gz)
-  set(bash ${RAYWALK_SHARE}/bash-completion/completions/${name})
+  set(pages ${RAYWALK_SHARE}/man/man1)
   add_custom_command(
-    OUTPUT ${page} ${bash}
-    COMMAND ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:${name}> -DPAGE=${page} -DBASH=${bash}
-            -P ${PROJECT_SOURCE_DIR}/cmake/print_reference.cmake
-    DEPENDS ${name} ${RAYWALK_CONFIGS} ${PROJECT_SOURCE_DIR}/cmake/print_reference.cmake
-    COMMENT "Manual page and completion of ${name}" VERBATIM)
-  add_custom_target(${name}-reference ALL DEPENDS ${page} ${bash})
+    OUTPUT ${pages}/${name}.1.gz
+    COMMAND ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:${name}> -DVERSION=${PROJECT_VERSION}
+            -DHELP2MAN=${RAYWALK_HELP2MAN} -DFOLDER=${pages}
+            -P ${PROJECT_SOURCE_DIR}/cmake/manual_pages.cmake
+    DEPENDS ${name} ${RAYWALK_CONFIGS} ${PROJECT_SOURCE_DIR}/cmake/manual_pages.cmake
+            ${PROJECT_SOURCE_DIR}/cmake/manual_pages.h2m
+    COMMENT "Manual pages of ${name}" VERBATIM)
+  add_custom_target(${name}-reference ALL DEPENDS ${pages}/${name}.1.gz)
   add_dependencies(raywalk-installed ${name}-reference)
   install(TARGETS ${name} COMPONENT runtime)
-  install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT runtime)
-  install(FILES ${bash} DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
-          COMPONENT runtime)
+  install(DIRECTORY ${pages} DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT runtime
+          FILES_MATCHING PATTERN "${name}*.1.gz")
+  install(FILES ${PROJECT_SOURCE_DIR}/cmake/completion.bash COMPONENT runtime
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME ${name})
 endfunction()
 
 # raywalk_install_libraries(<name>... [EXCEPT <headers>...] [ONLY <headers>...]): libraries of a folder

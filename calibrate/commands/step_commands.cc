@@ -13,7 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/parallel.h"
-#include "core/command_line/config_option.h"
+#include "core/command_line/command_options.h"
 
 namespace raywalk::calibrate {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "core/base/error.h"
 #include "core/command_line/command_options.h"
-#include "core/command_line/config_option.h"
 #include "core/files/shipped_configs.h"
 #include "core/files/words.h"
 

@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "capture/config/rig_addresses.h"
-#include "core/command_line/config_option.h"
+#include "core/command_line/command_options.h"
 #include "core/files/shipped_configs.h"
 
 namespace raywalk::capture {

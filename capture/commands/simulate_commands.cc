@@ -12,7 +12,6 @@
 #include "core/base/escaped.h"
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
-#include "core/command_line/config_option.h"
 #include "core/files/shipped_configs.h"
 
 namespace raywalk::capture {

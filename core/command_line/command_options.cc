@@ -1,6 +1,7 @@
 #include "core/command_line/command_options.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <string_view>
@@ -75,6 +76,11 @@ GridTolerance tolerance_of(const LineToleranceArguments& arguments) {
 
 void add_force_flag(CLI::App* command, bool* force, const std::string& description) {
   command->add_flag("-f,--force", *force, description)->group(kCommonGroup);
+}
+
+CLI::Option* takes_config(CLI::Option* option, ConfigKind kind) {
+  return option->type_name(
+      fmt::format("CONFIG:{{{}}}", fmt::join(shipped_config_names(kind), ",")));
 }
 
 void add_quiet_flag(CLI::App* app, const std::function<void(bool)>& silence) {

@@ -4,11 +4,13 @@
 #include <functional>
 #include <string>
 
+#include "core/files/shipped_configs.h"
 #include "core/geometry/grid.h"
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace raywalk {
 
@@ -32,6 +34,11 @@ GridTolerance tolerance_of(const LineToleranceArguments& arguments);
 
 // Adds the flag -f, --force; `description` says what it replaces.
 void add_force_flag(CLI::App* command, bool* force, const std::string& description);
+
+// An option or argument whose value is a configuration file: a path, or the name of one of
+// Raywalk's own, which the help lists. The command finds the file with named_config()
+// (shipped_configs.h), once all of the command line is known to be right.
+CLI::Option* takes_config(CLI::Option* option, ConfigKind kind);
 
 // Adds the flag -q, --quiet to the program and to all of its commands; `silence` is called, before
 // any work, where it is given. Its argument tells whether standard output is silenced too: not

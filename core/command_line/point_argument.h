@@ -1,6 +1,5 @@
-// A point of the plan or of space on a command line, written as people write it: --at 0,0, --at 0
-// 0,
-// --at "0, 0".
+// A point of the plan or of space on a command line, written as people write it: --at 0,0, or
+// --at 0 0, or --at "0, 0".
 #pragma once
 
 #include <optional>
@@ -35,7 +34,8 @@ CLI::Option* add_point_option(CLI::App* command, const std::string& flag, std::s
                               const std::string& description, PointKind kind = PointKind::kPlan);
 
 // The arguments of a command line (without the program's name), with the words that make up the
-// value of a point option joined to one. Words that do not make a point stay as they are.
-std::vector<std::string> joined_points(const CLI::App& app, std::vector<std::string> arguments);
+// value of a point option joined to one. Words that cannot be part of it stay as they are.
+std::vector<std::string> joined_points(const CLI::App& app,
+                                       const std::vector<std::string>& arguments);
 
 }  // namespace raywalk

@@ -29,16 +29,10 @@
 #include "core/base/standard_streams.h"
 #include "core/command_line/command_options.h"
 #include "core/command_line/point_argument.h"
-#include "core/command_line/reference_flags.h"
 #include "core/command_line/wrong_usage.h"
 
 namespace raywalk {
 namespace {
-
-std::string program_name(const CLI::App& app, int argc, char** argv) {
-  if (!app.get_name().empty()) return app.get_name();
-  return argc > 0 ? std::filesystem::path(argv[0]).filename().string() : "raywalk";
-}
 
 // A log line's message, escaped: like an error, it is one line.
 class EscapedMessage : public spdlog::custom_flag_formatter {
@@ -108,21 +102,19 @@ void flush_stdout() {
 }
 
 // The arguments as CLI11 parses them: without the program's name, last first.
-std::vector<std::string> arguments_of(const CLI::App& app, int argc, char** argv,
-                                      const std::string& program) {
+std::vector<std::string> arguments_of(const CLI::App& app, int argc, char** argv) {
   const std::vector<std::string> given(argv + std::min(argc, 1), argv + argc);
-  require_double_dashes(app, given, program);
+  require_double_dashes(app, given);
   std::vector<std::string> arguments = joined_points(app, given);
   std::reverse(arguments.begin(), arguments.end());
   return arguments;
 }
 
-int parse_and_run(CLI::App& app, int argc, char** argv, const std::string& program) {
+int parse_and_run(CLI::App& app, int argc, char** argv) {
   std::optional<Quiet> quiet;
-  add_reference_flags(&app);
   add_quiet_flag(&app, [&quiet](bool results) { quiet.emplace(results); });
   try {
-    app.parse(arguments_of(app, argc, argv, program));
+    app.parse(arguments_of(app, argc, argv));
   } catch (const CLI::Success& request) {  // --help, --version
     quiet.reset();
     app.exit(request);
@@ -134,14 +126,14 @@ int parse_and_run(CLI::App& app, int argc, char** argv, const std::string& progr
 }  // namespace
 
 int run_program(CLI::App& app, int argc, char** argv) {
-  const std::string program = program_name(app, argc, argv);
+  const std::string program = app.get_name();
   const EscapedStreams escaped_streams;
   try {
     set_up_logging(program);
     set_up_signals();
-    return parse_and_run(app, argc, argv, program);
+    return parse_and_run(app, argc, argv);
   } catch (const CLI::ParseError& e) {
-    return fail(program, wrong_usage(app, e, program), ExitCode::kWrongUsage);
+    return fail(program, wrong_usage(app, e), ExitCode::kWrongUsage);
   } catch (const UsageError& e) {
     return fail(program, e.what(), ExitCode::kWrongUsage);
   } catch (const Paused& e) {

@@ -10,13 +10,13 @@ class App;
 
 namespace raywalk {
 
-// Parses the command line with `app` and runs the callbacks of the chosen subcommands, which do the
-// work and throw on failure. Adds -q, --quiet to every command (command_options.h). Returns the
-// process exit code: --help and --version give kDone, a wrong command line or UsageError
-// kWrongUsage, Paused kPaused, Error and any other std::exception kFailed, Interrupted
-// kInterrupted. Every failure prints exactly one line, "<program>: error: <what>", to stderr; that
-// of a wrong command line names the unknown flag or command, the nearest valid one and the --help
-// to read.
+// Parses the command line with `app`, which has the program's name, and runs the callbacks of the
+// chosen subcommands, which do the work and throw on failure. Adds -q, --quiet to every command
+// (command_options.h). Returns the process exit code: --help and --version give kDone, a wrong
+// command line or UsageError kWrongUsage, Paused kPaused, Error and any other std::exception
+// kFailed, Interrupted kInterrupted. Every failure prints exactly one line, "<program>: error:
+// <what>", to stderr; that of a wrong command line names the unknown flag or command, the nearest
+// valid one and the --help to read.
 int run_program(CLI::App& app, int argc, char** argv);
 
 }  // namespace raywalk

@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
-#include <optional>
 
 #include "core/base/error.h"
 #include "core/files/words.h"
@@ -11,57 +10,18 @@
 namespace raywalk {
 namespace {
 
-// Fewer letters begin too many words.
-constexpr std::size_t kLeastPrefix = 2;
-
 bool is_flag(const std::string& word) {
   return word.size() > 1 && word.front() == '-' && !parse_finite_number(word);
 }
 
-// "--Tolerance_Px=1" becomes "tolerance-px".
-std::string flag_name(const std::string& word) {
-  std::string name = word.substr(std::min(word.find_first_not_of('-'), word.size()));
-  name = name.substr(0, name.find('='));
-  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
-    return c == '_' ? '-' : static_cast<char>(std::tolower(c));
-  });
-  return name;
+bool has_flag(const CLI::App& command, const std::string& word) {
+  return command.get_option_no_throw(word.substr(0, word.find('='))) != nullptr;
 }
 
-std::vector<std::string> long_names(const CLI::App& command) {
-  std::vector<std::string> names;
-  for (const CLI::Option* option : command.get_options()) {
-    names.insert(names.end(), option->get_lnames().begin(), option->get_lnames().end());
-  }
-  return names;
-}
-
-// A name that `name` begins, or that begins it: "gen" and "output" mean generation and out.
-std::optional<std::string> named_in_part(const std::string& name,
-                                         const std::vector<std::string>& names) {
-  for (const std::string& other : names) {
-    const std::size_t shared = std::min(name.size(), other.size());
-    if (shared >= kLeastPrefix && name.compare(0, shared, other, 0, shared) == 0) return other;
-  }
-  return std::nullopt;
-}
-
-std::string unknown_flag(const std::string& word, const CLI::App& command) {
-  std::string text = "unknown flag " + excerpt(word.substr(0, word.find('=')));
-  const std::vector<std::string> names = long_names(command);
-  const std::string name = flag_name(word);
-  std::optional<std::string> meant = nearest_word(name, names);
-  if (!meant) meant = named_in_part(name, names);
-  return meant ? text + "; did you mean '--" + *meant + "'?" : text;
-}
-
-std::string unknown_command(const std::string& word, const CLI::App& app) {
-  std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands(nullptr)) names.push_back(command->get_name());
-  std::string name = word;
-  std::transform(name.begin(), name.end(), name.begin(),
+std::string lower_case(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return "unknown command " + excerpt(word) + suggestion(name, names);
+  return text;
 }
 
 // The command that was given; the program itself where there is none.
@@ -70,90 +30,76 @@ const CLI::App& given_command(const CLI::App& app) {
   return given.empty() ? app : *given.front();
 }
 
-const CLI::App* command_named(const std::string& name, const CLI::App& app) {
-  const auto found =
-      app.get_subcommands([&](const CLI::App* command) { return command->get_name() == name; });
-  return found.empty() ? nullptr : found.front();
+std::string help_hint(const CLI::App& app, const CLI::App& command) {
+  const std::string name = &command == &app ? "" : " " + command.get_name();
+  return "; see " + app.get_name() + name + " --help";
 }
 
-std::string help_hint(const CLI::App& app, const CLI::App& command, const std::string& program) {
-  return "; see " + program + (&command == &app ? "" : " " + command.get_name()) + " --help";
-}
-
-bool has_flag(const CLI::App& command, const std::string& word) {
-  return command.get_option_no_throw(word.substr(0, word.find('='))) != nullptr;
-}
-
-// The given command if it has the flag, else the first that has; null if none has.
-const CLI::App* owner_of(const std::string& flag, const CLI::App& app) {
-  if (has_flag(given_command(app), flag)) return &given_command(app);
-  for (const CLI::App* command : app.get_subcommands(nullptr)) {
-    if (has_flag(*command, flag)) return command;
-  }
-  return nullptr;
-}
-
-// A word in front of the command, or instead of it.
-std::string misplaced(const std::string& word, const CLI::App& app, const std::string& program) {
-  if (is_flag(word)) {
-    const CLI::App* owner = owner_of(word, app);
-    if (owner == nullptr) return unknown_flag(word, app);
-    return "the flag " + excerpt(word) + " goes behind its command: " + program + " " +
-           owner->get_name() + " " + word;
-  }
-  const bool command_given = &given_command(app) != &app;
-  return command_given ? "unexpected argument " + excerpt(word) : unknown_command(word, app);
-}
-
-// An option that took the next flag for its value: "--at --out v.png".
-std::optional<std::string> missing_value(const CLI::App& command) {
+std::string unknown_flag(const std::string& word, const CLI::App& command) {
+  const std::string written = word.substr(0, word.find('='));
+  // "--Tolerance_Px" means "tolerance-px".
+  std::string name = lower_case(written.substr(written.find_first_not_of('-')));
+  std::replace(name.begin(), name.end(), '_', '-');
+  std::vector<std::string> names;
   for (const CLI::Option* option : command.get_options()) {
-    if (option->get_expected_max() == 0) continue;
-    for (const std::string& value : option->results()) {
-      if (value.rfind("--", 0) == 0 && has_flag(command, value)) {
-        return option->get_name() + " needs a value, but " + excerpt(value) + " follows";
-      }
+    names.insert(names.end(), option->get_lnames().begin(), option->get_lnames().end());
+  }
+  // Also the beginning of a name, or more than one: "gen" and "output" mean generation and out.
+  auto meant = nearest_word(name, names);
+  for (const std::string& other : names) {
+    const bool begins = name.size() > 1 && (name.starts_with(other) || other.starts_with(name));
+    if (!meant && begins) meant = other;
+  }
+  const std::string text = "unknown flag " + excerpt(written);
+  return meant ? text + "; did you mean '--" + *meant + "'?" : text;
+}
+
+std::string unknown_command(const std::string& word, const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands(nullptr)) names.push_back(command->get_name());
+  return "unknown command " + excerpt(word) + suggestion(lower_case(word), names);
+}
+
+std::string reason(const CLI::App& app, const CLI::ParseError& error) {
+  const CLI::App& command = given_command(app);
+  // An option that took the next flag for its value: "--at --out v.png".
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->results().empty() || option->get_expected_max() == 0) continue;
+    const std::string& value = option->results().front();
+    if (value.starts_with("--") && has_flag(command, value)) {
+      return option->get_name() + " needs a value, but " + excerpt(value) + " follows";
     }
   }
-  return std::nullopt;
-}
-
-std::string reason(const CLI::App& app, const CLI::ParseError& error, const std::string& program) {
-  const CLI::App& command = given_command(app);
-  if (const auto missing = missing_value(command)) return *missing;
+  // In front of the command, or without one.
   const std::vector<std::string> before = app.remaining();
-  if (!app.get_subcommands(nullptr).empty() && !before.empty()) {
-    return misplaced(before.front(), app, program);
+  if (&command == &app && !before.empty() && !is_flag(before.front())) {
+    return unknown_command(before.front(), app);
   }
-  const std::vector<std::string> extra = command.remaining();
-  const auto flag = std::find_if(extra.begin(), extra.end(), is_flag);
-  if (flag != extra.end()) return unknown_flag(*flag, command);
-  if (!extra.empty() && dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
-    return "unexpected argument " + excerpt(extra.front());
-  }
-  return error.what();
+  const std::vector<std::string> unknown = app.remaining(true);
+  const auto flag = std::find_if(unknown.begin(), unknown.end(), is_flag);
+  if (flag == unknown.end()) return error.what();
+  if (has_flag(command, *flag)) return "the flag " + excerpt(*flag) + " goes behind its command";
+  return unknown_flag(*flag, command);
 }
 
 }  // namespace
 
-void require_double_dashes(const CLI::App& app, const std::vector<std::string>& arguments,
-                           const std::string& program) {
+void require_double_dashes(const CLI::App& app, const std::vector<std::string>& arguments) {
   const CLI::App* command = nullptr;
   for (const std::string& word : arguments) {
     if (command == nullptr) {
-      command = command_named(word, app);
-      continue;
-    }
-    const bool single_dash = word.size() > 2 && word[0] == '-' && word[1] != '-';
-    if (single_dash && has_flag(*command, "-" + word)) {
-      throw UsageError(unknown_flag(word, *command) + help_hint(app, *command, program));
+      const auto found =
+          app.get_subcommands([&](const auto* one) { return one->check_name(word); });
+      if (!found.empty()) command = found.front();
+    } else if (word.size() > 2 && word[0] == '-' && word[1] != '-' &&
+               has_flag(*command, "-" + word)) {
+      throw UsageError(unknown_flag(word, *command) + help_hint(app, *command));
     }
   }
 }
 
-std::string wrong_usage(const CLI::App& app, const CLI::ParseError& error,
-                        const std::string& program) {
-  return reason(app, error, program) + help_hint(app, given_command(app), program);
+std::string wrong_usage(const CLI::App& app, const CLI::ParseError& error) {
+  return reason(app, error) + help_hint(app, given_command(app));
 }
 
 }  // namespace raywalk

@@ -1,4 +1,5 @@
-// What is wrong with a command line: names the unknown flag or command, with the nearest valid one.
+// What is wrong with a command line: CLI11's own words, or the unknown flag or command with the
+// nearest valid one.
 #pragma once
 
 #include <string>
@@ -13,13 +14,10 @@ namespace raywalk {
 
 // Throws UsageError for a flag of several letters behind a single dash ("-out"): it would be read
 // as "-o ut". `arguments` are those behind the program's name.
-void require_double_dashes(const CLI::App& app, const std::vector<std::string>& arguments,
-                           const std::string& program);
+void require_double_dashes(const CLI::App& app, const std::vector<std::string>& arguments);
 
-// The message for a command line that CLI11 refused: it names the unknown flag or command where
-// there is one, else repeats CLI11's text, and ends with the --help that applies, "see
+// The message for a command line that CLI11 refused. It ends with the --help that applies, "see
 // raywalk-render view --help". `app` is as the failed parse left it.
-std::string wrong_usage(const CLI::App& app, const CLI::ParseError& error,
-                        const std::string& program);
+std::string wrong_usage(const CLI::App& app, const CLI::ParseError& error);
 
 }  // namespace raywalk

@@ -28,13 +28,13 @@ class WrongUsageTest : public testing::Test {
 
   std::string message(Words words) {
     try {
-      require_double_dashes(app_, words, "raywalk-test");
+      require_double_dashes(app_, words);
       std::reverse(words.begin(), words.end());
       app_.parse(words);
     } catch (const UsageError& e) {
       return e.what();
     } catch (const CLI::ParseError& e) {
-      return wrong_usage(app_, e, "raywalk-test");
+      return wrong_usage(app_, e);
     }
     return "no error";
   }
@@ -77,18 +77,18 @@ TEST_F(WrongUsageTest, UnknownCommandIsNamedWithTheNearestAndTheProgramsHelp) {
             "unknown command 'render'; valid are pack, info; see raywalk-test --help");
 }
 
-TEST_F(WrongUsageTest, FlagBeforeItsCommandIsShownBehindIt) {
+TEST_F(WrongUsageTest, FlagBeforeItsCommandGoesBehindIt) {
   EXPECT_EQ(message({"--frames", "a", "pack"}),
-            "the flag '--frames' goes behind its command: raywalk-test pack --frames; see "
-            "raywalk-test pack --help");
+            "the flag '--frames' goes behind its command; see raywalk-test pack --help");
   EXPECT_EQ(message({"--zzyzx", "info", "room.lf"}),
             "unknown flag '--zzyzx'; see raywalk-test info --help");
 }
 
 TEST_F(WrongUsageTest, OtherMistakesLeadToTheCommandsHelp) {
   EXPECT_EQ(message({"pack"}), "--frames is required; see raywalk-test pack --help");
-  EXPECT_EQ(message({"info", "room.lf", "more"}),
-            "unexpected argument 'more'; see raywalk-test info --help");
+  EXPECT_THAT(message({"info", "room.lf", "more"}),
+              testing::AllOf(testing::HasSubstr("more"),
+                             testing::EndsWith("; see raywalk-test info --help")));
   EXPECT_EQ(message({"pack", "--frames", "--out", "room.lf"}),
             "--frames needs a value, but '--out' follows; see raywalk-test pack --help");
   EXPECT_THAT(message({"pack", "--frames", "a", "--line-tolerance-mm", "many"}),

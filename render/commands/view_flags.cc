@@ -5,7 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <vector>
 
-#include "core/command_line/config_option.h"
+#include "core/command_line/command_options.h"
 #include "core/files/words.h"
 #include "core/room/tile_cache.h"
 

@@ -39,7 +39,8 @@ void run_benchmarks(const std::string& program, const std::vector<std::string>& 
 }  // namespace raywalk::bench
 
 int main(int argc, char** argv) {
-  CLI::App app("Benchmarks of Raywalk; --benchmark_* flags are passed to Google Benchmark");
+  CLI::App app("Benchmarks of Raywalk; --benchmark_* flags are passed to Google Benchmark",
+               "raywalk-bench");
   int threads = 0;
   app.add_option("--threads", threads, "Threads of both Raywalk and OpenCV; 0 = all cores")
       ->check(CLI::Range(0, 1024));

@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -22,7 +21,9 @@ using testing::AllOf;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 using testing::IsSupersetOf;
+using testing::Not;
 namespace fs = std::filesystem;
 
 constexpr const char* kPrograms[] = {"raywalk-capture", "raywalk-calibrate", "raywalk-build-lf",
@@ -68,28 +69,36 @@ TEST_F(InstallationTest, ConfigurationsAreFoundByName) {
 }
 
 TEST_F(InstallationTest, ShellsCompleteWhatThePageExplains) {
+  // `words` are those typed so far, the last one not yet.
   const auto completed = [](const std::string& program, const std::string& words) {
-    std::string function = "_" + program;
-    std::replace(function.begin(), function.end(), '-', '_');
     std::istringstream lines(
-        run(fmt::format("bash -c '. {0}/share/bash-completion/completions/{1}; COMP_WORDS=({1} {2} "
-                        "\"\"); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); {3}; printf \"%s\\n\" "
-                        "\"${{COMPREPLY[@]}}\"'",
-                        prefix(), program, words, function))
+        run(fmt::format(
+                "touch \"a b.png\" && bash -c '. {0}/share/bash-completion/completions/{1}; "
+                "set -u; COMP_WORDS=({1} {2}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); "
+                "_raywalk {0}/bin/{1}; printf \"%s\\n\" \"${{COMPREPLY[@]}}\"'",
+                prefix(), program, words))
             .output);
     std::vector<std::string> found;
-    for (std::string line; std::getline(lines, line);) found.push_back(line);
+    for (std::string line; std::getline(lines, line);) {
+      if (!line.empty()) found.push_back(line);
+    }
     return found;
   };
-  EXPECT_THAT(completed("raywalk-render", ""), IsSupersetOf({"view", "path", "serve"}));
-  EXPECT_THAT(completed("raywalk-render", "view --generation"),
+  EXPECT_THAT(completed("raywalk-render", "\"\""),
+              AllOf(IsSupersetOf({"view", "path", "serve"}), Not(Contains("raywalk-render"))));
+  EXPECT_THAT(completed("raywalk-render", "--v"), ElementsAre("--version"));
+  EXPECT_THAT(completed("raywalk-render", "view --generation \"\""),
               ElementsAre("initial", "hlf-vd", "two-sided"));
-  EXPECT_THAT(completed("raywalk-calibrate", "all --lens-start"), Contains("theta-like"));
-  EXPECT_THAT(completed("raywalk-build-lf", "pack"), IsSupersetOf({"--frames", "--force"}));
+  EXPECT_THAT(completed("raywalk-render", "view --generation = in"), ElementsAre("initial"));
+  EXPECT_THAT(completed("raywalk-render", "view --threads \"\""), IsEmpty());
+  EXPECT_THAT(completed("raywalk-render", "view -o a"), ElementsAre("a b.png"));
+  EXPECT_THAT(completed("raywalk-render", "view --threads 2 a"), ElementsAre("a b.png"));
+  EXPECT_THAT(completed("raywalk-calibrate", "all --lens-start \"\""), Contains("theta-like"));
+  EXPECT_THAT(completed("raywalk-build-lf", "pack --"), IsSupersetOf({"--frames", "--force"}));
   for (const std::string program : kPrograms) {
     const std::string share = prefix() + "/share/";
     for (const std::string& check :
-         {"man --warnings -E UTF-8 -l " + share + "man/man1/" + program + ".1.gz > page",
+         {"man --warnings -E UTF-8 -l " + share + "man/man1/" + program + "*.1.gz > page",
           "bash -n " + share + "bash-completion/completions/" + program}) {
       const std::string tool = check.substr(0, check.find(' '));
       if (run_command("command -v " + tool).exit_code != 0) {
@@ -99,6 +108,15 @@ TEST_F(InstallationTest, ShellsCompleteWhatThePageExplains) {
       EXPECT_EQ(run(check).errors, "") << check;
     }
   }
+}
+
+TEST_F(InstallationTest, CommandsHaveManualPages) {
+  const std::string pages = prefix() + "/share/man/man1/";
+  EXPECT_TRUE(fs::exists(pages + "raywalk-capture.1.gz"));
+  const CommandResult page = run("zcat " + pages + "raywalk-render-view.1.gz");
+  EXPECT_THAT(page.output, AllOf(HasSubstr("raywalk-render-view \\- Render one view"),
+                                 HasSubstr("\\fB\\-\\-yaw\\-deg\\fR FLOAT\nTurn to the right"),
+                                 HasSubstr("EXIT STATUS"), HasSubstr("EXAMPLES")));
 }
 
 TEST_F(InstallationTest, AnotherProjectFindsTheLibraries) {
