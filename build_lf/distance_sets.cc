@@ -6,8 +6,9 @@
 #include <system_error>
 
 #include "build_lf/distances_lock.h"
-#include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/escaped.h"
+#include "core/base/number_text.h"
 #include "core/files/atomic_output.h"
 #include "core/files/output_folder.h"
 
@@ -31,7 +32,7 @@ std::string text_of(const FoundDistances& found) {
   return fmt::format("  {:<20} {:<11} {} of {} x {} on {}, {:.1f} MB, in {}\n", found.origin,
                      found.in_use ? "in use" : "not in use", counted(maps, "map"), size.width,
                      size.height, counted(lines, "line"),
-                     static_cast<double>(bytes_in(found.folder)) * 1e-6, found.folder.string());
+                     static_cast<double>(bytes_in(found.folder)) * 1e-6, escaped(found.folder.string()));
 }
 
 }  // namespace
@@ -58,14 +59,14 @@ std::vector<FoundDistances> find_distances(const fs::path& room, const RoomManif
 std::string distances_text(const fs::path& room) {
   const RoomManifest manifest = read_manifest(room);
   const std::vector<FoundDistances> all = find_distances(room, manifest);
-  std::string text = room.string() + ": ";
+  std::string text = escaped(room.string()) + ": ";
   text += manifest.distances == DistanceKind::kNone
               ? "no distances are in use; `raywalk-build-lf depth` estimates them\n"
               : fmt::format("views use the {} distances\n", name_of(manifest.distances));
   for (const FoundDistances& found : all) text += text_of(found);
   for (const FoundDistances& found : all) {
     if (found.in_use || !found.fault.empty()) continue;
-    text += fmt::format("`raywalk-build-lf distances {} --use {}` switches\n", room.string(),
+    text += fmt::format("`raywalk-build-lf distances {} --use {}` switches\n", escaped(room.string()),
                         name_of(found.kind));
   }
   return text;
@@ -95,7 +96,7 @@ std::string use_distances(const fs::path& room, DistanceKind kind) {
   const bool already = manifest.distances == kind;
   manifest.distances = kind;
   if (!already) write_file_atomically(manifest_path(room), manifest_to_json(manifest));
-  return fmt::format("{}: views {} use the {} distances", room.string(),
+  return fmt::format("{}: views {} use the {} distances", escaped(room.string()),
                      already ? "already" : "now", name_of(kind));
 }
 

@@ -10,8 +10,8 @@
 
 #include "build_lf/distance_sets.h"
 #include "build_lf/reused_lines.h"
-#include "core/base/counted.h"
 #include "core/base/interrupt.h"
+#include "core/base/number_text.h"
 #include "core/base/progress.h"
 #include "core/files/json.h"
 #include "core/geometry/line_gaps.h"

@@ -11,8 +11,8 @@
 #include <variant>
 #include <vector>
 
-#include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/files/words.h"
 #include "core/room/tile_cache.h"
 #include "python/arrays.h"

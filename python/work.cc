@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "core/base/escaped.h"
-#include "core/base/quiet.h"
 
 namespace py = pybind11;
 
@@ -46,7 +45,6 @@ const std::shared_ptr<WarningSink>& warning_sink() {
 }  // namespace
 
 void collect_warnings() {
-  static const Quiet quiet(false);
   auto logger = std::make_shared<spdlog::logger>("raywalk", warning_sink());
   logger->set_level(spdlog::level::warn);
   spdlog::set_default_logger(std::move(logger));

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "core/base/counted.h"
+#include "core/base/number_text.h"
 #include "core/room/distance_volume.h"
 
 namespace raywalk::build_lf {

@@ -8,7 +8,6 @@
 #include "build_lf/depth/matching_views.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
-#include "core/base/robust_sigma.h"
 #include "core/room/hdf5_file.h"
 
 namespace raywalk::build_lf {

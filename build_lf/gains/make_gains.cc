@@ -8,8 +8,8 @@
 
 #include "build_lf/distances_lock.h"
 #include "build_lf/gains/room_gains.h"
-#include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/files/atomic_output.h"
 #include "core/files/output_folder.h"
 #include "core/room/room.h"

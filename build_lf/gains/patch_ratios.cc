@@ -8,7 +8,7 @@
 
 #include "build_lf/depth/pixel_directions.h"
 #include "build_lf/depth/station_image.h"
-#include "core/base/robust_sigma.h"
+#include "core/base/median.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -17,7 +17,6 @@
 #include "core/base/median.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
-#include "core/base/robust_sigma.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "calibrate/base/rotation.h"
-#include "core/base/robust_sigma.h"
+#include "core/base/median.h"
 
 namespace raywalk::calibrate {
 namespace {

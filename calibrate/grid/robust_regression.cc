@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/base/robust_sigma.h"
+#include "core/base/median.h"
 
 namespace raywalk::calibrate {
 namespace {

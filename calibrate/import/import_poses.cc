@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "calibrate/import/imported_poses.h"
-#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
+#include "core/base/number_text.h"
 #include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"

@@ -17,9 +17,9 @@
 #include "calibrate/lens/charuco_detection.h"
 #include "calibrate/lens/fit_details.h"
 #include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
-#include "core/base/robust_sigma.h"
 #include "core/files/image_file.h"
 
 namespace raywalk::calibrate {

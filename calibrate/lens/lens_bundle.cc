@@ -10,7 +10,7 @@
 #include "calibrate/lens/bundle_problem.h"
 #include "calibrate/lens/fit_details.h"
 #include "core/base/error.h"
-#include "core/base/robust_sigma.h"
+#include "core/base/median.h"
 
 namespace raywalk::calibrate {
 namespace {

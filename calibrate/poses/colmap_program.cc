@@ -18,7 +18,6 @@
 
 #include "core/base/child_process.h"
 #include "core/base/error.h"
-#include "core/base/find_program.h"
 #include "core/base/interrupt.h"
 
 namespace raywalk::calibrate {

@@ -21,7 +21,6 @@
 #include "core/base/interrupt.h"
 #include "core/base/median.h"
 #include "core/base/progress.h"
-#include "core/base/robust_sigma.h"
 #include "core/geometry/line_gaps.h"
 
 namespace raywalk::calibrate {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "calibrate/base/cauchy_loss.h"
-#include "core/base/robust_sigma.h"
+#include "core/base/median.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk::calibrate {

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/plan/plan_report.h"
-#include "core/base/counted.h"
 #include "core/base/number_text.h"
 
 namespace raywalk::capture {

@@ -9,7 +9,7 @@
 
 #include "capture/session/session_database.h"
 #include "capture/session/session_times.h"
-#include "core/base/counted.h"
+#include "core/base/number_text.h"
 
 namespace raywalk::capture {
 namespace {

@@ -10,8 +10,9 @@
 #include <utility>
 
 #include "capture/session/frame_files.h"
-#include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/escaped.h"
+#include "core/base/number_text.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
@@ -91,7 +92,7 @@ std::string give_up_lost_stations(const SessionVerification& verification, const
   const std::unique_ptr<Session> writer = Session::open(session, clock);
   for (const std::string& station : stations) writer->give_up_frames(station);
   return fmt::format("{} given up; next: raywalk-capture status {}",
-                     counted(stations.size(), "station"), session.string());
+                     counted(stations.size(), "station"), escaped(session.string()));
 }
 
 }  // namespace raywalk::capture

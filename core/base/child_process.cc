@@ -13,6 +13,8 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
+#include <sstream>
 #include <string_view>
 #include <system_error>
 #include <thread>
@@ -27,6 +29,11 @@ namespace {
 constexpr std::chrono::milliseconds kPollEvery{20};
 constexpr std::chrono::milliseconds kWriteCheckEvery{100};  // for Ctrl-C
 constexpr std::chrono::seconds kGrace{3};                   // between SIGTERM and SIGKILL
+
+bool is_executable(const std::filesystem::path& file) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(file, ignored) && access(file.c_str(), X_OK) == 0;
+}
 
 std::string_view name_of(std::string_view variable) {
   return variable.substr(0, variable.find('='));
@@ -103,6 +110,16 @@ Ends connected_ends() {
 }
 
 }  // namespace
+
+std::optional<std::filesystem::path> find_program(const std::string& name) {
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path == nullptr ? "" : path);
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const std::filesystem::path file = std::filesystem::path(folder) / name;
+    if (!folder.empty() && is_executable(file)) return std::filesystem::absolute(file);
+  }
+  return std::nullopt;
+}
 
 ChildProcess::ChildProcess(const std::filesystem::path& executable,
                            const std::vector<std::string>& arguments,

@@ -12,6 +12,10 @@
 
 namespace raywalk {
 
+// The first executable file of this name in the folders of PATH, as an absolute path; none if there
+// is none.
+std::optional<std::filesystem::path> find_program(const std::string& name);
+
 // What a child process reads from its stdin: nothing, or what write_input() is given.
 enum class ChildInput { kEmpty, kWritten };
 

@@ -10,7 +10,6 @@
 #include <span>
 
 #include "core/base/error.h"
-#include "core/base/find_program.h"
 #include "core/files/test_directory.h"
 
 namespace raywalk {

@@ -2,11 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
-
-#include "core/base/utf8.h"
 
 namespace raywalk {
 namespace {
@@ -37,26 +34,6 @@ TEST(Escaped, ShowsBytesThatAreNotUtf8) {
   EXPECT_EQ(escaped("\xE0\x80\xBC"), R"(\xe0\x80\xbc)");          // overlong '<'
   EXPECT_EQ(escaped("\xED\xA0\x80"), R"(\xed\xa0\x80)");          // surrogate
   EXPECT_EQ(escaped("\xF4\x90\x80\x80"), R"(\xf4\x90\x80\x80)");  // over U+10FFFF
-}
-
-TEST(Escaped, LinesCanBeKept) {
-  EXPECT_EQ(escaped("a\nb\t\x1b", LineBreaks::kKeep), "a\nb\t\\u001b");
-}
-
-// JSON escapes control characters below U+0020 itself, but not these.
-TEST(Escaped, JsonStaysValid) {
-  const std::string name = "a\x7F\xC2\x9B\u202E\nz";
-  const std::string text = nlohmann::json{{"file", name}}.dump(1);
-  EXPECT_NE(escaped(text, LineBreaks::kKeep), text);
-  EXPECT_EQ(nlohmann::json::parse(escaped(text, LineBreaks::kKeep)).at("file"), name);
-}
-
-TEST(Utf8, PartsOfCharactersAreKnown) {
-  EXPECT_TRUE(is_part_of_utf8("\xC3"));
-  EXPECT_TRUE(is_part_of_utf8("\xF0\x9F\x93"));
-  for (const char* none : {"", "a", "\xFF", "\xC3\xB6", "\xF0\x9F\x93\xB7", "\xE0\x80", "\x93"}) {
-    EXPECT_FALSE(is_part_of_utf8(none)) << none;
-  }
 }
 
 }  // namespace

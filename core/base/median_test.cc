@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+#include <vector>
+
 namespace raywalk {
 namespace {
 
@@ -12,6 +16,26 @@ TEST(Median, IsTheUpperMiddleOfAnEvenNumber) { EXPECT_EQ(median({4.0, 1.0, 2.0, 
 TEST(Median, OfOneValueIsThatValue) { EXPECT_EQ(median({7.5}), 7.5); }
 
 TEST(Median, IsNotMovedByAnOutlier) { EXPECT_EQ(median({1.0, 2.0, 1e300}), 2.0); }
+
+std::vector<double> absolute_normal(double sigma, int count) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal(0.0, sigma);
+  std::vector<double> values;
+  for (int i = 0; i < count; ++i) values.push_back(std::fabs(normal(random)));
+  return values;
+}
+
+TEST(RobustSigma, IsTheStandardDeviationOfNormalErrors) {
+  EXPECT_NEAR(robust_sigma(absolute_normal(0.5, 100000)), 0.5, 0.005);
+}
+
+TEST(RobustSigma, IsHardlyMovedByOutliers) {
+  std::vector<double> values = absolute_normal(0.5, 100000);
+  values.insert(values.end(), 5000, 1e9);
+  EXPECT_NEAR(robust_sigma(values), 0.5, 0.05);
+}
+
+TEST(RobustSigma, IsZeroWhereMostDeviationsAre) { EXPECT_EQ(robust_sigma({0, 0, 0, 7, 9}), 0.0); }
 
 }  // namespace
 }  // namespace raywalk

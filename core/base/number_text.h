@@ -1,7 +1,9 @@
 // Numbers as text, independent of the locale.
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <string_view>
 
 namespace raywalk {
 
@@ -15,5 +17,8 @@ std::string number_or_dash(double value, int decimals);
 // The same as fixed_number with at most `decimals` digits and no trailing zeros ("2", "0.25",
 // "-3.1").
 std::string plain_number(double value, int decimals);
+
+// "1 line", "3 lines": the count and the noun, with an s unless the count is 1.
+std::string counted(std::size_t count, std::string_view noun);
 
 }  // namespace raywalk

@@ -38,5 +38,11 @@ TEST(PlainNumber, PrintsNanAndInfinity) {
   EXPECT_EQ(plain_number(std::numeric_limits<double>::max(), 2).size(), 309U);
 }
 
+TEST(Counted, HasAPluralUnlessThereIsOne) {
+  EXPECT_EQ(counted(0, "line"), "0 lines");
+  EXPECT_EQ(counted(1, "line"), "1 line");
+  EXPECT_EQ(counted(2, "line"), "2 lines");
+}
+
 }  // namespace
 }  // namespace raywalk

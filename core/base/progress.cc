@@ -1,6 +1,7 @@
 #include "core/base/progress.h"
 
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -8,8 +9,6 @@
 #include <utility>
 
 #include "core/base/escaped.h"
-#include "core/base/quiet.h"
-#include "core/base/standard_streams.h"
 
 namespace raywalk {
 namespace {
@@ -48,7 +47,7 @@ Progress::~Progress() {
 }
 
 void Progress::advance(std::int64_t units) {
-  if (is_quiet()) return;
+  if (!spdlog::should_log(spdlog::level::info)) return;
   const std::lock_guard lock(mutex_);
   const bool was_complete = complete(done_, total_);
   done_ += units;
@@ -91,7 +90,7 @@ void Progress::print(bool final) {
   // "\r" returns to the start of the live line; ESC [ K (ECMA-48, EL) clears what a longer one
   // left.
   if (terminal_) {
-    print_to_terminal("\r" + escaped(line) + "\x1b[K");
+    std::cerr << "\r" << escaped(line) << "\x1b[K" << std::flush;
   } else {
     std::cerr << escaped(line) << '\n' << std::flush;
   }

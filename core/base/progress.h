@@ -10,7 +10,8 @@ namespace raywalk {
 
 // Counts finished units of a task; thread-safe. Prints to stderr: on a terminal one line, rewritten
 // at most ten times a second; elsewhere one line after a second, then one per tenth of the work, at
-// most one a second. The destructor ends the live line. Prints nothing under --quiet (quiet.h).
+// most one a second. The destructor ends the live line. Prints nothing where the
+// logger shows no information, as under --quiet.
 class Progress {
  public:
   // Steps that are short for most rooms are only worth a line where they take longer than a second.

@@ -1,5 +1,6 @@
 #include "core/command_line/program.h"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_sinks.h>
@@ -25,8 +26,6 @@
 
 #include "core/base/escaped.h"
 #include "core/base/interrupt.h"
-#include "core/base/quiet.h"
-#include "core/base/standard_streams.h"
 #include "core/command_line/command_options.h"
 #include "core/command_line/point_argument.h"
 #include "core/command_line/wrong_usage.h"
@@ -101,6 +100,35 @@ void flush_stdout() {
   }
 }
 
+// --quiet: silences progress and information, which is below warnings, as long as it lives.
+class Quiet {
+ public:
+  // With `results`, standard output is silenced too.
+  explicit Quiet(bool results) {
+    spdlog::set_level(spdlog::level::warn);
+    if (!results) return;
+    flush_stdout();
+    saved_stdout_ = fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+    const int null = open("/dev/null", O_WRONLY | O_CLOEXEC);
+    dup2(null, STDOUT_FILENO);
+    close(null);
+  }
+  ~Quiet() {
+    std::cout.flush();
+    std::fflush(stdout);
+    if (saved_stdout_ >= 0) {
+      dup2(saved_stdout_, STDOUT_FILENO);
+      close(saved_stdout_);
+    }
+    spdlog::set_level(spdlog::level::info);
+  }
+  Quiet(const Quiet&) = delete;
+  Quiet& operator=(const Quiet&) = delete;
+
+ private:
+  int saved_stdout_ = -1;
+};
+
 // The arguments as CLI11 parses them: without the program's name, last first.
 std::vector<std::string> arguments_of(const CLI::App& app, int argc, char** argv) {
   const std::vector<std::string> given(argv + std::min(argc, 1), argv + argc);
@@ -127,7 +155,6 @@ int parse_and_run(CLI::App& app, int argc, char** argv) {
 
 int run_program(CLI::App& app, int argc, char** argv) {
   const std::string program = app.get_name();
-  const EscapedStreams escaped_streams;
   try {
     set_up_logging(program);
     set_up_signals();

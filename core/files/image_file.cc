@@ -10,7 +10,6 @@
 #include <string_view>
 
 #include "core/base/error.h"
-#include "core/base/standard_streams.h"
 #include "core/files/atomic_output.h"
 #include "core/files/jpeg.h"
 
@@ -68,7 +67,6 @@ void require_mask(const ImageHeader& header, const fs::path& file, PanoramaSize 
 }
 
 cv::Mat decode_png(Bytes bytes, int flags, const std::string& source) {
-  const CapturedErrors captured;  // libpng prints its words, and knows no file
   try {
     // OpenCV does not write to it.
     const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1,
@@ -78,7 +76,7 @@ cv::Mat decode_png(Bytes bytes, int flags, const std::string& source) {
   } catch (const cv::Exception& e) {
     throw_damaged_image(source, e.err);
   }
-  throw_damaged_image(source, captured.text());
+  throw_damaged_image(source, "its pixels cannot be decoded");
 }
 
 // The image as `type`, CV_8UC3, CV_8UC1 or CV_16UC1, of a file whose header fits that.

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/standard_streams.h"
 #include "core/base/test_log.h"
 #include "core/files/atomic_output.h"
 #include "core/files/exif.h"
@@ -149,22 +148,6 @@ TEST_F(ImageFileTest, OneWarningNamesTheFirstTurnedImageAndCountsTheOthers) {
   turned.warn();
   EXPECT_THAT(log.text(), AllOf(HasSubstr("b.jpg"), HasSubstr("orientation 6"), HasSubstr("3 more"),
                                 HasSubstr("used as they are stored")));
-}
-
-// libpng prints its words, without the file's name.
-TEST_F(ImageFileTest, WordsOfTheDecoderAreInTheMessageOnly) {
-  std::string png = read_file(written("a.png", noise(64, 32, CV_8UC3)));
-  png[png.size() / 2] = static_cast<char>(png[png.size() / 2] ^ 0x55);
-  const fs::path file = written("a.png", png);
-  testing::internal::CaptureStderr();
-  std::string error;
-  {
-    const EscapedStreams streams;
-    error = panorama_error(file);
-  }
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-  EXPECT_THAT(error, AllOf(StartsWith(file.string() + ": the image is damaged or cut short ("),
-                           HasSubstr("libpng"), EndsWith("; capture or copy it again")));
 }
 
 TEST_F(ImageFileTest, DistanceMapRoundTripIsExact) {

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/files/atomic_output.h"
 #include "core/files/json.h"
 #include "core/files/output_folder.h"

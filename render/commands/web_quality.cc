@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "core/base/counted.h"
+#include "core/base/number_text.h"
 #include "core/base/pick_evenly.h"
 #include "core/base/progress.h"
 #include "core/evaluate/metrics.h"

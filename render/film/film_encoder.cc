@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/counted.h"
+#include "core/base/child_process.h"
 #include "core/base/error.h"
-#include "core/base/find_program.h"
+#include "core/base/number_text.h"
 #include "render/film/film_file.h"
 
 namespace raywalk::render {

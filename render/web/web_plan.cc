@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 
-#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
+#include "core/base/number_text.h"
 #include "core/room/kept_stations.h"
 #include "core/view/view_plan.h"
 
