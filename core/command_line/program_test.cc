@@ -157,7 +157,7 @@ TEST(RunProgram, MemoryThatOpenCvLacksIsNamed) {
   EXPECT_THAT(outcome.err, HasSubstr("out of memory"));
 }
 
-TEST(RunProgram, FileNamesAreEscapedWhereverTheyArePrinted) {
+TEST(RunProgram, FileNamesAreEscapedInErrorsLogAndProgress) {
   const std::string name = "a\n\x1b[31m\xFF.jpg";
   const std::string shown = R"(a\n\u001b[31m\xff.jpg)";
   const Outcome failed = run_throwing(Error(name + ": empty"));
@@ -165,11 +165,9 @@ TEST(RunProgram, FileNamesAreEscapedWhereverTheyArePrinted) {
   const Outcome logged = run({"work"}, [&] {
     spdlog::warn("{}: no distances", name);
     Progress(name, 1, "frames").advance();
-    std::cout << name << '\n';
   });
   EXPECT_THAT(logged.err, HasSubstr("raywalk-test: warning: " + shown + ": no distances\n"));
   EXPECT_THAT(logged.err, HasSubstr("\n" + shown + ": 1 of 1 frames"));
-  EXPECT_EQ(logged.out, "a\n" + shown.substr(3) + "\n");
   EXPECT_THAT(run({"work", name}).err, HasSubstr(shown));
 }
 
