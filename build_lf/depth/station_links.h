@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
+#include "build_lf/depth/colour_comparison.h"
 #include "build_lf/depth/inverse_distance_map.h"
 #include "core/geometry/grid.h"
-#include "core/panorama/colour_comparison.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
+#include "build_lf/gains/gain_graph.h"
 #include "build_lf/gains/gain_significance.h"
 #include "build_lf/gains/gain_solver.h"
 #include "build_lf/gains/station_ratios.h"
 #include "core/base/interrupt.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
-#include "core/panorama/gain_graph.h"
 
 namespace raywalk::build_lf {
 namespace {

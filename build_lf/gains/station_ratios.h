@@ -7,10 +7,10 @@
 #include <span>
 #include <vector>
 
+#include "build_lf/gains/gain_graph.h"
 #include "build_lf/gains/patch_ratios.h"
 #include "build_lf/gains/surface_maps.h"
 #include "core/files/atomic_output.h"
-#include "core/panorama/gain_graph.h"
 #include "core/room/gain_fields.h"
 #include "core/room/room.h"
 

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // log gain(from) - log gain(to) = difference, with standard deviation `error` > 0.
 struct GainEquation {
@@ -22,4 +22,4 @@ struct GainEquation {
 // efficiency of least squares under normal errors; Huber, Robust Statistics, 1981).
 Eigen::VectorXd solve_gain_graph(const std::vector<GainEquation>& equations, int pictures);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

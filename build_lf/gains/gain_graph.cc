@@ -1,10 +1,10 @@
-#include "core/panorama/gain_graph.h"
+#include "build_lf/gains/gain_graph.h"
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 // Weighted least squares. The normal matrix is a graph Laplacian, singular in the mean of every
@@ -65,4 +65,4 @@ Eigen::VectorXd solve_gain_graph(const std::vector<GainEquation>& equations, int
   return solution;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -1,4 +1,4 @@
-#include "core/panorama/gain_graph.h"
+#include "build_lf/gains/gain_graph.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 // Ratios between neighbours and next neighbours of pictures with these log gains.
@@ -66,4 +66,4 @@ TEST(GainGraph, ExtremeErrorsStayFinite) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -1,4 +1,4 @@
-#include "core/panorama/colour_comparison.h"
+#include "build_lf/depth/colour_comparison.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include "core/geometry/sphere.h"
 #include "core/panorama/transposed_border.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr int kBorder = 24;  // pixels; more than the motion between two stations
@@ -282,4 +282,4 @@ ColourComparison compare_colours(const ComparedPicture& first, const ComparedPic
   return comparison;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -5,7 +5,7 @@
 #include <array>
 #include <opencv2/core/mat.hpp>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // The recommended panorama width for comparisons: enough for colours and gross changes, and
 // averages out noise.
@@ -38,4 +38,4 @@ struct ColourComparison {
 // Compares two pictures of equal size.
 ColourComparison compare_colours(const ComparedPicture& first, const ComparedPicture& second);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -1,11 +1,11 @@
-#include "core/panorama/colour_comparison.h"
+#include "build_lf/depth/colour_comparison.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 // Patches of varying brightness in three colours, shifted by `shift_px` rows, with noise.
@@ -69,4 +69,4 @@ TEST(ColourComparisonTest, MaskedAndClippedPixelsAreIgnored) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf
