@@ -1,21 +1,18 @@
 #include "calibrate/poses/solve_poses.h"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <utility>
 
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/poses/frame_links.h"
-#include "calibrate/poses/join_parts.h"
 #include "calibrate/poses/matching_faces.h"
-#include "calibrate/poses/part_solver.h"
+#include "calibrate/poses/pose_rounds.h"
 #include "calibrate/poses/poses_figures.h"
 #include "calibrate/poses/rail_motion.h"
 #include "calibrate/poses/refine_poses.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
-#include "core/base/timing.h"
 #include "core/files/atomic_output.h"
 
 namespace raywalk::calibrate {
@@ -24,27 +21,26 @@ namespace {
 constexpr int kLeastFaceOption_px = 64;
 constexpr int kMostFaceOption_px = 4096;
 
-// Makes the result of the poses of all parts.
-class PoseMerger {
+// Makes the result of solved poses, and its files.
+class PoseResults {
  public:
-  explicit PoseMerger(const PoseProblem& problem)
-      : problem_(problem), set_(problem.set), out_(problem.options.out) {
+  PoseResults(const PoseProblem& problem, SolvedPoses solved)
+      : problem_(problem),
+        set_(problem.set),
+        out_(problem.options.out),
+        summary_(std::move(solved.summary)),
+        refined_(std::move(solved.refined)) {
     result_.poses.resize(set_.frames.size());
     result_.keyframes = problem.keyframes;
     result_.faces = kFaceCount;
     result_.face_px = problem.face_px;
+    result_.matched_pairs = solved.matched_pairs;
+    result_.times = std::move(solved.times);
   }
 
-  // Of all parts, in order.
-  PosesResult merge(std::vector<PartSolution> solutions) {
-    summarise(solutions);
+  PosesResult write() {
     std::string fault = common_fault(set_, summary_.motions);
     if (fault.empty()) {
-      if (solutions.size() == 1) {
-        refined_ = std::move(solutions.front().refined);
-      } else {
-        join(std::move(solutions));
-      }
       if (!refined_.points.observations.empty()) place_in_world();
       if (!solved_) fault = unsolved_reason();
     }
@@ -54,47 +50,6 @@ class PoseMerger {
   }
 
  private:
-  void summarise(const std::vector<PartSolution>& solutions) {
-    std::vector<std::vector<double>> evidence(set_.lines.size());
-    for (std::size_t part = 0; part < solutions.size(); ++part) {
-      const PartSolution& solution = solutions[part];
-      summary_.features.insert(solution.features.begin(), solution.features.end());
-      summary_.matches.insert(solution.matches.begin(), solution.matches.end());
-      result_.matched_pairs += solution.matched_pairs;
-      for (std::size_t line = 0; line < evidence.size(); ++line) {
-        const std::vector<double>& of_part = solution.evidence[line];
-        evidence[line].insert(evidence[line].end(), of_part.begin(), of_part.end());
-      }
-      add_times(part, solution.times, solutions.size() > 1);
-    }
-    for (const std::vector<double>& of_line : evidence) {
-      summary_.motions.push_back(rail_motion(of_line));
-    }
-  }
-
-  void add_times(std::size_t part, const std::vector<StepTime>& times, bool several) {
-    if (!several) {
-      result_.times = times;
-      return;
-    }
-    StepTime all{.step = part_name(problem_, part)};
-    for (const StepTime& time : times) all.seconds += time.seconds;
-    result_.times.push_back(all);
-  }
-
-  void join(std::vector<PartSolution> solutions) {
-    const double seconds = times_of([&] {
-                             JoinedParts joined = join_parts(problem_, solutions);
-                             solutions.clear();
-                             if (joined.points.observations.empty()) return;
-                             refined_ = refine_poses(set_, joined.poses, joined.points,
-                                                     problem_.anchor, problem_.threads);
-                             settle(&refined_, problem_.anchor);
-                           }).wall_s;
-    result_.times.push_back({"adjustment of all parts", seconds, false});
-    spdlog::info("adjustment of all parts: {:.1f} s", seconds);
-  }
-
   void place_in_world() {
     result_.alignment = align_poses(set_, refined_.poses, problem_.nominal);
     result_.poses = aligned(refined_.poses, result_.alignment);
@@ -147,8 +102,8 @@ class PoseMerger {
   const PoseProblem& problem_;
   const CaptureSet& set_;
   const std::filesystem::path& out_;
-  MatchSummary summary_{};
-  RefinedPoses refined_{};
+  MatchSummary summary_;
+  RefinedPoses refined_;
   bool solved_ = false;
   PosesResult result_{};
 };
@@ -169,10 +124,6 @@ void require_valid(const CaptureSet& panoramas, const PosesOptions& options) {
         fmt::format("the distance of keyframes is {} mm; give 0 for every station, or "
                     "more",
                     options.keyframes_mm));
-  }
-  if (options.part_stations < kLeastFrames) {
-    throw UsageError(fmt::format("parts of {} stations cannot be solved; give at least {}",
-                                 options.part_stations, kLeastFrames));
   }
   if (options.face_px != 0 &&
       (options.face_px < kLeastFaceOption_px || options.face_px > kMostFaceOption_px)) {
@@ -211,15 +162,7 @@ PoseProblem valid_problem(const CaptureSet& panoramas, const PosesOptions& optio
 
 PosesResult solve_poses(const CaptureSet& panoramas, const PosesOptions& options) {
   const PoseProblem problem = valid_problem(panoramas, options);
-  std::vector<PartSolution> solutions;
-  for (std::size_t part = 0; part < problem.parts.size(); ++part) {
-    if (problem.parts.size() > 1) {
-      spdlog::info("{}: {} frames, {} with those around them", part_name(problem, part),
-                   problem.parts[part].home.size(), problem.parts[part].frames.size());
-    }
-    solutions.push_back(solve_part(problem, part));
-  }
-  return PoseMerger(problem).merge(std::move(solutions));
+  return PoseResults(problem, solve_in_rounds(problem)).write();
 }
 
 }  // namespace raywalk::calibrate

@@ -3,8 +3,7 @@
 // the nominal poses. Held-out frames are matched with the stations near them and adjusted with all
 // others; the world frame and the scale are those of the stations alone.
 //
-// A large grid is solved in parts (pose_parts.h), which are then joined and adjusted together
-// (join_parts.h). COLMAP's own results differ from run to run, also with one thread: its matching
+// COLMAP's own results differ from run to run, also with one thread: its matching
 // starts from random numbers that cannot be set.
 #pragma once
 
@@ -21,9 +20,6 @@
 
 namespace raywalk::calibrate {
 
-// Of COLMAP's time and memory for so many panoramas: with two cores half an hour, 6 GB.
-inline constexpr int kPartStations = 2000;
-
 struct PosesOptions {
   double keyframes_mm = 0;  // largest distance between the stations solved; 0: every station
   int face_px = 0;          // side of a face; 0: default_face_px()
@@ -34,9 +30,7 @@ struct PosesOptions {
   FramePoses start{};                         // initial poses; empty: nominal
   std::filesystem::path out{};                // the calibration's directory, created if missing
   int threads = 0;                            // of COLMAP and the adjustment; 0: thread_count()
-  int part_stations = kPartStations;          // solved together at most, about; at least 3
-  // The folder in which COLMAP has its own, empty: `out`/colmap. Of a grid of several parts each
-  // has a folder there.
+  // The folder in which COLMAP has its own, empty: `out`/colmap.
   std::filesystem::path work{};
 };
 

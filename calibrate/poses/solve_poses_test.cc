@@ -150,26 +150,6 @@ TEST_F(SolvePoses, RecoversHowTwoRailsCross) {
   EXPECT_LT(relative_error(again.poses, truth, 1, 5).position_m, 0.5e-3);
 }
 
-TEST_F(SolvePoses, PartsAreJoined) {
-  const TestDirectory directory;
-  const FramePoses truth = corner_truth();
-  const CaptureSet set = captured(directory.path(), [](int, cv::Mat*) {});
-  PosesOptions options = options_in(directory);
-  options.part_stations = 4;
-  options.threads = 1;
-  options.face_px = 160;
-  const PosesResult result = solve_poses(set, options);
-  EXPECT_EQ(std::count(result.poses.begin(), result.poses.end(), std::nullopt), 0);
-  for (const int other : {2, 5, 6}) {
-    const PoseDifference error = relative_error(result.poses, truth, 1, other);
-    EXPECT_LT(error.position_m, 2e-3) << other;
-    EXPECT_LT(error.rotation_rad * kResidualPx_per_rad, 1.5) << other;
-  }
-  EXPECT_LT(largest_difference(read_frame_poses(directory / "out/poses.json", set), result.poses)
-                .position_m,
-            1e-9);
-}
-
 // Written beside the pictures; `masked` is 0 in the mask.
 void add_mask(CaptureFrame* frame, const cv::Rect& masked) {
   cv::Mat mask(corner_set().frame.height, corner_set().frame.width, CV_8UC1, cv::Scalar(255));

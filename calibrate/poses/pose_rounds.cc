@@ -1,4 +1,4 @@
-#include "calibrate/poses/part_solver.h"
+#include "calibrate/poses/pose_rounds.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -9,7 +9,6 @@
 #include "calibrate/poses/colmap_program.h"
 #include "calibrate/poses/colmap_workspace.h"
 #include "calibrate/poses/frame_links.h"
-#include "calibrate/poses/join_parts.h"
 #include "calibrate/poses/match_pairs.h"
 #include "calibrate/poses/rail_motion.h"
 #include "core/base/parallel.h"
@@ -28,7 +27,11 @@ constexpr std::array kRounds{TriangulationRound{6.0, 25.0}, TriangulationRound{2
                              TriangulationRound{1.0, 1.5}};
 // Scene points per panorama in the adjustments before the last one, and in the last one.
 constexpr int kPointsOnTheWay = 300;
-constexpr int kPointsAtLast = 1500;
+constexpr int kMostPointsAtLast = 1500;
+constexpr int kLeastPointsAtLast = 100;
+// Observations in the last adjustment, which takes about 600 bytes for each: panoramas of a very
+// large grid keep fewer of their points.
+constexpr double kObservationsAtLast = 8e6;
 // Sigmas of the prior at a round's initial poses, in cells and radians: far beyond the errors of
 // placing a rail, and thousands of times the uncertainty by the pictures.
 constexpr double kAnchorCells = 0.1;
@@ -42,35 +45,31 @@ fs::path workspace_of(const PosesOptions& options) {
   return options.work / ("raywalk-colmap-" + calibration.substr(0, 16));
 }
 
-fs::path workspace_of(const PoseProblem& problem, std::size_t part) {
-  const fs::path work = workspace_of(problem.options);
-  return problem.parts.size() == 1 ? work : work / fmt::format("part-{}", part + 1);
+int points_at_last(const PoseProblem& problem) {
+  const double each = kObservationsAtLast / static_cast<double>(problem.keyframes.size());
+  return std::clamp(static_cast<int>(each), kLeastPointsAtLast, kMostPointsAtLast);
 }
 
-class PartSolver {
+class PoseRounds {
  public:
-  PartSolver(const PoseProblem& problem, std::size_t part)
-      : problem_(problem),
-        set_(problem.set),
-        part_(problem.parts[part]),
-        directory_(workspace_of(problem, part)) {}
+  explicit PoseRounds(const PoseProblem& problem) : problem_(problem), set_(problem.set) {}
 
-  PartSolution solve() {
+  SolvedPoses solve() {
     const ColmapProgram colmap = ColmapProgram::find();
-    fs::path lock_file = directory_;
+    const fs::path directory = workspace_of(problem_.options);
+    fs::path lock_file = directory;
     lock_file += ".lock";
     make_directories(directory_of(lock_file));
     const FileLock lock(lock_file, "another process is solving the same poses; wait for it to end");
-    ColmapWorkspace workspace(set_, part_.frames, colmap,
-                              {.directory = directory_,
+    ColmapWorkspace workspace(set_, problem_.keyframes, colmap,
+                              {.directory = directory,
                                .face_px = problem_.face_px,
                                .threads = problem_.threads,
                                .mask = problem_.options.mask,
                                .lenses = problem_.options.lenses});
     match(&workspace);
-    for (const std::vector<double>& of_line : evidence_) motions_.push_back(rail_motion(of_line));
-    if (common_fault(set_, motions_).empty()) refine_in_rounds(&workspace);
-    return std::move(solution_);
+    if (common_fault(set_, solved_.summary.motions).empty()) refine_in_rounds(&workspace);
+    return std::move(solved_);
   }
 
  private:
@@ -78,39 +77,35 @@ class PartSolver {
   void timed(const std::string& name, const Step& step) {
     bool reused = false;
     const double seconds = times_of([&] { reused = step(); }).wall_s;
-    solution_.times.push_back({name, seconds, reused});
+    solved_.times.push_back({name, seconds, reused});
     spdlog::info("{}: {:.1f} s{}", name, seconds, reused ? " (done before)" : "");
-  }
-
-  bool is_home(int frame) const {
-    return std::binary_search(part_.home.begin(), part_.home.end(), frame);
   }
 
   void match(ColmapWorkspace* workspace) {
     timed("faces", [&] { return workspace->cut_faces(); });
     timed("features", [&] { return workspace->find_features(); });
-    timed("matches", [&] { return workspace->match(part_.pairs, problem_.start); });
-    for (const auto& [frame, count] : workspace->feature_counts()) {
-      if (is_home(frame)) solution_.features[frame] = count;
+    timed("matches", [&] {
+      const auto pairs = choose_pairs(set_, problem_.crossings, problem_.keyframes);
+      return workspace->match(pairs, problem_.start);
+    });
+    MatchSummary& summary = solved_.summary;
+    summary.features = workspace->feature_counts();
+    std::vector<std::vector<double>> evidence(set_.lines.size());
+    for (const FrameMatches& pair : workspace->matches()) {
+      const auto [first, second] = pair.frames;
+      solved_.matched_pairs += pair.face_pairs;
+      for (const int frame : {first, second}) {
+        summary.matches[frame] += static_cast<int>(pair.matches.size());
+      }
+      const auto line = line_of(first);
+      if (!line || line != line_of(second)) continue;
+      evidence[*line].push_back(motion_evidence(*problem_.start[static_cast<std::size_t>(first)],
+                                                *problem_.start[static_cast<std::size_t>(second)],
+                                                pair.matches));
     }
-    evidence_.resize(set_.lines.size());
-    solution_.evidence.resize(set_.lines.size());
-    for (const FrameMatches& pair : workspace->matches()) note(pair);
-  }
-
-  void note(const FrameMatches& pair) {
-    const auto [first, second] = pair.frames;
-    if (is_home(first)) solution_.matched_pairs += pair.face_pairs;
-    for (const int frame : {first, second}) {
-      if (is_home(frame)) solution_.matches[frame] += static_cast<int>(pair.matches.size());
+    for (const std::vector<double>& of_line : evidence) {
+      summary.motions.push_back(rail_motion(of_line));
     }
-    const auto line = line_of(first);
-    if (!line || line != line_of(second)) return;
-    const double evidence =
-        motion_evidence(*problem_.start[static_cast<std::size_t>(first)],
-                        *problem_.start[static_cast<std::size_t>(second)], pair.matches);
-    evidence_[*line].push_back(evidence);
-    if (is_home(first)) solution_.evidence[*line].push_back(evidence);
   }
 
   // nullopt for a held-out frame.
@@ -124,24 +119,24 @@ class PartSolver {
   // run against the slider.
   FramePoses first_poses() const {
     FramePoses poses(set_.frames.size());
-    for (const int frame : part_.frames) {
+    for (const int frame : problem_.keyframes) {
       const auto line = line_of(frame);
       const auto index = static_cast<std::size_t>(frame);
-      if (line && motions_[*line] == RailMotion::kReversed) continue;
+      if (line && solved_.summary.motions[*line] == RailMotion::kReversed) continue;
       poses[index] = problem_.start[index];
     }
     return poses;
   }
 
   void refine_in_rounds(ColmapWorkspace* workspace) {
-    RefinedPoses& refined = solution_.refined;
+    RefinedPoses& refined = solved_.refined;
     FramePoses poses = first_poses();
     for (std::size_t round = 0; round < kRounds.size(); ++round) {
       SeenPoints seen;
       timed(fmt::format("triangulation {}", round + 1), [&] {
         const bool last = round + 1 == kRounds.size();
         seen = strongest(widely_seen(workspace->triangulate(poses, kRounds[round]), kLeastFrames),
-                         last ? kPointsAtLast : kPointsOnTheWay);
+                         last ? points_at_last(problem_) : kPointsOnTheWay);
         return false;
       });
       if (seen.observations.empty()) {
@@ -167,11 +162,7 @@ class PartSolver {
 
   const PoseProblem& problem_;
   const CaptureSet& set_;
-  const PosePart& part_;
-  fs::path directory_;
-  std::vector<std::vector<double>> evidence_{};  // also of frames that are not at home
-  std::vector<RailMotion> motions_{};
-  PartSolution solution_{};
+  SolvedPoses solved_{};
 };
 
 }  // namespace
@@ -186,25 +177,12 @@ PoseProblem problem_of(const CaptureSet& set, const PosesOptions& options) {
     if (options.start[i]) problem.start[i] = options.start[i];
   }
   problem.keyframes = choose_keyframes(set, problem.crossings, options.keyframes_mm);
-  problem.parts =
-      divide_grid(set, problem.crossings, problem.keyframes,
-                  choose_pairs(set, problem.crossings, problem.keyframes), options.part_stations);
   problem.face_px = options.face_px > 0 ? options.face_px : default_face_px(set.frame.width);
   problem.threads = options.threads > 0 ? options.threads : thread_count();
   problem.anchor = {kAnchorCells * cell_side_m(set, problem.crossings), kAnchor_rad};
   return problem;
 }
 
-std::string part_name(const PoseProblem& problem, std::size_t part) {
-  return fmt::format("part {} of {}", part + 1, problem.parts.size());
-}
-
-PartSolution solve_part(const PoseProblem& problem, std::size_t part) {
-  PartSolution solution = PartSolver(problem, part).solve();
-  if (problem.parts.size() > 1 && solution.solved()) {
-    thin_for_joining(problem, problem.parts[part], &solution.refined);
-  }
-  return solution;
-}
+SolvedPoses solve_in_rounds(const PoseProblem& problem) { return PoseRounds(problem).solve(); }
 
 }  // namespace raywalk::calibrate
