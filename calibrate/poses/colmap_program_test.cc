@@ -12,6 +12,8 @@
 #include <optional>
 #include <thread>
 
+#include "calibrate/base/capture_set.h"
+#include "calibrate/poses/colmap_workspace.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/test_error.h"
@@ -27,6 +29,47 @@ using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
+// Of the options that are used, as the help of COLMAP 3.12 and 4.1 lists them.
+constexpr const char* kCommonHelp = R"(Options can either be specified via command-line or by ...
+  -h [ --help ]
+  --database_path arg
+  --image_path arg
+  --input_path arg
+  --output_path arg
+  --match_list_path arg
+  --match_type arg (=pairs)             {'pairs', 'raw', 'inliers'}
+  --clear_points arg (=1)
+  --ImageReader.mask_path arg
+  --ImageReader.camera_model arg (=SIMPLE_RADIAL)
+  --ImageReader.single_camera_per_folder arg (=0)
+  --ImageReader.camera_params arg
+  --SiftExtraction.max_num_features arg (=8192)
+  --SiftExtraction.max_num_orientations arg (=2)
+  --SiftExtraction.first_octave arg (=-1)
+  --TwoViewGeometry.max_error arg (=4)
+  --Mapper.extract_colors arg (=1)
+  --Mapper.num_threads arg (=-1)
+  --Mapper.tri_create_max_angle_error arg (=2)
+  --Mapper.tri_continue_max_angle_error arg (=2)
+  --Mapper.tri_re_max_angle_error arg (=5)
+  --Mapper.tri_merge_max_reproj_error arg (=4)
+  --Mapper.tri_complete_max_reproj_error arg (=4)
+  --Mapper.filter_max_reproj_error arg (=4)
+  --Mapper.ba_global_max_refinements arg (=5)
+)";
+constexpr const char* kHelpOf312 = R"(  --SiftExtraction.num_threads arg (=-1)
+  --SiftExtraction.use_gpu arg (=1)
+  --SiftMatching.num_threads arg (=-1)
+  --SiftMatching.use_gpu arg (=1)
+)";
+constexpr const char* kHelpOf41 = R"(  --FeatureExtraction.type arg (=SIFT)
+  --FeatureExtraction.num_threads arg (=-1)
+  --FeatureExtraction.use_gpu arg (=1)
+  --FeatureMatching.type arg (=SIFT_BRUTEFORCE)
+  --FeatureMatching.num_threads arg (=-1)
+  --FeatureMatching.use_gpu arg (=1)
+)";
+
 // Sets PATH to a directory with a `colmap` during the object's lifetime.
 class FakeColmap {
  public:
@@ -38,11 +81,16 @@ class FakeColmap {
   FakeColmap(const FakeColmap&) = delete;
   FakeColmap& operator=(const FakeColmap&) = delete;
 
-  // A shell script that answers `help` and does `commands` for everything else.
-  void install(const std::string& version, const std::string& commands) {
+  // A shell script that answers `help` and the -h of a command, and does `commands` for everything
+  // else.
+  void install(const std::string& version, const std::string& commands,
+               const std::string& help = "") {
     const std::filesystem::path file = directory_ / "bin/colmap";
+    write_file_atomically(directory_ / "help.txt", help);
     std::ofstream(file) << "#!/bin/sh\nif [ \"$1\" = help ]; then echo 'COLMAP " << version
                         << " -- Structure-from-Motion'; exit 0; fi\n"
+                        << "if [ \"$2\" = -h ]; then cat " << directory_ / "help.txt"
+                        << " >&2; exit 0; fi\n"
                         << commands << "\n";
     std::filesystem::permissions(file, std::filesystem::perms::owner_all);
   }
@@ -59,14 +107,43 @@ class FakeColmap {
 
 TEST(ColmapProgram, IsFoundInPathWithItsVersion) {
   FakeColmap fake;
-  fake.install("3.8", "");
-  EXPECT_EQ(ColmapProgram::find().version(), "3.8");
-  fake.install("3.8.1", "");
-  EXPECT_EQ(ColmapProgram::find().version(), "3.8.1");
-  EXPECT_EQ(ColmapProgram::find().release().max_error_option, "--SiftMatching.max_error");
-  fake.install("3.10-dev", "");
-  EXPECT_EQ(ColmapProgram::find().version(), "3.10");
-  EXPECT_EQ(ColmapProgram::find().release().max_error_option, "--TwoViewGeometry.max_error");
+  for (const std::string version : {"3.8", "3.9.1", "3.12.6", "4.1.1"}) {
+    fake.install(version, "");
+    EXPECT_EQ(ColmapProgram::find().version(), version);
+  }
+  fake.install("3.14.0.dev0", "");
+  EXPECT_EQ(ColmapProgram::find().version(), "3.14.0");
+}
+
+// All that the steps need, under each version's names.
+TEST(ColmapProgram, UnderstandsOptionsOfEveryVersion) {
+  FakeColmap fake;
+  const std::vector<std::string> extraction{"feature_extractor", "--FeatureExtraction.use_gpu", "0",
+                                            "--FeatureExtraction.num_threads", "2"};
+  const std::vector<std::string> matching{"matches_importer", "--FeatureMatching.use_gpu", "0",
+                                          "--TwoViewGeometry.max_error", "2"};
+  fake.install("3.12.6", "", std::string(kCommonHelp) + kHelpOf312);
+  const ColmapProgram older = ColmapProgram::find();
+  EXPECT_THAT(older.translated(extraction),
+              ElementsAre("feature_extractor", "--SiftExtraction.use_gpu", "0",
+                          "--SiftExtraction.num_threads", "2"));
+  EXPECT_THAT(older.translated(matching), ElementsAre("matches_importer", "--SiftMatching.use_gpu",
+                                                      "0", "--TwoViewGeometry.max_error", "2"));
+  const CaptureSet set;
+  const TestDirectory directory;
+  const WorkspaceOptions options{.directory = directory / "colmap", .mask = cv::Mat()};
+  ColmapWorkspace(set, {}, older, options);
+  fake.install("4.1.1", "", std::string(kCommonHelp) + kHelpOf41);
+  const ColmapProgram newer = ColmapProgram::find();
+  EXPECT_EQ(newer.translated(extraction), extraction);
+  EXPECT_EQ(newer.translated(matching), matching);
+  ColmapWorkspace(set, {}, newer, options);
+  // A later one without them.
+  fake.install("5.0", "", kCommonHelp);
+  EXPECT_THAT(error_of([&] { ColmapWorkspace(set, {}, ColmapProgram::find(), options); }),
+              AllOf(HasSubstr("is COLMAP 5.0, whose feature_extractor has no option "
+                              "--FeatureExtraction.use_gpu; install COLMAP 3.8 or newer"),
+                    HasSubstr("--method rotation")));
 }
 
 TEST(ColmapProgram, IsReportedMissingWithAdvice) {
@@ -77,13 +154,13 @@ TEST(ColmapProgram, IsReportedMissingWithAdvice) {
                     HasSubstr("--method rotation")));
 }
 
-TEST(ColmapProgram, OfAnotherReleaseIsRefusedByName) {
+TEST(ColmapProgram, OfAnOldVersionIsRefusedByName) {
   FakeColmap fake;
-  for (const std::string version : {"3.1", "3.7", "3.9.1", "3.80", "4.0"}) {
+  for (const std::string version : {"2.9", "3.1", "3.7"}) {
     fake.install(version, "");
-    EXPECT_THAT(
-        error_of([] { ColmapProgram::find(); }),
-        AllOf(HasSubstr("is COLMAP " + version), HasSubstr("3.8"), HasSubstr("--method rotation")));
+    EXPECT_THAT(error_of([] { ColmapProgram::find(); }),
+                AllOf(HasSubstr("is COLMAP " + version + ", which is too old"),
+                      HasSubstr("3.8 or newer"), HasSubstr("--method rotation")));
   }
   fake.install("3.8", "");
   std::ofstream(std::filesystem::path(ColmapProgram::find().executable()))

@@ -7,6 +7,7 @@
 // starts from random numbers that cannot be set.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -35,7 +36,7 @@ struct PosesOptions {
 };
 
 struct LinePoses {
-  int line = 0;              // index into CaptureSet::lines
+  std::size_t line = 0;      // index into CaptureSet::lines
   int stations = 0;          // on the line
   int keyframes = 0;         // stations to be solved
   int posed = 0;             // keyframes with a solved pose
@@ -54,7 +55,7 @@ struct CrossingPoints {
 
 // A frame without a pose, and why.
 struct UnposedFrame {
-  int frame = 0;  // index into CaptureSet::frames
+  std::size_t frame = 0;  // index into CaptureSet::frames
   std::string reason{};
 };
 
@@ -66,13 +67,13 @@ struct StepTime {
 
 struct PosesResult {
   FramePoses poses{};
-  std::vector<int> keyframes{};  // indices into CaptureSet::frames
+  std::vector<std::size_t> keyframes{};  // indices into CaptureSet::frames
   std::vector<LinePoses> lines{};
   std::vector<CrossingPoints> crossings{};
   std::vector<UnposedFrame> unposed{};  // keyframes only, held-out frames among them
   PoseAlignment alignment{};            // of the last round
   int face_px = 0;
-  int faces = 0;          // of each panorama
+  std::size_t faces = 0;  // of each panorama
   int matched_pairs = 0;  // of faces, verified by COLMAP
   int points = 0;         // of the scene
   int observations = 0;

@@ -91,8 +91,8 @@ PosesOptions options_in(const TestDirectory& directory) {
 // Error of the relative pose of two stations, in the first one's frame.
 PoseDifference relative_error(const FramePoses& poses, const FramePoses& truth, int from, int to) {
   const auto relative = [&](const FramePoses& of) {
-    const FramePose& a = *of[static_cast<std::size_t>(from)];
-    const FramePose& b = *of[static_cast<std::size_t>(to)];
+    const FramePose& a = *of[from];
+    const FramePose& b = *of[to];
     return std::pair(
         Eigen::Vector3d(a.world_from_camera.transpose() * (b.position_m - a.position_m)),
         Eigen::Matrix3d(a.world_from_camera.transpose() * b.world_from_camera));
@@ -130,7 +130,7 @@ TEST_F(SolvePoses, RecoversHowTwoRailsCross) {
   EXPECT_GT(relative_error(nominal_poses(set), truth, 1, 5).position_m, 2e-3);
   EXPECT_EQ(std::count(result.poses.begin(), result.poses.end(), std::nullopt), 1);
   ASSERT_EQ(result.unposed.size(), 1U);
-  EXPECT_EQ(result.unposed[0].frame, 3);
+  EXPECT_EQ(result.unposed[0].frame, 3U);
   EXPECT_THAT(result.warnings, Contains(HasSubstr("line x0: 1 of 4 stations have no pose")));
   ASSERT_EQ(result.crossings.size(), 1U);
   EXPECT_GT(result.crossings[0].points, 50);
