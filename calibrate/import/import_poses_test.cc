@@ -12,6 +12,7 @@
 #include "core/files/test_directory.h"
 #include "core/reconstruction/colmap_model.h"
 #include "core/reconstruction/nerfstudio_file.h"
+#include "core/reconstruction/test_colmap.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -62,6 +63,32 @@ TEST_F(ImportPosesTest, ListsThePanoramasInTheAxesOfTheirGrid) {
     EXPECT_LT((attitude - truth[i].pose.world_from_camera).norm(), 1e-9);
   }
   EXPECT_THAT(read_file(out() / "import.json"), HasSubstr("\"raywalk-import\""));
+}
+
+// As COLMAP 4.1 writes it, with rigs and frames beside.
+TEST_F(ImportPosesTest, TakesPanoramasOfAColmapModel) {
+  const std::vector<ImportedFrame> truth = square_frames();
+  ColmapModel model{.cameras = {{1, 32, 16.0}}, .rigs = {{.id = 1, .reference_camera = 1}}};
+  for (const ImportedFrame& frame :
+       in_other_axes(truth, world_from_camera({0.6, 0.4, 0.1}), {1, 2, 3}, 2.0)) {
+    const auto id = static_cast<std::uint32_t>(model.images.size() + 1);
+    model.images.push_back({id, 1, frame.file, colmap_pose(frame.pose, {}), {}});
+    model.frames.push_back({id, 1, model.images.back().pose, {id}});
+  }
+  fs::create_directories(directory_ / "sparse/0");
+  write_colmap_model(directory_ / "sparse/0", model);
+  write_file_atomically(directory_ / "sparse/0/cameras.bin", equirectangular_camera_bytes());
+  ImportOptions of_model = options();
+  of_model.source = directory_ / "sparse/0";
+  of_model.panoramas = directory_ / "pictures";
+  EXPECT_THAT(import_poses(of_model), HasSubstr("28 panoramas of a COLMAP model: 4 lines"));
+  const std::vector<Frame> listed = read_frame_list(out() / "poses.csv");
+  ASSERT_EQ(listed.size(), truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    EXPECT_LT((listed[i].position_m - truth[i].pose.position_m).norm(), 2e-9);
+    const Eigen::Matrix3d attitude = world_from_camera(listed[i].attitude.value_or(Attitude{}));
+    EXPECT_LT((attitude - truth[i].pose.world_from_camera).norm(), 1e-9);
+  }
 }
 
 TEST_F(ImportPosesTest, ReplacesOnlyAnEarlierImport) {

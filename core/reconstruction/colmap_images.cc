@@ -81,6 +81,33 @@ ColmapImagePose image_of(std::string_view line, const std::string& where) {
   return {std::string(line), {rotation.normalized(), {tx, ty, tz}}};
 }
 
+constexpr std::size_t kMostBytes = std::numeric_limits<std::uint32_t>::max();
+constexpr std::int32_t kEquirectangularModel = 17;  // COLMAP's number of EQUIRECTANGULAR
+
+// ID MODEL WIDTH HEIGHT PARAMETERS; the number of parameters depends on the model.
+bool all_equirectangular_of_bytes(std::string bytes, const std::string& source) {
+  ColmapByteReader in(std::move(bytes), source);
+  const std::size_t count = in.take_count(40);
+  for (std::size_t i = 0; i < count; ++i) {
+    in.take<std::uint32_t>();
+    if (in.take<std::int32_t>() != kEquirectangularModel) return false;
+    in.skip(4 * 8);  // its parameters are width and height again
+  }
+  return count > 0;
+}
+
+bool all_equirectangular_of_text(const std::string& text) {
+  Lines lines(text);
+  bool any = false;
+  while (std::optional<std::string_view> line = lines.next()) {
+    if (line->empty() || line->starts_with('#')) continue;
+    take_word(&*line);
+    if (take_word(&*line) != "EQUIRECTANGULAR") return false;
+    any = true;
+  }
+  return any;
+}
+
 }  // namespace
 
 std::vector<ColmapImagePose> colmap_images_of_bytes(std::string bytes, const std::string& source) {
@@ -112,14 +139,23 @@ std::vector<ColmapImagePose> colmap_images_of_text(const std::string& text,
 }
 
 std::vector<ColmapImagePose> read_colmap_images(const fs::path& directory) {
-  constexpr std::size_t kMost = std::numeric_limits<std::uint32_t>::max();
   const fs::path binary = directory / "images.bin";
-  if (fs::exists(binary)) return colmap_images_of_bytes(read_file(binary, kMost), binary.string());
+  if (fs::exists(binary))
+    return colmap_images_of_bytes(read_file(binary, kMostBytes), binary.string());
   const fs::path text = directory / "images.txt";
-  if (fs::exists(text)) return colmap_images_of_text(read_file(text, kMost), text.string());
+  if (fs::exists(text)) return colmap_images_of_text(read_file(text, kMostBytes), text.string());
   throw Error(directory.string() +
               ": holds neither images.bin nor images.txt; give the folder of a COLMAP model, such "
               "as sparse/0");
+}
+
+bool is_of_panoramas(const fs::path& directory) {
+  const fs::path binary = directory / "cameras.bin";
+  if (fs::exists(binary)) {
+    return all_equirectangular_of_bytes(read_file(binary, kMostBytes), binary.string());
+  }
+  const fs::path text = directory / "cameras.txt";
+  return fs::exists(text) && all_equirectangular_of_text(read_file(text, kMostBytes));
 }
 
 }  // namespace raywalk
