@@ -27,8 +27,7 @@ constexpr std::chrono::milliseconds kPollEvery{20};
 
 constexpr const char* kInstall =
     "install COLMAP 3.8 or newer (Debian: apt install colmap), or use --method rotation, which "
-    "needs "
-    "none";
+    "needs none";
 constexpr std::pair kOldestVersion{3, 8};
 
 // What differs between versions. Other options that are used have had one name since 3.8, and the
@@ -157,7 +156,7 @@ std::string ColmapProgram::answer(const std::vector<std::string>& arguments) con
   close(file);
   std::string text;
   try {
-    run(arguments, name, [&](std::string_view line) { text.append(line).append("\n"); });
+    run_arguments(arguments, name, [&](std::string_view line) { text.append(line).append("\n"); });
   } catch (const std::exception&) {
     std::filesystem::remove(name);
     throw;
@@ -190,25 +189,33 @@ void ColmapProgram::read_help() {
   help_ = std::move(help);
 }
 
-std::vector<std::string> ColmapProgram::translated(std::vector<std::string> arguments) const {
-  const auto help = help_.find(arguments.front());
-  if (help == help_.end()) return arguments;
-  for (std::string& argument : arguments) {
-    if (!argument.starts_with("--")) continue;
-    const auto name = listed_name(help->second, argument);
+ColmapCommand ColmapProgram::translated(ColmapCommand command) const {
+  const auto help = help_.find(command.name);
+  if (help == help_.end()) return command;
+  for (auto& [option, value] : command.options) {
+    const auto name = listed_name(help->second, option);
     if (!name) {
       throw Error(fmt::format("{} is COLMAP {}, whose {} has no option {}; {}",
-                              executable_.string(), version_, help->first, argument, kInstall));
+                              executable_.string(), version_, command.name, option, kInstall));
     }
-    argument = *name;
+    option = *name;
   }
-  return arguments;
+  return command;
 }
 
-void ColmapProgram::run(const std::vector<std::string>& command, const std::filesystem::path& log,
+void ColmapProgram::run(const ColmapCommand& command, const std::filesystem::path& log,
                         const LineReader& on_line) const {
+  std::vector<std::string> arguments{command.name};
+  for (const auto& [option, value] : translated(command).options) {
+    arguments.insert(arguments.end(), {option, value});
+  }
+  run_arguments(arguments, log, on_line);
+}
+
+void ColmapProgram::run_arguments(const std::vector<std::string>& arguments,
+                                  const std::filesystem::path& log,
+                                  const LineReader& on_line) const {
   throw_if_interrupted();
-  const std::vector<std::string> arguments = translated(command);
   note_command(arguments, log);
   LogFollower follower(log);
   // COLMAP links Qt, which would need a display.

@@ -12,6 +12,11 @@
 
 namespace raywalk::calibrate {
 
+struct ColmapCommand {
+  std::string name{};                                          // "feature_extractor"
+  std::vector<std::pair<std::string, std::string>> options{};  // "--database_path" and its value
+};
+
 class ColmapProgram {
  public:
   // Finds `colmap` in the directories of PATH and reads its version and what its commands' help
@@ -22,19 +27,19 @@ class ColmapProgram {
   const std::filesystem::path& executable() const { return executable_; }
   const std::string& version() const { return version_; }  // "3.8.1"
 
-  // A command and its options, named as in COLMAP 4.1, with the names that the found one has for
-  // them. Throws Error naming an option that it does not have. Only for feature_extractor,
-  // matches_importer and point_triangulator; others stay as they are.
-  std::vector<std::string> translated(std::vector<std::string> arguments) const;
+  // The command with options as the found COLMAP names them, of one that names them as COLMAP 4.1.
+  // Throws Error naming an option that it does not have. Commands other than feature_extractor,
+  // matches_importer and point_triangulator stay as they are.
+  ColmapCommand translated(ColmapCommand command) const;
 
   // Called with every line of output while the command runs.
   using LineReader = std::function<void(std::string_view)>;
 
-  // Runs `colmap`, with translated() arguments, until it ends and appends its output to `log`. It
-  // cannot outlive this process. Throws Error if it cannot be started, fails or is killed, quoting
-  // the error line of its output and the log's path, and what to do; Interrupted on Ctrl-C, after
-  // the command ended.
-  void run(const std::vector<std::string>& arguments, const std::filesystem::path& log,
+  // Runs a command, translated(), until it ends and appends its output to `log`. It cannot outlive
+  // this process. Throws Error if it cannot be started, fails or is killed, quoting the error line
+  // of its output and the log's path, and what to do; Interrupted on Ctrl-C, after the command
+  // ended.
+  void run(const ColmapCommand& command, const std::filesystem::path& log,
            const LineReader& on_line = {}) const;
 
  private:
@@ -43,6 +48,8 @@ class ColmapProgram {
   void read_version();
   void read_help();
   std::string answer(const std::vector<std::string>& arguments) const;
+  void run_arguments(const std::vector<std::string>& arguments, const std::filesystem::path& log,
+                     const LineReader& on_line) const;
 
   std::filesystem::path executable_;
   std::string version_{};

@@ -28,6 +28,7 @@ using ::testing::ElementsAre;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::Pair;
 
 // Of the options that are used, as the help of COLMAP 3.12 and 4.1 lists them.
 constexpr const char* kCommonHelp = R"(Options can either be specified via command-line or by ...
@@ -118,25 +119,27 @@ TEST(ColmapProgram, IsFoundInPathWithItsVersion) {
 // All that the steps need, under each version's names.
 TEST(ColmapProgram, UnderstandsOptionsOfEveryVersion) {
   FakeColmap fake;
-  const std::vector<std::string> extraction{"feature_extractor", "--FeatureExtraction.use_gpu", "0",
-                                            "--FeatureExtraction.num_threads", "2"};
-  const std::vector<std::string> matching{"matches_importer", "--FeatureMatching.use_gpu", "0",
-                                          "--TwoViewGeometry.max_error", "2"};
+  const auto options_of = [](const ColmapProgram& colmap, const std::string& command) {
+    return colmap
+        .translated({command,
+                     {{"--FeatureExtraction.use_gpu", "0"},
+                      {"--FeatureMatching.num_threads", "3"},
+                      {"--TwoViewGeometry.max_error", "2"}}})
+        .options;
+  };
   fake.install("3.12.6", "", std::string(kCommonHelp) + kHelpOf312);
   const ColmapProgram older = ColmapProgram::find();
-  EXPECT_THAT(older.translated(extraction),
-              ElementsAre("feature_extractor", "--SiftExtraction.use_gpu", "0",
-                          "--SiftExtraction.num_threads", "2"));
-  EXPECT_THAT(older.translated(matching), ElementsAre("matches_importer", "--SiftMatching.use_gpu",
-                                                      "0", "--TwoViewGeometry.max_error", "2"));
+  EXPECT_THAT(
+      options_of(older, "matches_importer"),
+      ElementsAre(Pair("--SiftExtraction.use_gpu", "0"), Pair("--SiftMatching.num_threads", "3"),
+                  Pair("--TwoViewGeometry.max_error", "2")));
   const CaptureSet set;
   const TestDirectory directory;
   const WorkspaceOptions options{.directory = directory / "colmap", .mask = cv::Mat()};
   ColmapWorkspace(set, {}, older, options);
   fake.install("4.1.1", "", std::string(kCommonHelp) + kHelpOf41);
   const ColmapProgram newer = ColmapProgram::find();
-  EXPECT_EQ(newer.translated(extraction), extraction);
-  EXPECT_EQ(newer.translated(matching), matching);
+  EXPECT_EQ(options_of(newer, "matches_importer"), options_of(newer, "mapper"));  // unchanged
   ColmapWorkspace(set, {}, newer, options);
   // A later one without them.
   fake.install("5.0", "", kCommonHelp);
@@ -172,7 +175,7 @@ TEST(ColmapProgram, GetsItsArgumentsUnchangedAndNoDisplay) {
   FakeColmap fake;
   fake.install("3.8", "for a in \"$@\"; do echo \"[$a]\"; done; echo $QT_QPA_PLATFORM");
   std::vector<std::string> lines;
-  ColmapProgram::find().run({"mapper", "--path", "a b; rm $HOME \"'"}, fake.log(),
+  ColmapProgram::find().run({"mapper", {{"--path", "a b; rm $HOME \"'"}}}, fake.log(),
                             [&](std::string_view line) { lines.emplace_back(line); });
   EXPECT_THAT(lines, ElementsAre("[mapper]", "[--path]", "[a b; rm $HOME \"']", "offscreen"));
   EXPECT_THAT(fake.log_text(), HasSubstr("$ colmap mapper --path"));
@@ -184,7 +187,9 @@ TEST(ColmapProgram, FailsWithTheErrorLineAndTheLog) {
                "echo 'Loading'; echo 'E1122 10:00:00 model.cc:9] Check failed: x == y' >&2; "
                "echo '*** Aborted at 1'; echo '    @     0x7f raise'; exit 3");
   const ColmapProgram colmap = ColmapProgram::find();
-  EXPECT_THAT(error_of([&] { colmap.run({"mapper"}, fake.log()); }),
+  EXPECT_THAT(error_of([&] {
+                colmap.run({"mapper", {}}, fake.log());
+              }),
               AllOf(HasSubstr("colmap mapper failed with exit code 3"),
                     HasSubstr("Check failed: x == y"), EndsWith(fake.log().string())));
   EXPECT_THAT(fake.log_text(), HasSubstr("Aborted"));
@@ -194,28 +199,34 @@ TEST(ColmapProgram, ReportsThatItWasKilled) {
   FakeColmap fake;
   fake.install("3.8", "kill -9 $$");
   const ColmapProgram colmap = ColmapProgram::find();
-  EXPECT_THAT(error_of([&] { colmap.run({"mapper"}, fake.log()); }),
+  EXPECT_THAT(error_of([&] {
+                colmap.run({"mapper", {}}, fake.log());
+              }),
               AllOf(HasSubstr("was killed by signal 9"), HasSubstr("memory was not enough")));
 }
 
 TEST(ColmapProgram, SaysWhatAFailureMeans) {
   FakeColmap fake;
   fake.install("3.8", "echo 'ERROR: database or disk is full'; exit 1");
-  EXPECT_THAT(error_of([&] { ColmapProgram::find().run({"mapper"}, fake.log()); }),
+  EXPECT_THAT(error_of([&] {
+                ColmapProgram::find().run({"mapper", {}}, fake.log());
+              }),
               AllOf(HasSubstr("(ERROR: database or disk is full): the disk is full; free some"),
                     EndsWith("see " + fake.log().string())));
   fake.install("3.8", "echo 'Check failed: x'; exit 1");
-  EXPECT_THAT(error_of([&] { ColmapProgram::find().run({"mapper"}, fake.log()); }),
+  EXPECT_THAT(error_of([&] {
+                ColmapProgram::find().run({"mapper", {}}, fake.log());
+              }),
               HasSubstr("(Check failed: x): it cannot work with these pictures; check"));
 }
 
 TEST(ColmapProgram, QuotesOnlyItsOwnRun) {
   FakeColmap fake;
-  fake.install("3.8", "if [ $1 = one ]; then echo ERROR: of the first; fi; exit $2");
+  fake.install("3.8", "if [ $1 = one ]; then echo ERROR: of the first; fi; exit $3");
   const ColmapProgram colmap = ColmapProgram::find();
-  colmap.run({"one", "0"}, fake.log());
+  colmap.run({"one", {{"--exit", "0"}}}, fake.log());
   EXPECT_THAT(error_of([&] {
-                colmap.run({"two", "1"}, fake.log());
+                colmap.run({"two", {{"--exit", "1"}}}, fake.log());
               }),
               Not(HasSubstr("of the first")));
 }
@@ -224,7 +235,9 @@ TEST(ColmapProgram, ReportsALogThatCannotBeWritten) {
   FakeColmap fake;
   fake.install("3.8", "");
   const ColmapProgram colmap = ColmapProgram::find();
-  EXPECT_THAT(error_of([&] { colmap.run({"mapper"}, fake.log() / "not/there.txt"); }),
+  EXPECT_THAT(error_of([&] {
+                colmap.run({"mapper", {}}, fake.log() / "not/there.txt");
+              }),
               HasSubstr("cannot be written"));
 }
 
@@ -237,7 +250,8 @@ TEST(ColmapProgram, IsEndedByCtrlCWithItsChildren) {
     install_interrupt_handlers();
     int code = 1;
     try {
-      ColmapProgram::find().run({"mapper"}, fake.log(), [](std::string_view) { raise(SIGINT); });
+      ColmapProgram::find().run({"mapper", {}}, fake.log(),
+                                [](std::string_view) { raise(SIGINT); });
     } catch (const Interrupted&) {
       code = 42;
     } catch (...) {

@@ -59,10 +59,9 @@ ColmapWorkspace::ColmapWorkspace(const CaptureSet& set, std::vector<std::size_t>
       faces_(panorama_faces(options_.lenses)),
       log_(options_.directory / "log.txt"),
       database_(options_.directory / "database.db") {
-  // Before hours of work.
-  for (const auto& arguments :
-       {feature_arguments(), match_arguments({}), triangulation_arguments({})}) {
-    colmap_.translated(arguments);
+  // Now rather than after hours of work.
+  for (const ColmapCommand& command : {extraction(), matching({}), triangulation({})}) {
+    colmap_.translated(command);
   }
   start_anew_if_changed();
 }
@@ -94,35 +93,25 @@ std::string ColmapWorkspace::image_name(std::size_t frame, std::size_t face) {
   return fmt::format("f{}/{:05d}.png", face, frame);
 }
 
-std::vector<std::string> ColmapWorkspace::feature_arguments() const {
-  const double focal_px = 0.5 * options_.face_px;
-  std::vector<std::string> arguments{
-      "feature_extractor",
-      "--database_path",
-      database_.string(),
-      "--image_path",
-      (options_.directory / "images").string(),
-      "--ImageReader.camera_model",
-      "PINHOLE",
-      "--ImageReader.single_camera_per_folder",
-      "1",
-      "--ImageReader.camera_params",
-      fmt::format("{0},{0},{0},{0}", focal_px),  // focal lengths and principal point
-      "--FeatureExtraction.use_gpu",
-      "0",
-      "--FeatureExtraction.num_threads",
-      std::to_string(options_.threads),
-      "--SiftExtraction.max_num_features",
-      std::to_string(kMostFeatures),
-      "--SiftExtraction.max_num_orientations",
-      "1",
-      "--SiftExtraction.first_octave",
-      "0"};
+ColmapCommand ColmapWorkspace::extraction() const {
+  const double focal_px = face_focal_px(options_.face_px);
+  ColmapCommand command{"feature_extractor",
+                        {{"--database_path", database_.string()},
+                         {"--image_path", (options_.directory / "images").string()},
+                         {"--ImageReader.camera_model", "PINHOLE"},
+                         {"--ImageReader.single_camera_per_folder", "1"},
+                         // Focal lengths and principal point.
+                         {"--ImageReader.camera_params", fmt::format("{0},{0},{0},{0}", focal_px)},
+                         {"--FeatureExtraction.use_gpu", "0"},
+                         {"--FeatureExtraction.num_threads", std::to_string(options_.threads)},
+                         {"--SiftExtraction.max_num_features", std::to_string(kMostFeatures)},
+                         {"--SiftExtraction.max_num_orientations", "1"},
+                         {"--SiftExtraction.first_octave", "0"}}};
   if (has_masks()) {
-    arguments.insert(arguments.end(),
-                     {"--ImageReader.mask_path", (options_.directory / "masks").string()});
+    command.options.emplace_back("--ImageReader.mask_path",
+                                 (options_.directory / "masks").string());
   }
-  return arguments;
+  return command;
 }
 
 bool ColmapWorkspace::find_features() {
@@ -130,7 +119,7 @@ bool ColmapWorkspace::find_features() {
   const bool done = count_rows(database_, "keypoints") >= wanted;
   if (!done) {
     Progress progress("finding features", std::ssize(keyframes_) * kFaceCount, "faces");
-    colmap_.run(feature_arguments(), log_, [&](std::string_view line) {
+    colmap_.run(extraction(), log_, [&](std::string_view line) {
       if (line.find("Processed file") != std::string_view::npos) progress.advance();
     });
   }
@@ -196,20 +185,15 @@ bool ColmapWorkspace::match(std::span<const FramePair> pairs, const FramePoses& 
   return done;
 }
 
-std::vector<std::string> ColmapWorkspace::match_arguments(const fs::path& list) const {
+ColmapCommand ColmapWorkspace::matching(const fs::path& list) const {
+  const double max_error_px = 2.0 * options_.face_px / kRoundFace_px;
   return {"matches_importer",
-          "--database_path",
-          database_.string(),
-          "--match_list_path",
-          list.string(),
-          "--match_type",
-          "pairs",
-          "--FeatureMatching.use_gpu",
-          "0",
-          "--FeatureMatching.num_threads",
-          std::to_string(options_.threads),
-          "--TwoViewGeometry.max_error",
-          fmt::format("{}", 2.0 * options_.face_px / kRoundFace_px)};
+          {{"--database_path", database_.string()},
+           {"--match_list_path", list.string()},
+           {"--match_type", "pairs"},
+           {"--FeatureMatching.use_gpu", "0"},
+           {"--FeatureMatching.num_threads", std::to_string(options_.threads)},
+           {"--TwoViewGeometry.max_error", fmt::format("{}", max_error_px)}}};
 }
 
 // COLMAP tells and stores nothing of the pairs of a list before all are matched, so it is given
@@ -224,7 +208,7 @@ void ColmapWorkspace::match_in_batches(std::span<const std::string> list) const 
   for (std::size_t begin = 0; begin < list.size(); begin += batch) {
     const auto pairs = list.subspan(begin, std::min(batch, list.size() - begin));
     write_file_atomically(file, fmt::format("{}", fmt::join(pairs, "")));
-    colmap_.run(match_arguments(file), log_);
+    colmap_.run(matching(file), log_);
     progress.advance(std::ssize(pairs));
   }
 }
@@ -266,7 +250,7 @@ ColmapModel ColmapWorkspace::model_of(const FramePoses& poses) const {
     // COLMAP fails on pictures without matches.
     if (!pose || !usable_.contains(id)) continue;
     if (cameras.insert(image.camera).second) {
-      model.cameras.push_back({image.camera, options_.face_px, 0.5 * options_.face_px});
+      model.cameras.push_back({image.camera, options_.face_px, face_focal_px(options_.face_px)});
     }
     const PanoramaFace& face = faces_[image.face];
     model.images.push_back({id,
@@ -297,39 +281,25 @@ SeenPoints ColmapWorkspace::points_of(const ColmapModel& model) const {
   return seen;
 }
 
-std::vector<std::string> ColmapWorkspace::triangulation_arguments(
-    const TriangulationRound& round) const {
+ColmapCommand ColmapWorkspace::triangulation(const TriangulationRound& round) const {
   const std::string angle = fmt::format("{}", round.angle_deg);
+  const std::string again = fmt::format("{}", std::max(round.angle_deg, 2.0));
   const std::string error_px = fmt::format("{}", round.error_px * options_.face_px / kRoundFace_px);
   return {"point_triangulator",
-          "--database_path",
-          database_.string(),
-          "--image_path",
-          (options_.directory / "images").string(),
-          "--input_path",
-          (options_.directory / "start").string(),
-          "--output_path",
-          (options_.directory / "model").string(),
-          "--clear_points",
-          "1",
-          "--Mapper.extract_colors",
-          "0",
-          "--Mapper.num_threads",
-          std::to_string(options_.threads),
-          "--Mapper.tri_create_max_angle_error",
-          angle,
-          "--Mapper.tri_continue_max_angle_error",
-          angle,
-          "--Mapper.tri_re_max_angle_error",
-          fmt::format("{}", std::max(round.angle_deg, 2.0)),
-          "--Mapper.tri_merge_max_reproj_error",
-          error_px,
-          "--Mapper.tri_complete_max_reproj_error",
-          error_px,
-          "--Mapper.filter_max_reproj_error",
-          error_px,
-          "--Mapper.ba_global_max_refinements",
-          "1"};
+          {{"--database_path", database_.string()},
+           {"--image_path", (options_.directory / "images").string()},
+           {"--input_path", (options_.directory / "start").string()},
+           {"--output_path", (options_.directory / "model").string()},
+           {"--clear_points", "1"},
+           {"--Mapper.extract_colors", "0"},
+           {"--Mapper.num_threads", std::to_string(options_.threads)},
+           {"--Mapper.tri_create_max_angle_error", angle},
+           {"--Mapper.tri_continue_max_angle_error", angle},
+           {"--Mapper.tri_re_max_angle_error", again},
+           {"--Mapper.tri_merge_max_reproj_error", error_px},
+           {"--Mapper.tri_complete_max_reproj_error", error_px},
+           {"--Mapper.filter_max_reproj_error", error_px},
+           {"--Mapper.ba_global_max_refinements", "1"}}};
 }
 
 SeenPoints ColmapWorkspace::triangulate(const FramePoses& poses, const TriangulationRound& round) {
@@ -341,7 +311,7 @@ SeenPoints ColmapWorkspace::triangulate(const FramePoses& poses, const Triangula
   make_directories(result);
   write_colmap_model(start, model);
   Progress progress("triangulating", std::ssize(model.images), "faces");
-  colmap_.run(triangulation_arguments(round), log_, [&](std::string_view line) {
+  colmap_.run(triangulation(round), log_, [&](std::string_view line) {
     if (line.find("Triangulating image") != std::string_view::npos) progress.advance();
   });
   return points_of(read_colmap_model(result));

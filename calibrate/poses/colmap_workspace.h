@@ -87,9 +87,9 @@ class ColmapWorkspace {
   void start_anew_if_changed();
   std::string inputs_text() const;
   static std::string image_name(std::size_t frame, std::size_t face);
-  std::vector<std::string> feature_arguments() const;
-  std::vector<std::string> match_arguments(const std::filesystem::path& list) const;
-  std::vector<std::string> triangulation_arguments(const TriangulationRound& round) const;
+  ColmapCommand extraction() const;
+  ColmapCommand matching(const std::filesystem::path& list) const;
+  ColmapCommand triangulation(const TriangulationRound& round) const;
   bool has_masks() const;
   void cut_masks();
   void cut_own_masks(const FaceCutter& cutter, const cv::Mat& common);

@@ -50,10 +50,8 @@ constexpr double kAnchor_rad = 0.1;
 
 void require_valid(const CaptureSet& panoramas, const PosesOptions& options) {
   if (panoramas.layout != FrameLayout::kPanorama) {
-    throw Error(
-        fmt::format("{}: its frames are not panoramas; run raywalk-calibrate stitch "
-                    "first",
-                    panoramas.source.string()));
+    throw Error(panoramas.source.string() +
+                ": its frames are not panoramas; run raywalk-calibrate stitch first");
   }
   if (!options.start.empty() && options.start.size() != panoramas.frames.size()) {
     throw UsageError(fmt::format("there are {} poses to start from, but {} stations",
@@ -61,8 +59,7 @@ void require_valid(const CaptureSet& panoramas, const PosesOptions& options) {
   }
   if (!(options.keyframes_mm >= 0.0)) {
     throw UsageError(
-        fmt::format("the distance of keyframes is {} mm; give 0 for every station, or "
-                    "more",
+        fmt::format("the distance of keyframes is {} mm; give 0 for every station, or more",
                     options.keyframes_mm));
   }
   if (options.face_px != 0 &&
@@ -74,8 +71,8 @@ void require_valid(const CaptureSet& panoramas, const PosesOptions& options) {
       (options.mask->type() != CV_8UC1 ||
        options.mask->size() != cv::Size(panoramas.frame.width, panoramas.frame.height))) {
     throw Error(
-        fmt::format("the mask is {}x{}, but the panoramas of {} are {}x{}; make the mask "
-                    "for them (raywalk-calibrate mask)",
+        fmt::format("the mask is {}x{}, but the panoramas of {} are {}x{}; make the mask for them "
+                    "(raywalk-calibrate mask)",
                     options.mask->cols, options.mask->rows, panoramas.source.string(),
                     panoramas.frame.width, panoramas.frame.height));
   }
