@@ -155,16 +155,12 @@ std::vector<std::string> ColmapWorkspace::image_pairs(std::span<const FramePair>
     if (image.features > 0) featured.insert({image.frame, image.face});
   }
   std::vector<std::string> lines;
-  for (const FramePair& pair : pairs) {
-    const auto& first = poses[pair.first];
-    const auto& second = poses[pair.second];
-    if (!first || !second) continue;
-    for (const FacePair& faces :
-         overlapping_faces(faces_, first->world_from_camera, second->world_from_camera)) {
-      if (!featured.contains({pair.first, faces.first})) continue;
-      if (!featured.contains({pair.second, faces.second})) continue;
-      lines.push_back(fmt::format("{} {}\n", image_name(pair.first, faces.first),
-                                  image_name(pair.second, faces.second)));
+  for (const auto& [one, other] : pairs) {
+    if (!poses[one] || !poses[other]) continue;
+    for (const auto& [face, other_face] : overlapping_faces(faces_, poses[one]->world_from_camera,
+                                                            poses[other]->world_from_camera)) {
+      if (!featured.contains({one, face}) || !featured.contains({other, other_face})) continue;
+      lines.push_back(fmt::format("{} {}\n", image_name(one, face), image_name(other, other_face)));
     }
   }
   return lines;
@@ -218,7 +214,7 @@ Eigen::Vector3d ColmapWorkspace::bearing(const FaceImage& image, FacePixel pixel
 }
 
 void ColmapWorkspace::read_matches() {
-  std::map<FramePair, FrameMatches> by_frames;
+  matches_.clear();
   usable_.clear();
   for (const VerifiedPair& pair : read_verified_pairs(database_)) {
     const auto first = images_.find(pair.first);
@@ -226,10 +222,7 @@ void ColmapWorkspace::read_matches() {
     if (first == images_.end() || second == images_.end()) continue;
     if (pair.in_first.size() >= kLeastPairMatches) usable_.insert({pair.first, pair.second});
     const bool swapped = first->second.frame > second->second.frame;
-    const FramePair frames{std::min(first->second.frame, second->second.frame),
-                           std::max(first->second.frame, second->second.frame)};
-    FrameMatches& of_frames = by_frames[frames];
-    of_frames.frames = frames;
+    FrameMatches& of_frames = matches_[std::minmax(first->second.frame, second->second.frame)];
     ++of_frames.face_pairs;
     for (std::size_t i = 0; i < pair.in_first.size(); ++i) {
       BearingMatch match{bearing(first->second, pair.in_first[i]),
@@ -238,8 +231,6 @@ void ColmapWorkspace::read_matches() {
       of_frames.matches.push_back(match);
     }
   }
-  matches_.clear();
-  for (auto& [frames, matches] : by_frames) matches_.push_back(std::move(matches));
 }
 
 ColmapModel ColmapWorkspace::model_of(const FramePoses& poses) const {

@@ -40,9 +40,8 @@ struct WorkspaceOptions {
   std::optional<DualFisheyeLayout> lenses{};  // whose seams are kept clear of features
 };
 
-// Two frames and the matches of all their faces.
+// The matches of all faces of two frames.
 struct FrameMatches {
-  FramePair frames{};
   int face_pairs = 0;  // with matches
   std::vector<BearingMatch> matches{};
 };
@@ -70,8 +69,8 @@ class ColmapWorkspace {
 
   // Number of features of each keyframe, over its faces.
   std::map<std::size_t, int> feature_counts() const;
-  // Verified matches, at most one entry per pair of frames, in ascending order.
-  const std::vector<FrameMatches>& matches() const { return matches_; }
+  // Verified matches.
+  const std::map<FramePair, FrameMatches>& matches() const { return matches_; }
 
   // Scene points triangulated from the matches at these poses by COLMAP's point_triangulator.
   SeenPoints triangulate(const FramePoses& poses, const TriangulationRound& round);
@@ -112,7 +111,7 @@ class ColmapWorkspace {
   std::filesystem::path database_;
   std::map<std::uint32_t, FaceImage> images_{};  // by id in the database
   std::set<std::uint32_t> usable_{};             // images with enough matches to triangulate
-  std::vector<FrameMatches> matches_{};
+  std::map<FramePair, FrameMatches> matches_{};
 };
 
 }  // namespace raywalk::calibrate

@@ -2,9 +2,9 @@
 // stations around crossings. Exhaustive matching would take hours and add nothing.
 #pragma once
 
-#include <compare>
 #include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "calibrate/base/capture_set.h"
@@ -24,11 +24,7 @@ std::vector<std::size_t> choose_keyframes(const CaptureSet& set,
                                           double keyframes_mm);
 
 // Indices of two frames, first < second.
-struct FramePair {
-  std::size_t first = 0;
-  std::size_t second = 0;
-  friend auto operator<=>(const FramePair&, const FramePair&) = default;
-};
+using FramePair = std::pair<std::size_t, std::size_t>;
 
 // Along a line: each keyframe with the next and the 4th, 16th, … after it within a quarter of the
 // cell's side (near pairs make long tracks, far ones limit drift); where the 4th is further, with

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/geometry/fisheye_lens.h"
@@ -28,11 +29,8 @@ MatchingFaces panorama_faces(const std::optional<DualFisheyeLayout>& lenses);
 // larger ones cost time and gain little.
 int default_face_px(int panorama_width);
 
-// Overlapping faces of two panoramas.
-struct FacePair {
-  std::size_t first = 0;
-  std::size_t second = 0;
-};
+// Overlapping faces of two panoramas, indices.
+using FacePair = std::pair<std::size_t, std::size_t>;
 
 // For every face of the first camera, the face of the second with the closest viewing direction; if
 // the cameras are rotated by more than 20 degrees relative to each other, all faces within 60

@@ -160,8 +160,8 @@ class PoseSolver {
     });
     summary_.features = workspace->feature_counts();
     std::vector<std::vector<double>> evidence(set_.lines.size());
-    for (const FrameMatches& pair : workspace->matches()) {
-      const auto [first, second] = pair.frames;
+    for (const auto& [frames, pair] : workspace->matches()) {
+      const auto [first, second] = frames;
       result_.matched_pairs += pair.face_pairs;
       for (const std::size_t frame : {first, second}) {
         summary_.matches[frame] += static_cast<int>(pair.matches.size());

@@ -216,12 +216,12 @@ TEST_F(SolvePoses, MaskedPixelsGiveNoFeatures) {
   EXPECT_GT(workspace.feature_counts().at(1), 20);
   EXPECT_LT(workspace.feature_counts().at(1), 0.7 * workspace.feature_counts().at(0));
   std::size_t matches = 0;
-  for (const FrameMatches& pair : workspace.matches()) {
+  for (const auto& [frames, pair] : workspace.matches()) {
     for (const BearingMatch& match : pair.matches) {
-      if (pair.frames.first == 1) {
+      if (frames.first == 1) {
         EXPECT_LT(match.in_first.x(), 0.0);
       }
-      if (pair.frames.second == 1) {
+      if (frames.second == 1) {
         EXPECT_LT(match.in_second.x(), 0.0);
       }
       ++matches;
