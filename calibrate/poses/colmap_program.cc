@@ -182,11 +182,9 @@ void ColmapProgram::read_version() {
 }
 
 void ColmapProgram::read_help() {
-  std::map<std::string, std::string> help;
   for (const char* command : {"feature_extractor", "matches_importer", "point_triangulator"}) {
-    help[command] = answer({command, "-h"});
+    help_[command] = answer({command, "-h"});
   }
-  help_ = std::move(help);
 }
 
 ColmapCommand ColmapProgram::translated(ColmapCommand command) const {

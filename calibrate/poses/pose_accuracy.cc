@@ -28,8 +28,8 @@ constexpr std::size_t kMostFramesInFull = 500;
 // The unknowns: a pose's rotation in radians and its position in units of `unit_m`, so that both
 // have the same scale for any size of the capture.
 struct Unknowns {
-  std::vector<std::size_t> frames{};  // with a pose
-  std::vector<std::size_t> rank{};    // by frame: its place among those
+  std::vector<std::size_t> frames{};    // with a pose
+  std::vector<std::size_t> index_of{};  // by frame: index into `frames`
   Eigen::Vector3d mean_m{0, 0, 0};
   double unit_m = 1.0;  // root mean square distance from the mean
 
@@ -39,7 +39,7 @@ struct Unknowns {
 Unknowns unknowns_of(const FramePoses& poses) {
   Unknowns unknowns;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    unknowns.rank.push_back(unknowns.frames.size());
+    unknowns.index_of.push_back(unknowns.frames.size());
     if (!poses[i]) continue;
     unknowns.frames.push_back(i);
     unknowns.mean_m += poses[i]->position_m;
@@ -57,7 +57,7 @@ Unknowns unknowns_of(const FramePoses& poses) {
 
 // The residual of an observation and its derivatives, in standard deviations.
 struct LinearObservation {
-  std::size_t rank = 0;  // of its pose among the unknowns
+  std::size_t pose = 0;  // index into Unknowns::frames
   Eigen::Matrix<double, 2, 6> by_pose{};
   Eigen::Matrix<double, 2, 3> by_point{};
   Eigen::Vector2d error{};
@@ -79,7 +79,7 @@ LinearObservation linearised(const RefinedPoses& refined, const Unknowns& unknow
                                              (refined.noise_px * std::sqrt(1.0 + share * share));
   const Eigen::Matrix<double, 2, 3> by_seen =
       across * (Eigen::Matrix3d::Identity() - predicted * predicted.transpose()) / seen.norm();
-  LinearObservation linear{.rank = unknowns.rank[observation.frame],
+  LinearObservation linear{.pose = unknowns.index_of[observation.frame],
                            .by_point = by_seen * camera_from_world,
                            .error = across * predicted};
   // A small rotation w takes what the camera sees to seen - w x seen.
@@ -110,7 +110,7 @@ class PointEvidence {
   }
 
   std::size_t size() const { return observations_.size(); }
-  std::size_t rank(std::size_t i) const { return observations_[i].rank; }
+  std::size_t pose(std::size_t i) const { return observations_[i].pose; }
   // The share of two observations in the normal equations of the poses, and the gradient of one.
   Matrix6 normal(std::size_t i, std::size_t j) const {
     const LinearObservation &a = observations_[i], &b = observations_[j];
@@ -199,8 +199,8 @@ void set_from_full_matrix(RefinedPoses* refined, const PoseAnchor& anchor,
   for (const PointEvidence& point : evidence_of(*refined, unknowns)) {
     for (std::size_t i = 0; i < point.size(); ++i) {
       for (std::size_t j = 0; j < point.size(); ++j) {
-        const auto row = static_cast<Eigen::Index>(6 * point.rank(i));
-        const auto column = static_cast<Eigen::Index>(6 * point.rank(j));
+        const auto row = static_cast<Eigen::Index>(6 * point.pose(i));
+        const auto column = static_cast<Eigen::Index>(6 * point.pose(j));
         normal.block<6, 6>(row, column) += point.normal(i, j);
         spread.block<6, 6>(row, column) += point.gradient(i) * point.gradient(j).transpose();
       }
@@ -230,8 +230,8 @@ void set_from_blocks(RefinedPoses* refined, const PoseAnchor& anchor, const Unkn
   std::vector<Matrix6> spread(count, Matrix6::Zero());
   for (const PointEvidence& point : evidence_of(*refined, unknowns)) {
     for (std::size_t i = 0; i < point.size(); ++i) {
-      normal[point.rank(i)] += point.normal(i, i);
-      spread[point.rank(i)] += point.gradient(i) * point.gradient(i).transpose();
+      normal[point.pose(i)] += point.normal(i, i);
+      spread[point.pose(i)] += point.gradient(i) * point.gradient(i).transpose();
     }
   }
   const double share = curvature_share(*refined);
