@@ -28,7 +28,7 @@ ImportedPoses of_model(const fs::path& source, const std::optional<fs::path>& fa
   }
   const std::vector<ColmapImagePose> images = read_colmap_images(model);
   ImportedPoses poses{.kind = "a COLMAP model"};
-  if (is_of_panoramas(model)) {
+  if (images_are_panoramas(model)) {
     for (const ColmapImagePose& image : images) {
       poses.frames.push_back(
           {.file = image.name,

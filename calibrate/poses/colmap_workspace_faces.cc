@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstddef>
+#include <iterator>
 #include <opencv2/imgproc.hpp>
 
 #include "calibrate/base/frame_masks.h"
@@ -33,8 +35,9 @@ cv::Mat with_margin(const cv::Mat& face_mask) {
 
 bool ColmapWorkspace::cut_faces() {
   const fs::path images = options_.directory / "images";
-  for (std::size_t face = 0; face < kFaceCount; ++face)
+  for (std::size_t face = 0; face < kFaceCount; ++face) {
     make_directories(images / fmt::format("f{}", face));
+  }
   std::vector<std::size_t> missing;
   for (const std::size_t frame : keyframes_) {
     // Faces are written in order, so the last one marks completion.
@@ -43,7 +46,7 @@ bool ColmapWorkspace::cut_faces() {
   cut_masks();
   if (missing.empty()) return true;
   const FaceCutter cutter(faces_, set_.frame, options_.face_px);
-  Progress progress("cutting faces", static_cast<std::int64_t>(missing.size()), "panoramas");
+  Progress progress("cutting faces", std::ssize(missing), "panoramas");
   parallel_for(0, static_cast<int>(missing.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       const std::size_t frame = missing[i];

@@ -149,7 +149,7 @@ std::vector<ColmapImagePose> read_colmap_images(const fs::path& directory) {
               "as sparse/0");
 }
 
-bool is_of_panoramas(const fs::path& directory) {
+bool images_are_panoramas(const fs::path& directory) {
   const fs::path binary = directory / "cameras.bin";
   if (fs::exists(binary)) {
     return all_equirectangular_of_bytes(read_file(binary, kMostBytes), binary.string());

@@ -18,14 +18,14 @@ struct ColmapImagePose {
 // a text, if there is none of the two, it is damaged, has no image, or one twice.
 std::vector<ColmapImagePose> read_colmap_images(const std::filesystem::path& directory);
 
-// Whether all its cameras are EQUIRECTANGULAR, which COLMAP 4.1 and newer have: its images are then
-// panoramas, with the axes of a PanoramaFace that looks ahead. Throws Error naming the file if it
-// is damaged.
-bool is_of_panoramas(const std::filesystem::path& directory);
-
 // The same of the contents of images.bin and images.txt; `source` names them in errors.
 std::vector<ColmapImagePose> colmap_images_of_bytes(std::string bytes, const std::string& source);
 std::vector<ColmapImagePose> colmap_images_of_text(const std::string& text,
                                                    const std::string& source);
+
+// Whether all cameras of a model are EQUIRECTANGULAR, which COLMAP 4.1 and newer have: its images
+// are then panoramas, with the axes of a face that looks ahead. Throws Error naming cameras.bin if
+// it is damaged.
+bool images_are_panoramas(const std::filesystem::path& directory);
 
 }  // namespace raywalk

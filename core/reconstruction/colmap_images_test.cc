@@ -47,20 +47,20 @@ TEST(ColmapImages, AreReadExactlyFromBinaryAndText) {
 
 TEST(ColmapImages, ArePanoramasIfAllCamerasAreEquirectangular) {
   const TestDirectory directory;
-  EXPECT_FALSE(is_of_panoramas(directory.path()));
+  EXPECT_FALSE(images_are_panoramas(directory.path()));
   const std::string panorama = "1 EQUIRECTANGULAR 4096 2048 4096 2048\n";
   write_file_atomically(directory / "cameras.txt", "# CAMERA_ID, MODEL, ...\n" + panorama);
-  EXPECT_TRUE(is_of_panoramas(directory.path()));
+  EXPECT_TRUE(images_are_panoramas(directory.path()));
   write_file_atomically(directory / "cameras.txt", panorama + "2 SIMPLE_PINHOLE 8 8 4 4 4\n");
-  EXPECT_FALSE(is_of_panoramas(directory.path()));
+  EXPECT_FALSE(images_are_panoramas(directory.path()));
   write_file_atomically(directory / "cameras.txt", panorama);
   write_colmap_model(directory.path(), model_of_two());  // cameras.bin, of pinholes
-  EXPECT_FALSE(is_of_panoramas(directory.path()));
+  EXPECT_FALSE(images_are_panoramas(directory.path()));
   const std::string bytes = equirectangular_camera_bytes();
   write_file_atomically(directory / "cameras.bin", bytes);
-  EXPECT_TRUE(is_of_panoramas(directory.path()));
+  EXPECT_TRUE(images_are_panoramas(directory.path()));
   write_file_atomically(directory / "cameras.bin", bytes.substr(0, bytes.size() - 1));
-  EXPECT_THAT(error_of([&] { is_of_panoramas(directory.path()); }), HasSubstr("cut short"));
+  EXPECT_THAT(error_of([&] { images_are_panoramas(directory.path()); }), HasSubstr("cut short"));
 }
 
 TEST(ColmapImages, OfAnotherFolderOrDamagedAreRefused) {
