@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <set>
@@ -15,6 +16,9 @@ namespace raywalk {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kMostBytes = std::numeric_limits<std::uint32_t>::max();
+constexpr std::int32_t kEquirectangularModel = 17;  // COLMAP's number of EQUIRECTANGULAR
 
 void require_images(const std::vector<ColmapImagePose>& images, const std::string& source) {
   if (images.empty()) throw Error(source + ": holds no image; COLMAP has not registered any");
@@ -81,33 +85,6 @@ ColmapImagePose image_of(std::string_view line, const std::string& where) {
   return {std::string(line), {rotation.normalized(), {tx, ty, tz}}};
 }
 
-constexpr std::size_t kMostBytes = std::numeric_limits<std::uint32_t>::max();
-constexpr std::int32_t kEquirectangularModel = 17;  // COLMAP's number of EQUIRECTANGULAR
-
-// ID MODEL WIDTH HEIGHT PARAMETERS; the number of parameters depends on the model.
-bool all_equirectangular_of_bytes(std::string bytes, const std::string& source) {
-  ColmapByteReader in(std::move(bytes), source);
-  const std::size_t count = in.take_count(40);
-  for (std::size_t i = 0; i < count; ++i) {
-    in.take<std::uint32_t>();
-    if (in.take<std::int32_t>() != kEquirectangularModel) return false;
-    in.skip(4 * 8);  // its parameters are width and height again
-  }
-  return count > 0;
-}
-
-bool all_equirectangular_of_text(const std::string& text) {
-  Lines lines(text);
-  bool any = false;
-  while (std::optional<std::string_view> line = lines.next()) {
-    if (line->empty() || line->starts_with('#')) continue;
-    take_word(&*line);
-    if (take_word(&*line) != "EQUIRECTANGULAR") return false;
-    any = true;
-  }
-  return any;
-}
-
 }  // namespace
 
 std::vector<ColmapImagePose> colmap_images_of_bytes(std::string bytes, const std::string& source) {
@@ -149,13 +126,24 @@ std::vector<ColmapImagePose> read_colmap_images(const fs::path& directory) {
               "as sparse/0");
 }
 
+// A camera is ID MODEL WIDTH HEIGHT PARAMETERS.
 bool images_are_panoramas(const fs::path& directory) {
   const fs::path binary = directory / "cameras.bin";
   if (fs::exists(binary)) {
-    return all_equirectangular_of_bytes(read_file(binary, kMostBytes), binary.string());
+    ColmapByteReader in(read_file(binary, kMostBytes), binary.string());
+    if (in.take<std::uint64_t>() == 0) return false;
+    in.take<std::uint32_t>();
+    return in.take<std::int32_t>() == kEquirectangularModel;
   }
-  const fs::path text = directory / "cameras.txt";
-  return fs::exists(text) && all_equirectangular_of_text(read_file(text, kMostBytes));
+  if (!fs::exists(directory / "cameras.txt")) return false;
+  const std::string text = read_file(directory / "cameras.txt", kMostBytes);
+  Lines lines(text);
+  while (std::optional<std::string_view> line = lines.next()) {
+    if (line->empty() || line->starts_with('#')) continue;
+    take_word(&*line);
+    return take_word(&*line) == "EQUIRECTANGULAR";
+  }
+  return false;
 }
 
 }  // namespace raywalk

@@ -45,22 +45,21 @@ TEST(ColmapImages, AreReadExactlyFromBinaryAndText) {
   expect_poses_of_two(read_colmap_images(directory.path()));
 }
 
-TEST(ColmapImages, ArePanoramasIfAllCamerasAreEquirectangular) {
+TEST(ColmapImages, ArePanoramasOfAnEquirectangularCamera) {
   const TestDirectory directory;
   EXPECT_FALSE(images_are_panoramas(directory.path()));
-  const std::string panorama = "1 EQUIRECTANGULAR 4096 2048 4096 2048\n";
-  write_file_atomically(directory / "cameras.txt", "# CAMERA_ID, MODEL, ...\n" + panorama);
+  const std::string comment = "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
+  write_file_atomically(directory / "cameras.txt", comment + "1 EQUIRECTANGULAR 64 32 64 32\n");
   EXPECT_TRUE(images_are_panoramas(directory.path()));
-  write_file_atomically(directory / "cameras.txt", panorama + "2 SIMPLE_PINHOLE 8 8 4 4 4\n");
-  EXPECT_FALSE(images_are_panoramas(directory.path()));
-  write_file_atomically(directory / "cameras.txt", panorama);
-  write_colmap_model(directory.path(), model_of_two());  // cameras.bin, of pinholes
+  write_file_atomically(directory / "cameras.txt", comment + "1 SIMPLE_PINHOLE 8 8 4 4 4\n");
   EXPECT_FALSE(images_are_panoramas(directory.path()));
   const std::string bytes = equirectangular_camera_bytes();
   write_file_atomically(directory / "cameras.bin", bytes);
   EXPECT_TRUE(images_are_panoramas(directory.path()));
-  write_file_atomically(directory / "cameras.bin", bytes.substr(0, bytes.size() - 1));
+  write_file_atomically(directory / "cameras.bin", bytes.substr(0, 15));
   EXPECT_THAT(error_of([&] { images_are_panoramas(directory.path()); }), HasSubstr("cut short"));
+  write_colmap_model(directory.path(), model_of_two());  // cameras.bin, of pinholes
+  EXPECT_FALSE(images_are_panoramas(directory.path()));
 }
 
 TEST(ColmapImages, OfAnotherFolderOrDamagedAreRefused) {
