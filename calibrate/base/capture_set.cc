@@ -125,16 +125,14 @@ std::size_t CaptureSet::stations() const {
       frames.begin(), frames.end(), [](const CaptureFrame& frame) { return !frame.held_out(); }));
 }
 
-double CaptureSet::rail_m(int frame_index) const {
-  const CaptureFrame& of = frames[static_cast<std::size_t>(frame_index)];
+double CaptureSet::rail_m(std::size_t frame) const {
+  const CaptureFrame& of = frames[frame];
   const bool along_x = lines[static_cast<std::size_t>(of.line)].axis == LineAxis::kX;
   return along_x ? of.nominal_m.x() : of.nominal_m.z();
 }
 
-double CaptureSet::nominal_distance_m(int a, int b) const {
-  return (frames[static_cast<std::size_t>(b)].nominal_m -
-          frames[static_cast<std::size_t>(a)].nominal_m)
-      .norm();
+double CaptureSet::nominal_distance_m(std::size_t a, std::size_t b) const {
+  return (frames[b].nominal_m - frames[a].nominal_m).norm();
 }
 
 bool CaptureSet::is_validation(const CaptureFrame& frame) const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -60,9 +61,9 @@ struct CaptureSet {
   std::size_t stations() const;
   const std::string& line_id(int line) const { return lines[static_cast<std::size_t>(line)].id; }
   // The slider's position at a station by its feedback, metres along the line's axis.
-  double rail_m(int frame_index) const;
+  double rail_m(std::size_t frame) const;
   // Distance of two frames' nominal positions; on a slider's line that of their rail positions.
-  double nominal_distance_m(int a, int b) const;
+  double nominal_distance_m(std::size_t a, std::size_t b) const;
   // Whether the frame is kept out of the volumes: of a validation line, or held out.
   bool is_validation(const CaptureFrame& frame) const;
   // Index of the frame of that name; nullopt if there is none.

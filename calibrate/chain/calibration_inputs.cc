@@ -45,10 +45,7 @@ std::string mask_options_text(const MaskOptions& mask) {
 }
 
 std::string poses_options_text(const PosesOptions& poses) {
-  std::string text = fmt::format("{} {}\n", poses.keyframes_mm, poses.face_px);
-  // Results of before there were parts stay valid.
-  if (poses.part_stations != kPartStations) text += fmt::format("{}\n", poses.part_stations);
-  return text;
+  return fmt::format("{} {}\n", poses.keyframes_mm, poses.face_px);
 }
 
 std::string rectify_options_text(const CalibrationOptions& options) {

@@ -130,13 +130,7 @@ void add_poses_options(CLI::App* command, StepArguments* arguments) {
       ->add_option("--face-px", poses->face_px,
                    "Side of the flat faces that features are found in (default: by the "
                    "panoramas' resolution)")
-      ->check(CLI::Range(64, 8192));
-  command
-      ->add_option("--part-stations", poses->part_stations,
-                   "Stations that are solved together at most, about; a larger grid is solved in "
-                   "parts, which are then joined and adjusted together")
-      ->check(CLI::Range(30, 1000000))
-      ->capture_default_str();
+      ->check(CLI::Range(64, 4096));
   command->add_option(
       "--work", arguments->work,
       "Directory to keep COLMAP's files in, best on a local disk (default: OUT/colmap)");

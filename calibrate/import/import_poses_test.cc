@@ -12,6 +12,7 @@
 #include "core/files/test_directory.h"
 #include "core/reconstruction/colmap_model.h"
 #include "core/reconstruction/nerfstudio_file.h"
+#include "core/reconstruction/test_colmap.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -41,6 +42,19 @@ class ImportPosesTest : public ::testing::Test {
     options.out = out();
     return options;
   }
+  // The list has the true frames and poses.
+  void expect_true_list() const {
+    const std::vector<Frame> listed = read_frame_list(out() / "poses.csv");
+    const std::vector<ImportedFrame> truth = square_frames();
+    ASSERT_EQ(listed.size(), truth.size());
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      EXPECT_TRUE(fs::exists(listed[i].path)) << listed[i].path;
+      EXPECT_EQ(listed[i].path.filename(), truth[i].file);
+      EXPECT_LT((listed[i].position_m - truth[i].pose.position_m).norm(), 2e-9);
+      const Eigen::Matrix3d attitude = world_from_camera(listed[i].attitude.value_or(Attitude{}));
+      EXPECT_LT((attitude - truth[i].pose.world_from_camera).norm(), 1e-9);
+    }
+  }
   static std::string error_for(const ImportOptions& options) {
     return error_of([&] { import_poses(options); });
   }
@@ -51,17 +65,27 @@ class ImportPosesTest : public ::testing::Test {
 TEST_F(ImportPosesTest, ListsThePanoramasInTheAxesOfTheirGrid) {
   EXPECT_THAT(import_poses(options()),
               HasSubstr("4 lines, stations 250.0 to 250.0 mm apart, 1 cell ("));
-  const std::vector<Frame> listed = read_frame_list(out() / "poses.csv");
-  const std::vector<ImportedFrame> truth = square_frames();
-  ASSERT_EQ(listed.size(), truth.size());
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    EXPECT_TRUE(fs::exists(listed[i].path)) << listed[i].path;
-    EXPECT_EQ(listed[i].path.filename(), truth[i].file);
-    EXPECT_LT((listed[i].position_m - truth[i].pose.position_m).norm(), 2e-9);
-    const Eigen::Matrix3d attitude = world_from_camera(listed[i].attitude.value_or(Attitude{}));
-    EXPECT_LT((attitude - truth[i].pose.world_from_camera).norm(), 1e-9);
-  }
+  expect_true_list();
   EXPECT_THAT(read_file(out() / "import.json"), HasSubstr("\"raywalk-import\""));
+}
+
+// As COLMAP 4.1 writes it, with rigs and frames beside.
+TEST_F(ImportPosesTest, TakesPanoramasOfAColmapModel) {
+  ColmapModel model{.cameras = {{1, 32, 16.0}}, .rigs = {{.id = 1, .reference_camera = 1}}};
+  for (const ImportedFrame& frame :
+       in_other_axes(square_frames(), world_from_camera({0.6, 0.4, 0.1}), {1, 2, 3}, 2.0)) {
+    const auto id = static_cast<std::uint32_t>(model.images.size() + 1);
+    model.images.push_back({id, 1, frame.file, colmap_pose(frame.pose, {}), {}});
+    model.frames.push_back({id, 1, model.images.back().pose, {id}});
+  }
+  fs::create_directories(directory_ / "sparse/0");
+  write_colmap_model(directory_ / "sparse/0", model);
+  write_file_atomically(directory_ / "sparse/0/cameras.bin", equirectangular_camera_bytes());
+  ImportOptions of_model = options();
+  of_model.source = directory_ / "sparse/0";
+  of_model.panoramas = directory_ / "pictures";
+  EXPECT_THAT(import_poses(of_model), HasSubstr("28 panoramas of a COLMAP model: 4 lines"));
+  expect_true_list();
 }
 
 TEST_F(ImportPosesTest, ReplacesOnlyAnEarlierImport) {

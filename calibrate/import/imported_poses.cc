@@ -26,9 +26,20 @@ ImportedPoses of_model(const fs::path& source, const std::optional<fs::path>& fa
     model = inner;
     break;
   }
+  const std::vector<ColmapImagePose> images = read_colmap_images(model);
+  ImportedPoses poses{.kind = "a COLMAP model"};
+  if (images_are_panoramas(model)) {
+    for (const ColmapImagePose& image : images) {
+      poses.frames.push_back(
+          {.file = image.name,
+           .pose = camera_pose_of(image.pose, {}),
+           .where = fmt::format("{}: image {}", model.string(), excerpt(image.name))});
+    }
+    return poses;
+  }
   const std::vector<NamedFace> table = faces ? read_face_table(*faces) : exported_faces();
-  return {.kind = "a COLMAP model",
-          .frames = panoramas_of_faces(read_colmap_images(model), table, model)};
+  poses.frames = panoramas_of_faces(images, table, model);
+  return poses;
 }
 
 ImportedPoses of_nerfstudio(const fs::path& source) {

@@ -28,10 +28,11 @@ struct ImportedPoses {
 };
 
 // Reads, by what it is: a folder with a COLMAP model (or with sparse/0 or sparse in it), whose
-// images are faces of panoramas as `faces` describes (a table folder,yaw,pitch,roll in degrees;
-// none: those of raywalk-build-lf export); OpenSfM's reconstruction.json; nerfstudio's
-// transforms.json; a table with columns latitude_deg,longitude_deg (gps_table.h); a frame list.
-// Throws Error as the readers do and if it is none of these.
+// images are panoramas (of EQUIRECTANGULAR cameras) or faces of them as `faces` describes (a table
+// folder,yaw,pitch,roll in degrees; none: those of raywalk-build-lf export); OpenSfM's
+// reconstruction.json; nerfstudio's transforms.json; a table with columns
+// latitude_deg,longitude_deg (gps_table.h); a frame list. Throws Error as the readers do and if it
+// is none of these.
 ImportedPoses read_imported_poses(const std::filesystem::path& source,
                                   const std::optional<std::filesystem::path>& faces);
 

@@ -38,17 +38,15 @@ Eigen::Vector3d mean_position(const FramePoses& poses, const std::vector<std::si
 std::vector<double> rail_ratios(const CaptureSet& set, const FramePoses& solved) {
   std::vector<double> ratios;
   for (const CaptureLine& line : set.lines) {
-    std::vector<int> posed;
-    for (const int frame : line.frames) {
-      if (solved[static_cast<std::size_t>(frame)]) posed.push_back(frame);
+    std::vector<std::size_t> posed;
+    for (const std::size_t frame : line.frames) {
+      if (solved[frame]) posed.push_back(frame);
     }
     const std::size_t half = posed.size() / 2;
     for (std::size_t i = 0; half > 0 && i + half < posed.size(); ++i) {
-      const int a = posed[i];
-      const int b = posed[i + half];
-      const double solved_m = (solved[static_cast<std::size_t>(a)]->position_m -
-                               solved[static_cast<std::size_t>(b)]->position_m)
-                                  .norm();
+      const std::size_t a = posed[i];
+      const std::size_t b = posed[i + half];
+      const double solved_m = (solved[a]->position_m - solved[b]->position_m).norm();
       const double rail_m = set.nominal_distance_m(a, b);
       if (solved_m > 0.0 && rail_m > 0.0) ratios.push_back(rail_m / solved_m);
     }

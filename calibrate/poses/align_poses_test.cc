@@ -78,8 +78,8 @@ TEST(AlignPoses, TakesTheScaleFromTheSliderNotFromThePlan) {
   // Rails planned 1 m apart that are 1.2 m apart.
   FramePoses truth = nominal_poses(set);
   for (const int line : {1, 3}) {
-    for (const int frame : set.lines[static_cast<std::size_t>(line)].frames) {
-      Eigen::Vector3d& at = truth[static_cast<std::size_t>(frame)]->position_m;
+    for (const int frame : set.lines[line].frames) {
+      Eigen::Vector3d& at = truth[frame]->position_m;
       (line == 1 ? at.z() : at.x()) += 0.2;
     }
   }

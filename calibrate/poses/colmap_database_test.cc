@@ -15,7 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 
 // Two images of two features each, of which one matches; numbers as COLMAP writes them: float32
-// and uint32, little-endian.
+// and uint32, little-endian. Only the columns that every version has.
 void write_database(const std::filesystem::path& file) {
   SqliteConnection connection(file, SqliteAccess::kReadWrite);
   connection.execute(
@@ -56,6 +56,20 @@ TEST(ColmapDatabase, ReadsVerifiedMatches) {
   EXPECT_EQ(pairs[0].in_first[0].y, 2.0);
   EXPECT_EQ(pairs[0].in_second[0].x, 0.5);
   EXPECT_EQ(pairs[0].in_second[0].y, 8.0);
+}
+
+// COLMAP 3.8 has a prior pose of images, newer ones more tables.
+TEST(ColmapDatabase, PassesOverColumnsAndTablesOfOtherVersions) {
+  const TestDirectory directory;
+  write_database(directory / "database.db");
+  SqliteConnection(directory / "database.db", SqliteAccess::kReadWrite)
+      .execute(
+          "ALTER TABLE images ADD COLUMN prior_qw REAL;"
+          "ALTER TABLE two_view_geometries ADD COLUMN qvec BLOB;"
+          "CREATE TABLE frames (frame_id INTEGER, rig_id INTEGER);"
+          "INSERT INTO frames VALUES (1, 5);");
+  EXPECT_EQ(read_database_images(directory / "database.db").at("f0/2.png").features, 2);
+  EXPECT_EQ(read_verified_pairs(directory / "database.db").size(), 1U);
 }
 
 TEST(ColmapDatabase, RefusesDamage) {

@@ -26,8 +26,23 @@ namespace {
 constexpr std::chrono::milliseconds kPollEvery{20};
 
 constexpr const char* kInstall =
-    "install COLMAP 3.8 or 3.10 (Debian 12 and 13: apt install colmap), or use --method rotation, "
-    "which needs none";
+    "install COLMAP 3.8 or newer (Debian: apt install colmap), or use --method rotation, which "
+    "needs none";
+constexpr std::pair kOldestVersion{3, 8};
+
+// What differs between versions. Other options that are used have had one name since 3.8, and the
+// tables and files that are read the same columns and fields.
+struct RenamedOption {
+  std::string_view name;
+  std::string_view before;
+};
+constexpr std::array kRenamedOptions{
+    RenamedOption{"--TwoViewGeometry.max_error", "--SiftMatching.max_error"},  // before 3.9
+    // Before 3.13.
+    RenamedOption{"--FeatureExtraction.num_threads", "--SiftExtraction.num_threads"},
+    RenamedOption{"--FeatureExtraction.use_gpu", "--SiftExtraction.use_gpu"},
+    RenamedOption{"--FeatureMatching.num_threads", "--SiftMatching.num_threads"},
+    RenamedOption{"--FeatureMatching.use_gpu", "--SiftMatching.use_gpu"}};
 
 std::vector<std::string> lines_of(std::string_view text) {
   std::vector<std::string> lines;
@@ -90,21 +105,18 @@ void note_command(const std::vector<std::string>& arguments, const std::filesyst
   if (!file.flush()) throw Error(fmt::format("{}: cannot be written", log.string()));
 }
 
-// Of Debian 12 and 13. Their files are the same; since 3.9 the geometry of a pair has options of
-// its own.
-constexpr std::array kReleases{ColmapRelease{"3.8", "--SiftMatching.max_error"},
-                               ColmapRelease{"3.10", "--TwoViewGeometry.max_error"}};
+// A help has a line "  --SiftExtraction.use_gpu arg (=1)" for each option.
+bool lists(const std::string& help, std::string_view option) {
+  return help.find(fmt::format("  {} ", option)) != std::string::npos;
+}
 
-// Which of them a version as COLMAP prints it is of: "3.8.1" is of 3.8. None for any other.
-std::optional<ColmapRelease> colmap_release_of(std::string_view version) {
-  const auto found =
-      std::find_if(kReleases.begin(), kReleases.end(), [&](const ColmapRelease& release) {
-        const std::size_t length = release.number.size();
-        return version.starts_with(release.number) &&
-               (version.size() == length || version[length] == '.');
-      });
-  if (found == kReleases.end()) return std::nullopt;
-  return *found;
+// The name under which a help lists an option; none if it does not.
+std::optional<std::string> listed_name(const std::string& help, const std::string& option) {
+  if (lists(help, option)) return option;
+  for (const auto& [name, before] : kRenamedOptions) {
+    if (name == option && lists(help, before)) return std::string(before);
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -131,39 +143,76 @@ std::string error_line(std::string_view output) {
 ColmapProgram ColmapProgram::find() {
   const auto executable = find_program("colmap");
   if (!executable) throw Error(fmt::format("no COLMAP found in PATH; {}", kInstall));
-  // `help` is the only command that every release has; its output starts with "COLMAP 3.8 -- …".
+  ColmapProgram colmap(*executable);
+  colmap.read_version();
+  colmap.read_help();
+  return colmap;
+}
+
+std::string ColmapProgram::answer(const std::vector<std::string>& arguments) const {
   std::string name = (std::filesystem::temp_directory_path() / "raywalk-colmap-XXXXXX").string();
   const int file = mkstemp(name.data());
   if (file < 0) throw Error(fmt::format("{}: cannot be written", name));
   close(file);
-  const std::filesystem::path answer = name;
   std::string text;
-  const ColmapProgram unknown(*executable, "", {});
-  const auto keep = [&](std::string_view line) { text.append(line).append("\n"); };
   try {
-    unknown.run({"help"}, answer, keep);
+    run_arguments(arguments, name, [&](std::string_view line) { text.append(line).append("\n"); });
   } catch (const std::exception&) {
-    std::filesystem::remove(answer);
+    std::filesystem::remove(name);
     throw;
   }
-  std::filesystem::remove(answer);
-  std::smatch match;
-  static const std::regex kVersion(R"((^|\n)COLMAP (\d+(\.\d+)*))");
-  if (!std::regex_search(text, match, kVersion)) {
-    throw Error(fmt::format("{} does not print its COLMAP version ({}); {}", executable->string(),
-                            excerpt(error_line(text)), kInstall));
-  }
-  const std::string version = match[2];
-  const auto release = colmap_release_of(version);
-  if (!release) {
-    throw Error(fmt::format("{} is COLMAP {}, whose options or files may differ; {}",
-                            executable->string(), version, kInstall));
-  }
-  return {*executable, version, *release};
+  std::filesystem::remove(name);
+  return text;
 }
 
-void ColmapProgram::run(const std::vector<std::string>& arguments, const std::filesystem::path& log,
+// `help` is the only command that every version has; its output starts with "COLMAP 3.8 -- …".
+void ColmapProgram::read_version() {
+  const std::string text = answer({"help"});
+  std::smatch match;
+  static const std::regex kVersion(R"((^|\n)COLMAP ((\d{1,4})\.(\d{1,4})(\.\d+)*))");
+  if (!std::regex_search(text, match, kVersion)) {
+    throw Error(fmt::format("{} does not print its COLMAP version ({}); {}", executable_.string(),
+                            excerpt(error_line(text)), kInstall));
+  }
+  version_ = match[2];
+  if (std::pair(std::stoi(match[3]), std::stoi(match[4])) < kOldestVersion) {
+    throw Error(fmt::format("{} is COLMAP {}, which is too old; {}", executable_.string(), version_,
+                            kInstall));
+  }
+}
+
+void ColmapProgram::read_help() {
+  for (const char* command : {"feature_extractor", "matches_importer", "point_triangulator"}) {
+    help_[command] = answer({command, "-h"});
+  }
+}
+
+ColmapCommand ColmapProgram::translated(ColmapCommand command) const {
+  const auto help = help_.find(command.name);
+  if (help == help_.end()) return command;
+  for (auto& [option, value] : command.options) {
+    const auto name = listed_name(help->second, option);
+    if (!name) {
+      throw Error(fmt::format("{} is COLMAP {}, whose {} has no option {}; {}",
+                              executable_.string(), version_, command.name, option, kInstall));
+    }
+    option = *name;
+  }
+  return command;
+}
+
+void ColmapProgram::run(const ColmapCommand& command, const std::filesystem::path& log,
                         const LineReader& on_line) const {
+  std::vector<std::string> arguments{command.name};
+  for (const auto& [option, value] : translated(command).options) {
+    arguments.insert(arguments.end(), {option, value});
+  }
+  run_arguments(arguments, log, on_line);
+}
+
+void ColmapProgram::run_arguments(const std::vector<std::string>& arguments,
+                                  const std::filesystem::path& log,
+                                  const LineReader& on_line) const {
   throw_if_interrupted();
   note_command(arguments, log);
   LogFollower follower(log);
@@ -181,9 +230,9 @@ void ColmapProgram::run(const std::vector<std::string>& arguments, const std::fi
   const int status = child.try_wait().value_or(0);
   if (succeeded(status)) return;
   const std::string line = error_line(follower.output());
-  throw Error(fmt::format("colmap {} {}{}: {}; see {}", arguments.empty() ? "" : arguments.front(),
-                          describe_failure(status), line.empty() ? "" : " (" + line + ")",
-                          advice_for(status, line), log.string()));
+  throw Error(fmt::format("colmap {} {}{}: {}; see {}", arguments.front(), describe_failure(status),
+                          line.empty() ? "" : " (" + line + ")", advice_for(status, line),
+                          log.string()));
 }
 
 }  // namespace raywalk::calibrate

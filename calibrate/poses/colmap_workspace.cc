@@ -30,13 +30,13 @@ constexpr int kMostFeatures = 1024;
 constexpr std::size_t kLeastPairMatches = 15;
 constexpr double kRoundFace_px = 512.0;  // unit of TriangulationRound::error_px
 
-std::int64_t count_rows(const fs::path& database, const std::string& table) {
+std::size_t count_rows(const fs::path& database, const std::string& table) {
   if (!fs::exists(database)) return 0;
   SqliteConnection connection(database, SqliteAccess::kReadOnly);
   if (connection.integer("SELECT count(*) FROM sqlite_master WHERE name = '" + table + "'") == 0) {
     return 0;
   }
-  return connection.integer("SELECT count(*) FROM " + table);
+  return static_cast<std::size_t>(connection.integer("SELECT count(*) FROM " + table));
 }
 
 void remove_directory(const fs::path& directory) {
@@ -50,7 +50,7 @@ void remove_directory(const fs::path& directory) {
 
 }  // namespace
 
-ColmapWorkspace::ColmapWorkspace(const CaptureSet& set, std::vector<int> keyframes,
+ColmapWorkspace::ColmapWorkspace(const CaptureSet& set, std::vector<std::size_t> keyframes,
                                  const ColmapProgram& colmap, WorkspaceOptions options)
     : set_(set),
       keyframes_(std::move(keyframes)),
@@ -59,6 +59,10 @@ ColmapWorkspace::ColmapWorkspace(const CaptureSet& set, std::vector<int> keyfram
       faces_(panorama_faces(options_.lenses)),
       log_(options_.directory / "log.txt"),
       database_(options_.directory / "database.db") {
+  // Now rather than after hours of work.
+  for (const ColmapCommand& command : {extraction(), matching({}), triangulation({})}) {
+    colmap_.translated(command);
+  }
   start_anew_if_changed();
 }
 
@@ -66,10 +70,10 @@ ColmapWorkspace::ColmapWorkspace(const CaptureSet& set, std::vector<int> keyfram
 std::string ColmapWorkspace::inputs_text() const {
   std::string text =
       fmt::format("version {}\ncolmap {}\nface_px {}\nlenses {}\n", kWorkspaceVersion,
-                  colmap_.release().number, options_.face_px, options_.lenses.has_value());
+                  colmap_.version(), options_.face_px, options_.lenses.has_value());
   if (options_.mask) text += "mask " + sha256_of_pixels(*options_.mask) + "\n";
-  for (const int frame : keyframes_) {
-    const CaptureFrame& of = set_.frames[static_cast<std::size_t>(frame)];
+  for (const std::size_t frame : keyframes_) {
+    const CaptureFrame& of = set_.frames[frame];
     text += of.file.string() + " " + stamp_of(of.file).text() + "\n";
     if (of.mask) text += "mask " + of.mask->string() + " " + stamp_of(*of.mask).text() + "\n";
   }
@@ -85,43 +89,37 @@ void ColmapWorkspace::start_anew_if_changed() {
   write_file_atomically(inputs, text);
 }
 
-std::string ColmapWorkspace::image_name(int frame, int face) const {
+std::string ColmapWorkspace::image_name(std::size_t frame, std::size_t face) {
   return fmt::format("f{}/{:05d}.png", face, frame);
 }
 
+ColmapCommand ColmapWorkspace::extraction() const {
+  const double focal_px = face_focal_px(options_.face_px);
+  ColmapCommand command{"feature_extractor",
+                        {{"--database_path", database_.string()},
+                         {"--image_path", (options_.directory / "images").string()},
+                         {"--ImageReader.camera_model", "PINHOLE"},
+                         {"--ImageReader.single_camera_per_folder", "1"},
+                         // Focal lengths and principal point.
+                         {"--ImageReader.camera_params", fmt::format("{0},{0},{0},{0}", focal_px)},
+                         {"--FeatureExtraction.use_gpu", "0"},
+                         {"--FeatureExtraction.num_threads", std::to_string(options_.threads)},
+                         {"--SiftExtraction.max_num_features", std::to_string(kMostFeatures)},
+                         {"--SiftExtraction.max_num_orientations", "1"},
+                         {"--SiftExtraction.first_octave", "0"}}};
+  if (has_masks()) {
+    command.options.emplace_back("--ImageReader.mask_path",
+                                 (options_.directory / "masks").string());
+  }
+  return command;
+}
+
 bool ColmapWorkspace::find_features() {
-  const auto wanted = static_cast<std::int64_t>(keyframes_.size()) * kFaceCount;
+  const std::size_t wanted = keyframes_.size() * kFaceCount;
   const bool done = count_rows(database_, "keypoints") >= wanted;
   if (!done) {
-    const double focal_px = 0.5 * options_.face_px;
-    std::vector<std::string> arguments{
-        "feature_extractor",
-        "--database_path",
-        database_.string(),
-        "--image_path",
-        (options_.directory / "images").string(),
-        "--ImageReader.camera_model",
-        "PINHOLE",
-        "--ImageReader.single_camera_per_folder",
-        "1",
-        "--ImageReader.camera_params",
-        fmt::format("{0},{0},{0},{0}", focal_px),  // focal lengths and principal point
-        "--SiftExtraction.use_gpu",
-        "0",
-        "--SiftExtraction.num_threads",
-        std::to_string(options_.threads),
-        "--SiftExtraction.max_num_features",
-        std::to_string(kMostFeatures),
-        "--SiftExtraction.max_num_orientations",
-        "1",
-        "--SiftExtraction.first_octave",
-        "0"};
-    if (has_masks()) {
-      arguments.insert(arguments.end(),
-                       {"--ImageReader.mask_path", (options_.directory / "masks").string()});
-    }
-    Progress progress("finding features", wanted, "faces");
-    colmap_.run(arguments, log_, [&](std::string_view line) {
+    Progress progress("finding features", std::ssize(keyframes_) * kFaceCount, "faces");
+    colmap_.run(extraction(), log_, [&](std::string_view line) {
       if (line.find("Processed file") != std::string_view::npos) progress.advance();
     });
   }
@@ -132,50 +130,48 @@ bool ColmapWorkspace::find_features() {
 void ColmapWorkspace::read_images() {
   const auto images = read_database_images(database_);
   images_.clear();
-  for (const int frame : keyframes_) {
-    for (int face = 0; face < kFaceCount; ++face) {
+  for (const std::size_t frame : keyframes_) {
+    for (std::size_t face = 0; face < kFaceCount; ++face) {
       const auto image = images.find(image_name(frame, face));
       if (image == images.end()) continue;
-      images_[image->second.id] = {frame, face, image->second.camera};
+      const DatabaseImage& found = image->second;
+      images_[found.id] = {frame, face, found.camera, found.features};
     }
   }
 }
 
-std::map<int, int> ColmapWorkspace::feature_counts() const {
-  std::map<int, int> counts;
-  const auto images = read_database_images(database_);
-  for (const int frame : keyframes_) {
-    for (int face = 0; face < kFaceCount; ++face) {
-      const auto image = images.find(image_name(frame, face));
-      counts[frame] += image == images.end() ? 0 : image->second.features;
-    }
-  }
+std::map<std::size_t, int> ColmapWorkspace::feature_counts() const {
+  std::map<std::size_t, int> counts;
+  for (const std::size_t frame : keyframes_) counts[frame] = 0;
+  for (const auto& [id, image] : images_) counts[image.frame] += image.features;
   return counts;
 }
 
-bool ColmapWorkspace::match(std::span<const FramePair> pairs, const FramePoses& poses) {
-  const auto images = read_database_images(database_);
-  const auto has_features = [&](const std::string& name) {
-    const auto image = images.find(name);
-    return image != images.end() && image->second.features > 0;
-  };
-  std::vector<std::string> list;  // lines, a pair of pictures each
-  for (const FramePair& pair : pairs) {
-    const auto& first = poses[static_cast<std::size_t>(pair.first)];
-    const auto& second = poses[static_cast<std::size_t>(pair.second)];
-    if (!first || !second) continue;
-    for (const FacePair& faces :
-         overlapping_faces(faces_, first->world_from_camera, second->world_from_camera)) {
-      const std::string one = image_name(pair.first, faces.first);
-      const std::string other = image_name(pair.second, faces.second);
-      if (!has_features(one) || !has_features(other)) continue;
-      list.push_back(fmt::format("{} {}\n", one, other));
+// Lines of a list for COLMAP: two faces with features that look the same way.
+std::vector<std::string> ColmapWorkspace::image_pairs(std::span<const FramePair> pairs,
+                                                      const FramePoses& poses) const {
+  std::set<std::pair<std::size_t, std::size_t>> featured;  // frame, face
+  for (const auto& [id, image] : images_) {
+    if (image.features > 0) featured.insert({image.frame, image.face});
+  }
+  std::vector<std::string> lines;
+  for (const auto& [one, other] : pairs) {
+    if (!poses[one] || !poses[other]) continue;
+    for (const auto& [face, other_face] : overlapping_faces(faces_, poses[one]->world_from_camera,
+                                                            poses[other]->world_from_camera)) {
+      if (!featured.contains({one, face}) || !featured.contains({other, other_face})) continue;
+      lines.push_back(fmt::format("{} {}\n", image_name(one, face), image_name(other, other_face)));
     }
   }
+  return lines;
+}
+
+bool ColmapWorkspace::match(std::span<const FramePair> pairs, const FramePoses& poses) {
+  const std::vector<std::string> list = image_pairs(pairs, poses);
   const fs::path file = options_.directory / "pairs.txt";
   const std::string text = fmt::format("{}", fmt::join(list, ""));
   const bool same = fs::exists(file) && read_file(file) == text;
-  const bool done = same && count_rows(database_, "two_view_geometries") >= std::ssize(list);
+  const bool done = same && count_rows(database_, "two_view_geometries") >= list.size();
   // COLMAP 3.10 aborts where no picture has a feature.
   if (!done && !list.empty()) {
     write_file_atomically(file, text);
@@ -183,6 +179,17 @@ bool ColmapWorkspace::match(std::span<const FramePair> pairs, const FramePoses& 
   }
   read_matches();
   return done;
+}
+
+ColmapCommand ColmapWorkspace::matching(const fs::path& list) const {
+  const double max_error_px = 2.0 * options_.face_px / kRoundFace_px;
+  return {"matches_importer",
+          {{"--database_path", database_.string()},
+           {"--match_list_path", list.string()},
+           {"--match_type", "pairs"},
+           {"--FeatureMatching.use_gpu", "0"},
+           {"--FeatureMatching.num_threads", std::to_string(options_.threads)},
+           {"--TwoViewGeometry.max_error", fmt::format("{}", max_error_px)}}};
 }
 
 // COLMAP tells and stores nothing of the pairs of a list before all are matched, so it is given
@@ -197,22 +204,17 @@ void ColmapWorkspace::match_in_batches(std::span<const std::string> list) const 
   for (std::size_t begin = 0; begin < list.size(); begin += batch) {
     const auto pairs = list.subspan(begin, std::min(batch, list.size() - begin));
     write_file_atomically(file, fmt::format("{}", fmt::join(pairs, "")));
-    colmap_.run({"matches_importer", "--database_path", database_.string(), "--match_list_path",
-                 file.string(), "--match_type", "pairs", "--SiftMatching.use_gpu", "0",
-                 "--SiftMatching.num_threads", std::to_string(options_.threads),
-                 std::string(colmap_.release().max_error_option),
-                 fmt::format("{}", 2.0 * options_.face_px / kRoundFace_px)},
-                log_);
+    colmap_.run(matching(file), log_);
     progress.advance(std::ssize(pairs));
   }
 }
 
 Eigen::Vector3d ColmapWorkspace::bearing(const FaceImage& image, FacePixel pixel) const {
-  return direction_of(faces_[static_cast<std::size_t>(image.face)], options_.face_px, pixel);
+  return direction_of(faces_[image.face], options_.face_px, pixel);
 }
 
 void ColmapWorkspace::read_matches() {
-  std::map<FramePair, FrameMatches> by_frames;
+  matches_.clear();
   usable_.clear();
   for (const VerifiedPair& pair : read_verified_pairs(database_)) {
     const auto first = images_.find(pair.first);
@@ -220,10 +222,7 @@ void ColmapWorkspace::read_matches() {
     if (first == images_.end() || second == images_.end()) continue;
     if (pair.in_first.size() >= kLeastPairMatches) usable_.insert({pair.first, pair.second});
     const bool swapped = first->second.frame > second->second.frame;
-    const FramePair frames{std::min(first->second.frame, second->second.frame),
-                           std::max(first->second.frame, second->second.frame)};
-    FrameMatches& of_frames = by_frames[frames];
-    of_frames.frames = frames;
+    FrameMatches& of_frames = matches_[std::minmax(first->second.frame, second->second.frame)];
     ++of_frames.face_pairs;
     for (std::size_t i = 0; i < pair.in_first.size(); ++i) {
       BearingMatch match{bearing(first->second, pair.in_first[i]),
@@ -232,21 +231,19 @@ void ColmapWorkspace::read_matches() {
       of_frames.matches.push_back(match);
     }
   }
-  matches_.clear();
-  for (auto& [frames, matches] : by_frames) matches_.push_back(std::move(matches));
 }
 
 ColmapModel ColmapWorkspace::model_of(const FramePoses& poses) const {
   ColmapModel model;
   std::set<std::uint32_t> cameras;
   for (const auto& [id, image] : images_) {
-    const auto& pose = poses[static_cast<std::size_t>(image.frame)];
+    const auto& pose = poses[image.frame];
     // COLMAP fails on pictures without matches.
     if (!pose || !usable_.contains(id)) continue;
     if (cameras.insert(image.camera).second) {
-      model.cameras.push_back({image.camera, options_.face_px, 0.5 * options_.face_px});
+      model.cameras.push_back({image.camera, options_.face_px, face_focal_px(options_.face_px)});
     }
-    const PanoramaFace& face = faces_[static_cast<std::size_t>(image.face)];
+    const PanoramaFace& face = faces_[image.face];
     model.images.push_back({id,
                             image.camera,
                             image_name(image.frame, image.face),
@@ -261,18 +258,39 @@ SeenPoints ColmapWorkspace::points_of(const ColmapModel& model) const {
   for (const ColmapImage& image : model.images) by_id[image.id] = &image;
   SeenPoints seen;
   for (const ColmapPoint& point : model.points) {
-    const int index = static_cast<int>(seen.points_m.size());
+    const std::size_t index = seen.points_m.size();
     seen.points_m.push_back(flipped(point.position));
     for (const ColmapTrackElement& element : point.track) {
       const auto image = images_.find(element.image);
       if (image == images_.end()) continue;
       const FacePixel pixel = by_id.at(element.image)->features[element.feature].pixel;
-      const PanoramaFace& face = faces_[static_cast<std::size_t>(image->second.face)];
+      const PanoramaFace& face = faces_[image->second.face];
       seen.observations.push_back(
           {image->second.frame, index, bearing(image->second, pixel), face.centre_m});
     }
   }
   return seen;
+}
+
+ColmapCommand ColmapWorkspace::triangulation(const TriangulationRound& round) const {
+  const std::string angle = fmt::format("{}", round.angle_deg);
+  const std::string again = fmt::format("{}", std::max(round.angle_deg, 2.0));
+  const std::string error_px = fmt::format("{}", round.error_px * options_.face_px / kRoundFace_px);
+  return {"point_triangulator",
+          {{"--database_path", database_.string()},
+           {"--image_path", (options_.directory / "images").string()},
+           {"--input_path", (options_.directory / "start").string()},
+           {"--output_path", (options_.directory / "model").string()},
+           {"--clear_points", "1"},
+           {"--Mapper.extract_colors", "0"},
+           {"--Mapper.num_threads", std::to_string(options_.threads)},
+           {"--Mapper.tri_create_max_angle_error", angle},
+           {"--Mapper.tri_continue_max_angle_error", angle},
+           {"--Mapper.tri_re_max_angle_error", again},
+           {"--Mapper.tri_merge_max_reproj_error", error_px},
+           {"--Mapper.tri_complete_max_reproj_error", error_px},
+           {"--Mapper.filter_max_reproj_error", error_px},
+           {"--Mapper.ba_global_max_refinements", "1"}}};
 }
 
 SeenPoints ColmapWorkspace::triangulate(const FramePoses& poses, const TriangulationRound& round) {
@@ -283,42 +301,10 @@ SeenPoints ColmapWorkspace::triangulate(const FramePoses& poses, const Triangula
   make_directories(start);
   make_directories(result);
   write_colmap_model(start, model);
-  const std::string angle = fmt::format("{}", round.angle_deg);
-  const std::string again = fmt::format("{}", std::max(round.angle_deg, 2.0));
-  const std::string error_px = fmt::format("{}", round.error_px * options_.face_px / kRoundFace_px);
   Progress progress("triangulating", std::ssize(model.images), "faces");
-  colmap_.run({"point_triangulator",
-               "--database_path",
-               database_.string(),
-               "--image_path",
-               (options_.directory / "images").string(),
-               "--input_path",
-               start.string(),
-               "--output_path",
-               result.string(),
-               "--clear_points",
-               "1",
-               "--Mapper.extract_colors",
-               "0",
-               "--Mapper.num_threads",
-               std::to_string(options_.threads),
-               "--Mapper.tri_create_max_angle_error",
-               angle,
-               "--Mapper.tri_continue_max_angle_error",
-               angle,
-               "--Mapper.tri_re_max_angle_error",
-               again,
-               "--Mapper.tri_merge_max_reproj_error",
-               error_px,
-               "--Mapper.tri_complete_max_reproj_error",
-               error_px,
-               "--Mapper.filter_max_reproj_error",
-               error_px,
-               "--Mapper.ba_global_max_refinements",
-               "1"},
-              log_, [&](std::string_view line) {
-                if (line.starts_with("Triangulating image")) progress.advance();
-              });
+  colmap_.run(triangulation(round), log_, [&](std::string_view line) {
+    if (line.find("Triangulating image") != std::string_view::npos) progress.advance();
+  });
   return points_of(read_colmap_model(result));
 }
 

@@ -7,6 +7,9 @@
 //   else the directory is emptied
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <opencv2/core/mat.hpp>
@@ -22,8 +25,10 @@
 #include "calibrate/poses/match_pairs.h"
 #include "calibrate/poses/matching_faces.h"
 #include "calibrate/poses/rail_motion.h"
-#include "calibrate/poses/refine_poses.h"
+#include "calibrate/poses/seen_points.h"
+#include "core/geometry/fisheye_lens.h"
 #include "core/reconstruction/colmap_model.h"
+#include "core/reconstruction/panorama_faces.h"
 
 namespace raywalk::calibrate {
 
@@ -35,9 +40,8 @@ struct WorkspaceOptions {
   std::optional<DualFisheyeLayout> lenses{};  // whose seams are kept clear of features
 };
 
-// Two frames and the matches of all their faces.
+// The matches of all faces of two frames.
 struct FrameMatches {
-  FramePair frames{};
   int face_pairs = 0;  // with matches
   std::vector<BearingMatch> matches{};
 };
@@ -52,9 +56,9 @@ struct TriangulationRound {
 class ColmapWorkspace {
  public:
   // Creates the directory, or resumes an interrupted run with the same inputs. `set` and `colmap`
-  // must outlive it; `keyframes` are the frames to work on.
-  ColmapWorkspace(const CaptureSet& set, std::vector<int> keyframes, const ColmapProgram& colmap,
-                  WorkspaceOptions options);
+  // must outlive it; `keyframes` are the frames to work on. Throws Error if `colmap` lacks options.
+  ColmapWorkspace(const CaptureSet& set, std::vector<std::size_t> keyframes,
+                  const ColmapProgram& colmap, WorkspaceOptions options);
 
   // Each returns whether its work was already done. They throw Error as ColmapProgram::run does and
   // for files that cannot be read or written; Interrupted.
@@ -64,26 +68,32 @@ class ColmapWorkspace {
   bool match(std::span<const FramePair> pairs, const FramePoses& poses);
 
   // Number of features of each keyframe, over its faces.
-  std::map<int, int> feature_counts() const;
-  // Verified matches, at most one entry per pair of frames, in ascending order.
-  const std::vector<FrameMatches>& matches() const { return matches_; }
+  std::map<std::size_t, int> feature_counts() const;
+  // Verified matches.
+  const std::map<FramePair, FrameMatches>& matches() const { return matches_; }
 
   // Scene points triangulated from the matches at these poses by COLMAP's point_triangulator.
   SeenPoints triangulate(const FramePoses& poses, const TriangulationRound& round);
 
  private:
   struct FaceImage {
-    int frame = 0;
-    int face = 0;
-    std::uint32_t camera = 0;  // ids in the database
+    std::size_t frame = 0;
+    std::size_t face = 0;
+    std::uint32_t camera = 0;  // id in the database
+    int features = 0;
   };
 
   void start_anew_if_changed();
   std::string inputs_text() const;
-  std::string image_name(int frame, int face) const;
+  static std::string image_name(std::size_t frame, std::size_t face);
+  ColmapCommand extraction() const;
+  ColmapCommand matching(const std::filesystem::path& list) const;
+  ColmapCommand triangulation(const TriangulationRound& round) const;
   bool has_masks() const;
   void cut_masks();
   void cut_own_masks(const FaceCutter& cutter, const cv::Mat& common);
+  std::vector<std::string> image_pairs(std::span<const FramePair> pairs,
+                                       const FramePoses& poses) const;
   void match_in_batches(std::span<const std::string> list) const;
   void read_images();
   void read_matches();
@@ -93,15 +103,15 @@ class ColmapWorkspace {
   SeenPoints points_of(const ColmapModel& model) const;
 
   const CaptureSet& set_;
-  std::vector<int> keyframes_;
+  std::vector<std::size_t> keyframes_;
   const ColmapProgram& colmap_;
   WorkspaceOptions options_;
-  std::array<PanoramaFace, kFaceCount> faces_;
+  MatchingFaces faces_;
   std::filesystem::path log_;
   std::filesystem::path database_;
   std::map<std::uint32_t, FaceImage> images_{};  // by id in the database
   std::set<std::uint32_t> usable_{};             // images with enough matches to triangulate
-  std::vector<FrameMatches> matches_{};
+  std::map<FramePair, FrameMatches> matches_{};
 };
 
 }  // namespace raywalk::calibrate

@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstddef>
+#include <iterator>
 #include <opencv2/imgproc.hpp>
 
 #include "calibrate/base/frame_masks.h"
@@ -33,23 +35,25 @@ cv::Mat with_margin(const cv::Mat& face_mask) {
 
 bool ColmapWorkspace::cut_faces() {
   const fs::path images = options_.directory / "images";
-  for (int face = 0; face < kFaceCount; ++face) make_directories(images / fmt::format("f{}", face));
-  std::vector<int> missing;
-  for (const int frame : keyframes_) {
+  for (std::size_t face = 0; face < kFaceCount; ++face) {
+    make_directories(images / fmt::format("f{}", face));
+  }
+  std::vector<std::size_t> missing;
+  for (const std::size_t frame : keyframes_) {
     // Faces are written in order, so the last one marks completion.
     if (!fs::exists(images / image_name(frame, kFaceCount - 1))) missing.push_back(frame);
   }
   cut_masks();
   if (missing.empty()) return true;
   const FaceCutter cutter(faces_, set_.frame, options_.face_px);
-  Progress progress("cutting faces", static_cast<std::int64_t>(missing.size()), "panoramas");
+  Progress progress("cutting faces", std::ssize(missing), "panoramas");
   parallel_for(0, static_cast<int>(missing.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
-      const int frame = missing[static_cast<std::size_t>(i)];
-      const auto cut = cutter.cut(read_panorama(set_.frames[static_cast<std::size_t>(frame)].file));
-      for (int face = 0; face < kFaceCount; ++face) {
+      const std::size_t frame = missing[i];
+      const auto cut = cutter.cut(read_panorama(set_.frames[frame].file));
+      for (std::size_t face = 0; face < kFaceCount; ++face) {
         cv::Mat grey;
-        cv::cvtColor(cut[static_cast<std::size_t>(face)], grey, cv::COLOR_BGR2GRAY);
+        cv::cvtColor(cut[face], grey, cv::COLOR_BGR2GRAY);
         write_image(images / image_name(frame, face), grey);
       }
       progress.advance();
@@ -69,14 +73,14 @@ void ColmapWorkspace::cut_masks() {
   const cv::Mat mask = options_.mask ? *options_.mask : cv::Mat(size, CV_8UC1, cv::Scalar(255));
   const FaceCutter cutter(faces_, set_.frame, options_.face_px);
   const auto cut = cutter.cut_mask(mask, options_.lenses ? kSeam_deg : 0.0);
-  for (int face = 0; face < kFaceCount; ++face) {
+  for (std::size_t face = 0; face < kFaceCount; ++face) {
     const fs::path folder = options_.directory / "masks" / fmt::format("f{}", face);
     make_directories(folder);
     const fs::path one = options_.directory / "masks" / fmt::format("f{}.png", face);
-    write_image(one, cut[static_cast<std::size_t>(face)]);
+    write_image(one, cut[face]);
     // Named like the picture plus ".png"; all of a face are the same.
-    for (const int frame : keyframes_) {
-      if (set_.frames[static_cast<std::size_t>(frame)].mask) continue;
+    for (const std::size_t frame : keyframes_) {
+      if (set_.frames[frame].mask) continue;
       const fs::path link = options_.directory / "masks" / (image_name(frame, face) + ".png");
       if (!fs::is_symlink(link)) fs::create_symlink(fs::path("..") / one.filename(), link);
     }
@@ -85,23 +89,23 @@ void ColmapWorkspace::cut_masks() {
 }
 
 void ColmapWorkspace::cut_own_masks(const FaceCutter& cutter, const cv::Mat& common) {
-  std::vector<int> missing;
+  std::vector<std::size_t> missing;
   const fs::path folder = options_.directory / "masks";
-  const auto file_of = [&](int frame, int face) {
+  const auto file_of = [&](std::size_t frame, std::size_t face) {
     return folder / (image_name(frame, face) + ".png");
   };
-  for (const int frame : keyframes_) {
-    const bool own = set_.frames[static_cast<std::size_t>(frame)].mask.has_value();
+  for (const std::size_t frame : keyframes_) {
+    const bool own = set_.frames[frame].mask.has_value();
     // Written in order, so the last one marks completion.
     if (own && !fs::exists(file_of(frame, kFaceCount - 1))) missing.push_back(frame);
   }
   parallel_for(0, static_cast<int>(missing.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
-      const int frame = missing[static_cast<std::size_t>(i)];
+      const std::size_t frame = missing[i];
       const auto cut =
           cutter.cut_mask(joint_mask(set_, frame, common), options_.lenses ? kSeam_deg : 0.0);
-      for (int face = 0; face < kFaceCount; ++face) {
-        write_image(file_of(frame, face), with_margin(cut[static_cast<std::size_t>(face)]));
+      for (std::size_t face = 0; face < kFaceCount; ++face) {
+        write_image(file_of(frame, face), with_margin(cut[face]));
       }
     }
   });

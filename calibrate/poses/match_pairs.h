@@ -2,14 +2,12 @@
 // stations around crossings. Exhaustive matching would take hours and add nothing.
 #pragma once
 
-#include <array>
+#include <cstddef>
 #include <span>
-#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "calibrate/base/capture_set.h"
-#include "calibrate/base/frame_poses.h"
-#include "calibrate/poses/matching_faces.h"
 
 namespace raywalk::calibrate {
 
@@ -21,18 +19,12 @@ double cell_side_m(const CaptureSet& set, std::span<const LineCrossing> crossing
 // Indices of frames in ascending order: on every line, stations at most `keyframes_mm` apart where
 // the line is dense enough, with the first, the last and the two around each crossing. 0 selects
 // all. Held-out frames are always among them, as no rail predicts them.
-std::vector<int> choose_keyframes(const CaptureSet& set, std::span<const LineCrossing> crossings,
-                                  double keyframes_mm);
+std::vector<std::size_t> choose_keyframes(const CaptureSet& set,
+                                          std::span<const LineCrossing> crossings,
+                                          double keyframes_mm);
 
 // Indices of two frames, first < second.
-struct FramePair {
-  int first = 0;
-  int second = 0;
-  friend bool operator==(const FramePair&, const FramePair&) = default;
-  friend bool operator<(const FramePair& a, const FramePair& b) {
-    return std::tie(a.first, a.second) < std::tie(b.first, b.second);
-  }
-};
+using FramePair = std::pair<std::size_t, std::size_t>;
 
 // Along a line: each keyframe with the next and the 4th, 16th, … after it within a quarter of the
 // cell's side (near pairs make long tracks, far ones limit drift); where the 4th is further, with
@@ -41,19 +33,6 @@ struct FramePair {
 // it, all pairs. Held-out frames: each with keyframes of the two lines nearest to it, the two
 // around it and five spread likewise. Sorted, without duplicates.
 std::vector<FramePair> choose_pairs(const CaptureSet& set, std::span<const LineCrossing> crossings,
-                                    std::span<const int> keyframes);
-
-// Overlapping faces of two panoramas.
-struct FacePair {
-  int first = 0;
-  int second = 0;
-};
-
-// For every face of the first camera, the face of the second with the closest viewing direction; if
-// the cameras are rotated by more than 20 degrees relative to each other, all faces within 60
-// degrees.
-std::vector<FacePair> overlapping_faces(const std::array<PanoramaFace, kFaceCount>& faces,
-                                        const Eigen::Matrix3d& world_from_first,
-                                        const Eigen::Matrix3d& world_from_second);
+                                    std::span<const std::size_t> keyframes);
 
 }  // namespace raywalk::calibrate

@@ -14,7 +14,9 @@ namespace {
 using ::testing::Contains;
 using ::testing::ElementsAre;
 
-std::vector<int> all_frames(const CaptureSet& set) { return choose_keyframes(set, {}, 0.0); }
+std::vector<std::size_t> all_frames(const CaptureSet& set) {
+  return choose_keyframes(set, {}, 0.0);
+}
 
 TEST(CellSide, IsTheDistanceOfNeighbouringCrossings) {
   for (const double size : {1e-3, 1.0, 1e3}) {
@@ -35,17 +37,17 @@ TEST(Keyframes, AreAllStationsByDefault) {
 TEST(HeldOutFrames, AreKeyframesMatchedWithTheStationsAroundThem) {
   CaptureSet set = test_grid(61);  // 25 mm apart
   const std::vector<LineCrossing> crossings = crossings_of(set);
-  const std::vector<int> before = choose_keyframes(set, crossings, 150.0);
+  const std::vector<std::size_t> before = choose_keyframes(set, crossings, 150.0);
   const std::vector<FramePair> pairs_before = choose_pairs(set, crossings, before);
-  const int held_out = static_cast<int>(set.frames.size());
+  const std::size_t held_out = set.frames.size();
   set.frames.push_back({.name = "t", .line = kHeldOut, .nominal_m = {0.1, 0.0, -0.3}});
-  std::vector<int> expected = before;
+  std::vector<std::size_t> expected = before;
   expected.push_back(held_out);
-  const std::vector<int> keyframes = choose_keyframes(set, crossings, 150.0);
+  const std::vector<std::size_t> keyframes = choose_keyframes(set, crossings, 150.0);
   ASSERT_EQ(keyframes, expected);
   // The stations are matched as without it.
   std::vector<FramePair> pairs = choose_pairs(set, crossings, keyframes);
-  std::vector<int> partners;
+  std::vector<std::size_t> partners;
   std::erase_if(pairs, [&](const FramePair& pair) {
     if (pair.second == held_out) partners.push_back(pair.first);
     return pair.second == held_out;
@@ -53,8 +55,8 @@ TEST(HeldOutFrames, AreKeyframesMatchedWithTheStationsAroundThem) {
   EXPECT_EQ(pairs, pairs_before);
   // x0 at z = -0.5 and z1 at x = 0.5 are nearest.
   bool left = false, right = false;
-  for (const int partner : partners) {
-    const CaptureFrame& station = set.frames[static_cast<std::size_t>(partner)];
+  for (const std::size_t partner : partners) {
+    const CaptureFrame& station = set.frames[partner];
     EXPECT_THAT(set.line_id(station.line), ::testing::AnyOf("x0", "z1"));
     EXPECT_LT((station.nominal_m - Eigen::Vector3d(0.1, 0.0, -0.3)).norm(), 0.5);
     left = left || (station.line == 0 && station.nominal_m.x() < 0.1);
@@ -70,16 +72,17 @@ TEST(Keyframes, HaveTheRequestedSpacingAndIncludeEndsAndCrossings) {
   const std::vector<LineCrossing> crossings = crossings_of(set);
   ASSERT_EQ(crossings.size(), 4U);
   for (const double apart_mm : {25.0, 60.0, 150.0, 400.0, 5000.0}) {
-    const std::vector<int> keyframes = choose_keyframes(set, crossings, apart_mm);
+    const std::vector<std::size_t> keyframes = choose_keyframes(set, crossings, apart_mm);
     EXPECT_TRUE(std::is_sorted(keyframes.begin(), keyframes.end()));
     for (int line = 0; line < 4; ++line) {
       const int first = 61 * line;
       // The crossing lies on a station: that one and the one before it, up to rounding.
       for (const int station : {0, 60}) EXPECT_THAT(keyframes, Contains(first + station));
       for (const int crossing : {10, 50}) {
-        const auto close = std::count_if(keyframes.begin(), keyframes.end(), [&](int frame) {
-          return std::abs(frame - first - crossing) <= 1;
-        });
+        const auto close =
+            std::count_if(keyframes.begin(), keyframes.end(), [&](std::size_t frame) {
+              return std::abs(static_cast<int>(frame) - first - crossing) <= 1;
+            });
         EXPECT_GE(close, 2);
       }
     }
@@ -114,12 +117,11 @@ TEST(Pairs, CrossBetweenLinesOnlyWhereTheyCross) {
   const std::vector<LineCrossing> crossings = crossings_of(set);
   std::array<int, 4> across{};
   for (const FramePair& pair : choose_pairs(set, crossings, all_frames(set))) {
-    const CaptureFrame& first = set.frames[static_cast<std::size_t>(pair.first)];
-    const CaptureFrame& second = set.frames[static_cast<std::size_t>(pair.second)];
+    const CaptureFrame& first = set.frames[pair.first];
+    const CaptureFrame& second = set.frames[pair.second];
     EXPECT_LT(pair.first, pair.second);
     if (first.line == second.line) continue;
-    EXPECT_NE(set.lines[static_cast<std::size_t>(first.line)].axis,
-              set.lines[static_cast<std::size_t>(second.line)].axis);
+    EXPECT_NE(set.lines[first.line].axis, set.lines[second.line].axis);
     bool near_one = false;
     for (std::size_t i = 0; i < crossings.size(); ++i) {
       const Eigen::Vector3d at(crossings[i].at.x_m, 0, crossings[i].at.z_m);
@@ -138,7 +140,7 @@ TEST(Pairs, JoinThePlacementsOfALine) {
   behind.id += "-2";
   behind.frames.assign(set.lines[0].frames.begin() + 5, set.lines[0].frames.end());
   set.lines[0].frames.resize(5);
-  for (const int frame : behind.frames) set.frames[static_cast<std::size_t>(frame)].line = 1;
+  for (const int frame : behind.frames) set.frames[frame].line = 1;
   set.lines.push_back(behind);
   EXPECT_EQ(choose_pairs(set, {}, all_frames(set)),
             choose_pairs(test_line(8), {}, all_frames(test_line(8))));
@@ -150,35 +152,9 @@ TEST(Pairs, JoinThePlacementsOfALine) {
 
 TEST(Pairs, AreOfKeyframesOnly) {
   const CaptureSet set = test_line(5);
-  const std::vector<int> keyframes{0, 3, 4};
+  const std::vector<std::size_t> keyframes{0, 3, 4};
   EXPECT_THAT(choose_pairs(set, {}, keyframes),
               ElementsAre(FramePair{0, 3}, FramePair{0, 4}, FramePair{3, 4}));
-}
-
-TEST(OverlappingFaces, AreTheSameInCamerasThatLookTheSameWay) {
-  const auto faces = panorama_faces(std::nullopt);
-  const Eigen::Matrix3d first = world_from_camera({0.1, 0.0, 0.05});
-  const Eigen::Matrix3d second = world_from_camera({-0.1, 0.1, 0.0});
-  const std::vector<FacePair> pairs = overlapping_faces(faces, first, second);
-  ASSERT_EQ(pairs.size(), 4U);
-  for (const FacePair& pair : pairs) EXPECT_EQ(pair.first, pair.second);
-}
-
-TEST(OverlappingFaces, FollowARotatedCamera) {
-  const auto faces = panorama_faces(std::nullopt);
-  const Eigen::Matrix3d ahead = Eigen::Matrix3d::Identity();
-  const auto to_right = overlapping_faces(faces, ahead, world_from_camera({kHalfPi, 0, 0}));
-  ASSERT_EQ(to_right.size(), 4U);
-  for (const FacePair& pair : to_right) {
-    const Eigen::Vector3d first =
-        faces[static_cast<std::size_t>(pair.first)].camera_from_face.col(2);
-    const Eigen::Vector3d second =
-        world_from_camera({kHalfPi, 0, 0}) *
-        faces[static_cast<std::size_t>(pair.second)].camera_from_face.col(2);
-    EXPECT_NEAR(first.dot(second), 1.0, 1e-12);
-  }
-  // Half way between two faces, both overlap by half.
-  EXPECT_EQ(overlapping_faces(faces, ahead, world_from_camera({0.5 * kHalfPi, 0, 0})).size(), 8U);
 }
 
 }  // namespace

@@ -41,5 +41,29 @@ TEST(MatchingFaces, AreAsLargeAsThePanoramaDemandsWithinLimits) {
   EXPECT_EQ(default_face_px(4096), 768);
 }
 
+TEST(OverlappingFaces, AreTheSameInCamerasThatLookTheSameWay) {
+  const auto faces = panorama_faces(std::nullopt);
+  const Eigen::Matrix3d first = world_from_camera({0.1, 0.0, 0.05});
+  const Eigen::Matrix3d second = world_from_camera({-0.1, 0.1, 0.0});
+  const std::vector<FacePair> pairs = overlapping_faces(faces, first, second);
+  ASSERT_EQ(pairs.size(), 4U);
+  for (const FacePair& pair : pairs) EXPECT_EQ(pair.first, pair.second);
+}
+
+TEST(OverlappingFaces, FollowARotatedCamera) {
+  const auto faces = panorama_faces(std::nullopt);
+  const Eigen::Matrix3d ahead = Eigen::Matrix3d::Identity();
+  const auto to_right = overlapping_faces(faces, ahead, world_from_camera({kHalfPi, 0, 0}));
+  ASSERT_EQ(to_right.size(), 4U);
+  for (const FacePair& pair : to_right) {
+    const Eigen::Vector3d first = faces[pair.first].camera_from_face.col(2);
+    const Eigen::Vector3d second =
+        world_from_camera({kHalfPi, 0, 0}) * faces[pair.second].camera_from_face.col(2);
+    EXPECT_NEAR(first.dot(second), 1.0, 1e-12);
+  }
+  // Half way between two faces, both overlap by half.
+  EXPECT_EQ(overlapping_faces(faces, ahead, world_from_camera({0.5 * kHalfPi, 0, 0})).size(), 8U);
+}
+
 }  // namespace
 }  // namespace raywalk::calibrate

@@ -7,7 +7,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "calibrate/poses/frame_links.h"
+#include "calibrate/poses/match_pairs.h"
+#include "calibrate/poses/pose_accuracy.h"
 #include "core/files/atomic_output.h"
 #include "core/files/json.h"
 
@@ -19,16 +20,15 @@ constexpr double kFarOff = 0.25;
 constexpr int kFewFeatures = 100;  // over all faces of a panorama
 
 LinePoses figures_of(const CaptureSet& set, const PosesResult& result, const FramePoses& start,
-                     int line) {
-  LinePoses figures;
-  figures.line = line;
+                     std::size_t line) {
+  LinePoses figures{.line = line};
   double squares = 0.0;
-  for (const int frame : set.lines[static_cast<std::size_t>(line)].frames) {
+  for (const std::size_t frame : set.lines[line].frames) {
     ++figures.stations;
     if (!std::binary_search(result.keyframes.begin(), result.keyframes.end(), frame)) continue;
     ++figures.keyframes;
-    const auto& pose = result.poses[static_cast<std::size_t>(frame)];
-    const auto& planned = start[static_cast<std::size_t>(frame)];
+    const auto& pose = result.poses[frame];
+    const auto& planned = start[frame];
     if (!pose) continue;
     ++figures.posed;
     figures.observations += pose->observations;
@@ -44,23 +44,26 @@ LinePoses figures_of(const CaptureSet& set, const PosesResult& result, const Fra
   return figures;
 }
 
-// Flags of the frames of a line near a position.
-std::vector<bool> frames_near(const CaptureSet& set, int line, PlanPoint at, double reach_m) {
+// Flags of the points that stations of a line within `reach_m` of a place see.
+std::vector<bool> seen_near(const CaptureSet& set, const CaptureLine& line, PlanPoint at,
+                            double reach_m, const SeenPoints& points) {
+  const double at_m = line.axis == LineAxis::kX ? at.x_m : at.z_m;
   std::vector<bool> near(set.frames.size(), false);
-  const CaptureLine& of = set.lines[static_cast<std::size_t>(line)];
-  const double at_m = of.axis == LineAxis::kX ? at.x_m : at.z_m;
-  for (const int frame : of.frames) {
-    near[static_cast<std::size_t>(frame)] = std::abs(set.rail_m(frame) - at_m) <= reach_m;
+  for (const std::size_t frame : line.frames) {
+    near[frame] = std::abs(set.rail_m(frame) - at_m) <= reach_m;
   }
-  return near;
+  std::vector<bool> seen(points.points_m.size(), false);
+  for (const PointObservation& one : points.observations) {
+    if (near[one.frame]) seen[one.point] = true;
+  }
+  return seen;
 }
 
 void warn_of_line(const CaptureSet& set, const MatchSummary& summary, const LinePoses& line,
                   double cell_m, std::vector<std::string>* warnings) {
   const std::string& id = set.line_id(line.line);
   if (line.posed == 0) {
-    const bool reversed =
-        summary.motions[static_cast<std::size_t>(line.line)] == RailMotion::kReversed;
+    const bool reversed = summary.motions[line.line] == RailMotion::kReversed;
     warnings->push_back(
         reversed
             ? fmt::format(
@@ -97,11 +100,12 @@ int posed_count(const CaptureSet& set, const PosesResult& result, bool held_out)
 }
 
 const char* rank_text(int rank) {
-  constexpr std::array kTexts{"all stations at one point: the rotation is from orientations alone",
-                              "all stations on one line: the roll about it is from orientations",
-                              "stations in a plane: the rotation is from positions",
-                              "stations in space: the rotation is from positions"};
-  return kTexts[static_cast<std::size_t>(std::clamp(rank, 0, 3))];
+  static constexpr std::array kTexts{
+      "all stations at one point: the rotation is from orientations alone",
+      "all stations on one line: the roll about it is from orientations",
+      "stations in a plane: the rotation is from positions",
+      "stations in space: the rotation is from positions"};
+  return kTexts.at(std::clamp(rank, 0, 3));
 }
 
 Json alignment_json(const PoseAlignment& alignment) {
@@ -160,8 +164,7 @@ Json poses_document(const CaptureSet& set, const PosesResult& result) {
   }
   for (const UnposedFrame& unposed : result.unposed) {
     document["unposed"].push_back(
-        {{"name", set.frames[static_cast<std::size_t>(unposed.frame)].name},
-         {"reason", unposed.reason}});
+        {{"name", set.frames[unposed.frame].name}, {"reason", unposed.reason}});
   }
   if (held_out > 0) {
     document["held_out"] = {{"frames", held_out}, {"posed", posed_count(set, result, true)}};
@@ -182,7 +185,7 @@ std::vector<LinePoses> line_figures(const CaptureSet& set, const PosesResult& re
                                     const FramePoses& start) {
   std::vector<LinePoses> lines;
   for (std::size_t i = 0; i < set.lines.size(); ++i) {
-    lines.push_back(figures_of(set, result, start, static_cast<int>(i)));
+    lines.push_back(figures_of(set, result, start, i));
   }
   return lines;
 }
@@ -193,23 +196,25 @@ std::vector<CrossingPoints> crossing_figures(const CaptureSet& set,
   const double reach_m = 0.5 * cell_side_m(set, crossings);
   std::vector<CrossingPoints> figures;
   for (const LineCrossing& crossing : crossings) {
-    const int points =
-        common_points(inliers, frames_near(set, crossing.along_x, crossing.at, reach_m),
-                      frames_near(set, crossing.along_z, crossing.at, reach_m));
+    const auto seen_from = [&](std::size_t line) {
+      return seen_near(set, set.lines[line], crossing.at, reach_m, inliers);
+    };
+    const std::vector<bool> along_x = seen_from(crossing.along_x);
+    const std::vector<bool> along_z = seen_from(crossing.along_z);
+    int points = 0;
+    for (std::size_t i = 0; i < along_x.size(); ++i) points += along_x[i] && along_z[i] ? 1 : 0;
     figures.push_back({crossing.along_x, crossing.along_z, points});
   }
   return figures;
 }
 
-std::string unposed_reason(const CaptureSet& set, const MatchSummary& summary, int frame) {
-  const auto count = [frame](const std::map<int, int>& counts) {
+std::string unposed_reason(const CaptureSet& set, const MatchSummary& summary, std::size_t frame) {
+  const auto count = [frame](const std::map<std::size_t, int>& counts) {
     const auto found = counts.find(frame);
     return found == counts.end() ? 0 : found->second;
   };
-  const CaptureFrame& of = set.frames[static_cast<std::size_t>(frame)];
-  const auto line = static_cast<std::size_t>(of.line);
-  if (!of.held_out() && line < summary.motions.size() &&
-      summary.motions[line] == RailMotion::kReversed) {
+  const CaptureFrame& of = set.frames[frame];
+  if (!of.held_out() && summary.motions[of.line] == RailMotion::kReversed) {
     return "its line runs against the slider";
   }
   const int features = count(summary.features);
@@ -233,9 +238,7 @@ std::vector<std::string> pose_warnings(const CaptureSet& set,
   for (const LinePoses& line : result.lines) {
     warn_of_line(set, summary, line, cell_m, &warnings);
   }
-  const auto posed = [&](int line) {
-    return result.lines[static_cast<std::size_t>(line)].posed > 0;
-  };
+  const auto posed = [&](std::size_t line) { return result.lines[line].posed > 0; };
   for (const CrossingPoints& crossing : result.crossings) {
     if (!posed(crossing.along_x) || !posed(crossing.along_z)) continue;
     if (crossing.points >= kLeastSharedPoints) continue;
@@ -245,7 +248,7 @@ std::vector<std::string> pose_warnings(const CaptureSet& set,
                     set.line_id(crossing.along_x), set.line_id(crossing.along_z), crossing.points));
   }
   for (const UnposedFrame& unposed : result.unposed) {
-    const CaptureFrame& frame = set.frames[static_cast<std::size_t>(unposed.frame)];
+    const CaptureFrame& frame = set.frames[unposed.frame];
     if (!frame.held_out()) continue;
     warnings.push_back(fmt::format("held-out frame {} ({}) has no pose and is left out: {}",
                                    frame.name, frame.where, unposed.reason));

@@ -2,6 +2,7 @@
 // report of them as JSON.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <map>
 #include <span>
@@ -9,17 +10,12 @@
 #include <vector>
 
 #include "calibrate/base/capture_set.h"
-#include "calibrate/poses/colmap_workspace.h"
+#include "calibrate/base/frame_poses.h"
 #include "calibrate/poses/rail_motion.h"
-#include "calibrate/poses/refine_poses.h"
+#include "calibrate/poses/seen_points.h"
 #include "calibrate/poses/solve_poses.h"
 
 namespace raywalk::calibrate {
-
-// Fewer common scene points do not connect frames or lines, and fewer observations do not determine
-// a pose: a handful of wrong matches may agree by chance.
-inline constexpr int kLeastSharedPoints = 15;
-inline constexpr int kLeastObservations = 30;
 
 // One for each line that has keyframes, by the poses of `result`.
 std::vector<LinePoses> line_figures(const CaptureSet& set, const PosesResult& result,
@@ -32,13 +28,13 @@ std::vector<CrossingPoints> crossing_figures(const CaptureSet& set,
 
 // Features, matches and motions of the pictures before the bundle adjustment.
 struct MatchSummary {
-  std::map<int, int> features{};      // by keyframe
-  std::map<int, int> matches{};       // verified, with all other frames, by keyframe
-  std::vector<RailMotion> motions{};  // by line
+  std::map<std::size_t, int> features{};  // by keyframe
+  std::map<std::size_t, int> matches{};   // verified, with all other frames, by keyframe
+  std::vector<RailMotion> motions{};      // by line
 };
 
 // Why a keyframe has no pose.
-std::string unposed_reason(const CaptureSet& set, const MatchSummary& summary, int frame);
+std::string unposed_reason(const CaptureSet& set, const MatchSummary& summary, std::size_t frame);
 
 // Warnings by the figures of `result`: poses that are missing or not as planned.
 std::vector<std::string> pose_warnings(const CaptureSet& set,

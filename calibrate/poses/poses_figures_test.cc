@@ -30,7 +30,7 @@ struct SolvedGrid {
   SolvedGrid() {
     result.poses = start;
     for (std::size_t i = 0; i < set.frames.size(); ++i) {
-      result.keyframes.push_back(static_cast<int>(i));
+      result.keyframes.push_back(i);
       result.poses[i]->observations = 100;
       result.poses[i]->residual_px = 0.5;
     }
@@ -43,9 +43,7 @@ struct SolvedGrid {
     return pose_warnings(set, crossings, summary, result);
   }
   void forget(int line) {
-    for (const int frame : set.lines[static_cast<std::size_t>(line)].frames) {
-      result.poses[static_cast<std::size_t>(frame)].reset();
-    }
+    for (const int frame : set.lines[line].frames) result.poses[frame].reset();
   }
 };
 
@@ -86,7 +84,7 @@ TEST(PoseWarnings, NameAReversedLine) {
 TEST(PoseWarnings, NameARailAtAnotherPlace) {
   SolvedGrid grid;
   for (const int frame : grid.set.lines[3].frames) {
-    grid.result.poses[static_cast<std::size_t>(frame)]->position_m.x() -= 1.0;
+    grid.result.poses[frame]->position_m.x() -= 1.0;
   }
   EXPECT_THAT(grid.warnings(),
               ElementsAre(HasSubstr("line z1: found 1000 mm from where it was planned")));
@@ -113,13 +111,14 @@ TEST(UnposedReason, NamesTheFirstCause) {
 TEST(CrossingFigures, CountPointsSeenFromBothLinesNearby) {
   const SolvedGrid grid;
   // x0 crosses z0 at station 5 of both, and z1 at its station 25.
-  const int z0 = 2 * 31;
+  const std::size_t z0 = 2 * 31;
   SeenPoints points;
   points.points_m.assign(3, {0, 0, 1});
-  const auto see = [&](int frame, int point) {
-    points.observations.push_back({frame, point, {0, 0, 1}, {0, 0, 0}});
+  const auto see = [&](std::size_t frame, std::size_t point) {
+    points.observations.push_back({frame, point});
   };
   see(4, 0);
+  see(5, 0);
   see(z0 + 5, 0);
   see(4, 1);  // by x0 alone
   see(28, 2);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "calibrate/base/rotation.h"
@@ -106,8 +107,7 @@ std::string common_fault(const CaptureSet& set, std::span<const RailMotion> moti
   }
   if (x_planned + z_planned == 0 && x_reversed > 0 && z_reversed > 0) {
     return "on all lines the pictures move against the slider: the camera looks backwards, or "
-           "every "
-           "rail runs the other way; give the attitude (yaw 180), or correct the positions";
+           "every rail runs the other way; give the attitude (yaw 180), or correct the positions";
   }
   if (z_planned == 0 && z_reversed > 0 && x_planned > 0 && x_reversed == 0) {
     return "along z the pictures move against the slider, along x with it: the camera is mirrored "

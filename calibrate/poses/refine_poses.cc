@@ -3,16 +3,19 @@
 #include <ceres/autodiff_cost_function.h>
 #include <ceres/loss_function.h>
 #include <ceres/problem.h>
+#include <ceres/rotation.h>
 #include <ceres/solver.h>
 #include <spdlog/spdlog.h>
 
+#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <numeric>
-#include <set>
+#include <memory>
+#include <optional>
+#include <utility>
 
 #include "calibrate/base/cauchy_loss.h"
 #include "calibrate/base/rotation.h"
@@ -33,32 +36,58 @@ constexpr int kIterations = 20;
 // Lower bound of the relative sigma of the slider's distances.
 constexpr double kLeastRailSpread = 1e-3;
 
-// Rotation vector and position of a frame, in the order of bearing_cost.
+// A rotation vector w and the position: world_from_camera = reference * exp(w).
 using PoseParameters = std::array<double, 6>;
 
-class AnchorResidual {
+// Two residuals of a pose and a point: the sine of the angle between the predicted and the observed
+// bearing, along two axes across the bearing, times kResidualPx_per_rad: pixels for small angles,
+// bounded for large ones.
+class BearingResidual {
  public:
-  AnchorResidual(const Eigen::Vector3d& position_m, const PoseAnchor& anchor)
-      : position_m_(position_m), anchor_(anchor) {}
+  BearingResidual(const PointObservation& observation, const Eigen::Matrix3d& reference)
+      : camera_from_world_(reference.transpose()),
+        centre_m_(observation.centre_m),
+        across_(kResidualPx_per_rad * axes_across(observation.bearing)) {}
 
   template <typename T>
-  bool operator()(const T* pose, T* residual) const {
-    for (int axis = 0; axis < 3; ++axis) {
-      residual[axis] = pose[axis] / anchor_.rotation_rad;
-      residual[3 + axis] = (pose[3 + axis] - position_m_[axis]) / anchor_.position_m;
-    }
+  bool operator()(const T* pose, const T* point, T* residual) const {
+    using Vector = Eigen::Matrix<T, 3, 1>;
+    const Eigen::Map<const Vector> position(pose + 3);
+    const Vector seen = camera_from_world_.cast<T>() * (Eigen::Map<const Vector>(point) - position);
+    // camera_from_world = exp(w)^T reference^T, and exp(w)^T = exp(-w).
+    const Vector back(-pose[0], -pose[1], -pose[2]);
+    Vector turned;
+    ceres::AngleAxisRotatePoint(back.data(), seen.data(), turned.data());
+    turned -= centre_m_.cast<T>();
+    Eigen::Map<Eigen::Matrix<T, 2, 1>> out(residual);
+    out = across_.cast<T>() * turned / turned.norm();
     return true;
   }
 
  private:
-  Eigen::Vector3d position_m_;
-  PoseAnchor anchor_;
+  Eigen::Matrix3d camera_from_world_;
+  Eigen::Vector3d centre_m_;
+  Eigen::Matrix<double, 2, 3> across_;
+};
+
+struct AnchorResidual {
+  Eigen::Vector3d position_m;
+  PoseAnchor anchor;
+
+  template <typename T>
+  bool operator()(const T* pose, T* residual) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      residual[axis] = pose[axis] / anchor.rotation_rad;
+      residual[3 + axis] = (pose[3 + axis] - position_m[axis]) / anchor.position_m;
+    }
+    return true;
+  }
 };
 
 // The distance of two stations against the slider's.
-class RailResidual {
- public:
-  RailResidual(double distance_m, double sigma_m) : distance_m_(distance_m), sigma_m_(sigma_m) {}
+struct RailResidual {
+  double distance_m;
+  double sigma_m;
 
   template <typename T>
   bool operator()(const T* a, const T* b, T* residual) const {
@@ -66,14 +95,16 @@ class RailResidual {
     const T x = b[3] - a[3];
     const T y = b[4] - a[4];
     const T z = b[5] - a[5];
-    residual[0] = (sqrt(x * x + y * y + z * z) - distance_m_) / sigma_m_;
+    residual[0] = (sqrt(x * x + y * y + z * z) - distance_m) / sigma_m;
     return true;
   }
-
- private:
-  double distance_m_;
-  double sigma_m_;
 };
+
+// Ceres owns the cost, which owns the residual.
+template <int... kSizes, typename Residual>
+ceres::CostFunction* cost_of(Residual residual) {
+  return new ceres::AutoDiffCostFunction<Residual, kSizes...>(new Residual(std::move(residual)));
+}
 
 // Neighbouring stations on a rail that both have a pose, and their nominal distance. Its error
 // grows with `scale_m`, the distance or, if this is larger, the stations' spacing: what stations of
@@ -96,16 +127,11 @@ void set_scales(std::vector<RailStep>* steps) {
 std::vector<RailStep> rail_steps(const CaptureSet& set, const FramePoses& poses) {
   std::vector<RailStep> steps;
   for (const CaptureLine& line : set.lines) {
-    std::optional<int> last;
-    for (const int frame : line.frames) {
-      if (!poses[static_cast<std::size_t>(frame)]) continue;
-      if (last) {
-        const double distance_m = set.nominal_distance_m(frame, *last);
-        if (distance_m > 0.0) {
-          steps.push_back(
-              {static_cast<std::size_t>(*last), static_cast<std::size_t>(frame), distance_m});
-        }
-      }
+    std::optional<std::size_t> last;
+    for (const std::size_t frame : line.frames) {
+      if (!poses[frame]) continue;
+      const double distance_m = last ? set.nominal_distance_m(frame, *last) : 0.0;
+      if (distance_m > 0.0) steps.push_back({*last, frame, distance_m});
       last = frame;
     }
   }
@@ -126,27 +152,33 @@ double rail_spread(const std::vector<RailStep>& steps, const FramePoses& poses) 
 }
 
 FramePoses observed_only(const FramePoses& poses, const SeenPoints& points) {
-  std::vector<bool> observed(poses.size(), false);
-  for (const PointObservation& observation : points.observations) {
-    observed[static_cast<std::size_t>(observation.frame)] = true;
-  }
-  FramePoses kept = poses;
-  for (std::size_t i = 0; i < kept.size(); ++i) {
-    if (!observed[i]) kept[i].reset();
-  }
+  FramePoses kept(poses.size());
+  for (const PointObservation& one : points.observations) kept[one.frame] = poses[one.frame];
   return kept;
+}
+
+// The norm of a BearingResidual for small angles.
+double error_px(const PointObservation& observation, const FramePose& pose,
+                const Eigen::Vector3d& point_m) {
+  const Eigen::Vector3d seen =
+      pose.world_from_camera.transpose() * (point_m - pose.position_m) - observation.centre_m;
+  return kResidualPx_per_rad *
+         std::atan2(seen.cross(observation.bearing).norm(), seen.dot(observation.bearing));
 }
 
 std::vector<double> errors_of(const FramePoses& poses, const SeenPoints& points) {
   std::vector<double> errors;
   errors.reserve(points.observations.size());
-  for (const PointObservation& observation : points.observations) {
-    const FramePose& pose = *poses[static_cast<std::size_t>(observation.frame)];
-    errors.push_back(
-        bearing_error_px(observation, pose.world_from_camera, pose.position_m,
-                         points.points_m[static_cast<std::size_t>(observation.point)]));
+  for (const PointObservation& one : points.observations) {
+    errors.push_back(error_px(one, *poses[one.frame], points.points_m[one.point]));
   }
   return errors;
+}
+
+// The robust standard deviation along one axis of two-dimensional errors: their median length
+// divided by that of unit noise, sqrt(2 ln 2).
+double noise_of(const std::vector<double>& errors_px) {
+  return std::max(median(errors_px) / std::sqrt(2.0 * std::log(2.0)), kLeastNoise_px);
 }
 
 // Counts the solver's steps, of which there are at most kIterations and the start.
@@ -161,8 +193,10 @@ class StepCounter final : public ceres::IterationCallback {
   static constexpr int kStepsOfPass = kIterations + 1;
 
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& /*summary*/) override {
-    if (steps_ < kStepsOfPass) progress_->advance();
-    if (steps_ < kStepsOfPass) ++steps_;
+    if (steps_ < kStepsOfPass) {
+      progress_->advance();
+      ++steps_;
+    }
     return ceres::SOLVER_CONTINUE;
   }
 
@@ -186,33 +220,27 @@ class Adjustment {
   void add_observations(double noise_px) {
     // In standard deviations, like the other residuals. The problem takes ownership of the loss,
     // which all blocks share.
-    auto cauchy = std::make_unique<ceres::CauchyLoss>(kCauchySigmas * noise_px);
-    auto* loss =
-        new ceres::ScaledLoss(cauchy.release(), 1.0 / (noise_px * noise_px), ceres::TAKE_OWNERSHIP);
-    for (const PointObservation& observation : points_.observations) {
-      const auto frame = static_cast<std::size_t>(observation.frame);
-      problem_.AddResidualBlock(
-          bearing_cost(observation, poses_[frame]->world_from_camera).release(), loss,
-          parameters_[frame].data(), point(observation.point));
+    auto* loss = new ceres::ScaledLoss(new ceres::CauchyLoss(kCauchySigmas * noise_px),
+                                       1.0 / (noise_px * noise_px), ceres::TAKE_OWNERSHIP);
+    for (const PointObservation& one : points_.observations) {
+      const BearingResidual residual(one, poses_[one.frame]->world_from_camera);
+      problem_.AddResidualBlock(cost_of<2, 6, 3>(residual), loss, parameters_[one.frame].data(),
+                                points_.points_m[one.point].data());
     }
   }
 
   void add_anchors(const FramePoses& anchors, const PoseAnchor& anchor) {
-    using Cost = ceres::AutoDiffCostFunction<AnchorResidual, 6, 6>;
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       if (!poses_[i]) continue;
-      auto cost = std::make_unique<Cost>(
-          std::make_unique<AnchorResidual>(anchors[i]->position_m, anchor).release());
-      problem_.AddResidualBlock(cost.release(), nullptr, parameters_[i].data());
+      problem_.AddResidualBlock(cost_of<6, 6>(AnchorResidual{anchors[i]->position_m, anchor}),
+                                nullptr, parameters_[i].data());
     }
   }
 
   void add_rail(const std::vector<RailStep>& steps, double spread) {
-    using Cost = ceres::AutoDiffCostFunction<RailResidual, 1, 6, 6>;
     for (const RailStep& step : steps) {
-      auto cost = std::make_unique<Cost>(
-          std::make_unique<RailResidual>(step.distance_m, spread * step.scale_m).release());
-      problem_.AddResidualBlock(cost.release(), nullptr, parameters_[step.a].data(),
+      const RailResidual residual{step.distance_m, spread * step.scale_m};
+      problem_.AddResidualBlock(cost_of<1, 6, 6>(residual), nullptr, parameters_[step.a].data(),
                                 parameters_[step.b].data());
     }
   }
@@ -229,8 +257,8 @@ class Adjustment {
     options.callbacks = {&stop, &counter};
     // Points are eliminated first: each is seen by few poses.
     auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-    for (const PointObservation& observation : points_.observations) {
-      ordering->AddElementToGroup(point(observation.point), 0);
+    for (const PointObservation& one : points_.observations) {
+      ordering->AddElementToGroup(points_.points_m[one.point].data(), 0);
     }
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       if (poses_[i]) ordering->AddElementToGroup(parameters_[i].data(), 1);
@@ -249,8 +277,6 @@ class Adjustment {
   }
 
  private:
-  double* point(int index) { return points_.points_m[static_cast<std::size_t>(index)].data(); }
-
   void take_over() {
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       if (!poses_[i]) continue;
@@ -268,21 +294,6 @@ class Adjustment {
   ceres::Problem problem_{};
 };
 
-SeenPoints chosen_points(const SeenPoints& points, const std::vector<bool>& keep) {
-  SeenPoints kept;
-  std::vector<int> index(points.points_m.size(), -1);
-  for (std::size_t i = 0; i < keep.size(); ++i) {
-    if (!keep[i]) continue;
-    index[i] = static_cast<int>(kept.points_m.size());
-    kept.points_m.push_back(points.points_m[i]);
-  }
-  for (PointObservation observation : points.observations) {
-    observation.point = index[static_cast<std::size_t>(observation.point)];
-    if (observation.point >= 0) kept.observations.push_back(observation);
-  }
-  return kept;
-}
-
 void set_figures(RefinedPoses* refined) {
   std::vector<double> squares(refined->poses.size(), 0.0);
   for (std::optional<FramePose>& pose : refined->poses) {
@@ -292,7 +303,7 @@ void set_figures(RefinedPoses* refined) {
   }
   for (std::size_t i = 0; i < refined->points.observations.size(); ++i) {
     if (refined->errors_px[i] > refined->inlier_px) continue;
-    const auto frame = static_cast<std::size_t>(refined->points.observations[i].frame);
+    const std::size_t frame = refined->points.observations[i].frame;
     ++refined->poses[frame]->observations;
     squares[frame] += refined->errors_px[i] * refined->errors_px[i];
   }
@@ -305,48 +316,6 @@ void set_figures(RefinedPoses* refined) {
 }
 
 }  // namespace
-
-SeenPoints widely_seen(const SeenPoints& points, int least_frames) {
-  std::vector<std::set<int>> seen_by(points.points_m.size());
-  for (const PointObservation& observation : points.observations) {
-    seen_by[static_cast<std::size_t>(observation.point)].insert(observation.frame);
-  }
-  std::vector<bool> keep;
-  keep.reserve(seen_by.size());
-  for (const std::set<int>& frames : seen_by) {
-    keep.push_back(static_cast<int>(frames.size()) >= least_frames);
-  }
-  return chosen_points(points, keep);
-}
-
-SeenPoints strongest(const SeenPoints& points, int per_frame) {
-  std::vector<std::vector<int>> frames(points.points_m.size());
-  int frame_count = 0;
-  for (const PointObservation& observation : points.observations) {
-    frames[static_cast<std::size_t>(observation.point)].push_back(observation.frame);
-    frame_count = std::max(frame_count, observation.frame + 1);
-  }
-  std::vector<std::size_t> order(frames.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return frames[a].size() > frames[b].size();
-  });
-  std::vector<int> seen(static_cast<std::size_t>(frame_count), 0);
-  std::vector<bool> keep(frames.size(), false);
-  for (const std::size_t point : order) {
-    const auto& of_point = frames[point];
-    keep[point] = std::any_of(of_point.begin(), of_point.end(), [&](int frame) {
-      return seen[static_cast<std::size_t>(frame)] < per_frame;
-    });
-    if (!keep[point]) continue;
-    for (const int frame : of_point) ++seen[static_cast<std::size_t>(frame)];
-  }
-  return chosen_points(points, keep);
-}
-
-double noise_of(const std::vector<double>& errors_px) {
-  return errors_px.empty() ? 0.0 : median(errors_px) / std::sqrt(2.0 * std::log(2.0));
-}
 
 RefinedPoses refine_poses(const CaptureSet& set, const FramePoses& start, const SeenPoints& points,
                           const PoseAnchor& anchor, int threads) {
@@ -362,7 +331,7 @@ RefinedPoses refine_poses(const CaptureSet& set, const FramePoses& start, const 
   std::optional<double> spread;
   Progress progress("adjusting poses", kPasses * StepCounter::kStepsOfPass, "steps");
   for (int pass = 0; pass < kPasses; ++pass) {
-    const double before_px = std::max(noise_of(refined.errors_px), kLeastNoise_px);
+    const double before_px = noise_of(refined.errors_px);
     Adjustment adjustment(&refined.poses, &refined.points);
     adjustment.add_observations(before_px);
     adjustment.add_anchors(anchors, anchor);
@@ -370,7 +339,7 @@ RefinedPoses refine_poses(const CaptureSet& set, const FramePoses& start, const 
     adjustment.solve(threads, &progress);
     if (!spread) spread = rail_spread(steps, refined.poses);
     refined.errors_px = errors_of(refined.poses, refined.points);
-    refined.noise_px = std::max(noise_of(refined.errors_px), kLeastNoise_px);
+    refined.noise_px = noise_of(refined.errors_px);
     // Stops when the noise has converged.
     if (pass > 0 && refined.noise_px > 0.95 * before_px) break;
   }

@@ -1,32 +1,23 @@
 // Bundle adjustment of poses and scene points.
 #pragma once
 
-#include <Eigen/Core>
-#include <span>
 #include <vector>
 
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
-#include "calibrate/poses/bearing_residual.h"
+#include "calibrate/poses/seen_points.h"
+#include "core/geometry/sphere.h"
 
 namespace raywalk::calibrate {
 
-struct SeenPoints {
-  std::vector<Eigen::Vector3d> points_m{};  // world frame
-  std::vector<PointObservation> observations{};
-};
-
-// Without points that fewer than `least_frames` different panoramas see, and their observations.
-SeenPoints widely_seen(const SeenPoints& points, int least_frames);
-
-// A subset of points of which every frame sees about `per_frame`, if it has so many. Points with
-// the most observations come first: they constrain the most poses for their computing time.
-SeenPoints strongest(const SeenPoints& points, int per_frame);
+// Residuals are in pixels of a panorama of this width, whatever the width of those matched.
+inline constexpr double kResidualWidth_px = 4096.0;
+inline constexpr double kResidualPx_per_rad = kResidualWidth_px / kTwoPi;
 
 struct RefinedPoses {
   FramePoses poses{};  // those of the start that observe points; observations and residuals are set
   SeenPoints points{};
-  std::vector<double> errors_px{};  // by observation: bearing_error_px
+  std::vector<double> errors_px{};  // by observation: the angle between predicted and observed
   // Standard deviation of an inlier's error along one axis, robust, panorama 4096 wide.
   double noise_px = 0.0;
   // Observations with smaller errors are inliers and count as a pose's observations.
@@ -46,9 +37,5 @@ struct PoseAnchor {
 // observes a point; Interrupted.
 RefinedPoses refine_poses(const CaptureSet& set, const FramePoses& start, const SeenPoints& points,
                           const PoseAnchor& anchor, int threads);
-
-// The robust standard deviation along one axis of two-dimensional errors: their median length
-// divided by that of unit noise, sqrt(2 ln 2). 0 for no errors.
-double noise_of(const std::vector<double>& errors_px);
 
 }  // namespace raywalk::calibrate

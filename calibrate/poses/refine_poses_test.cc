@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "calibrate/poses/align_poses.h"
-#include "calibrate/poses/pose_covariance.h"
+#include "calibrate/poses/pose_accuracy.h"
 #include "calibrate/poses/test_rail_scene.h"
 #include "core/base/error.h"
 
@@ -117,11 +117,10 @@ TEST(RefinePoses, UsesTheCentreOfEachLens) {
   const FramePoses truth = test_truth(set, {}, 12);
   SeenPoints points = test_points(set, truth, 400, 1.0, 0.0, 13);
   for (PointObservation& observation : points.observations) {
-    const FramePose& pose = *truth[static_cast<std::size_t>(observation.frame)];
+    const FramePose& pose = *truth[observation.frame];
     observation.centre_m = {0, 0, observation.bearing.z() > 0 ? 0.005 : -0.005};
     const Eigen::Vector3d in_camera =
-        pose.world_from_camera.transpose() *
-        (points.points_m[static_cast<std::size_t>(observation.point)] - pose.position_m);
+        pose.world_from_camera.transpose() * (points.points_m[observation.point] - pose.position_m);
     observation.bearing = (in_camera - observation.centre_m).normalized();
   }
   const FramePoses start = nominal_poses(set);
@@ -195,6 +194,40 @@ SigmaRatio sigma_ratio(const Spoil& spoil) {
   return {ratio.position / count, ratio.rotation / count};
 }
 
+TEST(Settle, KeepsConnectedPosesAndInliers) {
+  const CaptureSet set = test_grid(6);
+  const FramePoses truth = test_truth(set, {}, 25);
+  SeenPoints points = test_points(set, truth, 800, 1.0, 0.3, 26);
+  // Frame 5 sees next to nothing, and one observation in ten is wrong.
+  std::erase_if(points.observations, [count = 0](const PointObservation& one) mutable {
+    return one.frame == 5 && ++count > 10;
+  });
+  for (std::size_t i = 0; i < points.observations.size(); i += 10) {
+    Eigen::Vector3d& bearing = points.observations[i].bearing;
+    bearing = (bearing + Eigen::Vector3d(0.02, 0.03, -0.01)).normalized();
+  }
+  RefinedPoses refined = refine_poses(set, truth, points, kAnchor, 1);
+  ASSERT_TRUE(refined.poses[5]);
+  settle(&refined, kAnchor);
+  EXPECT_FALSE(refined.poses[5]);
+  EXPECT_EQ(std::count(refined.poses.begin(), refined.poses.end(), std::nullopt), 1);
+  EXPECT_GT(refined.poses[4]->position_sigma_mm, 0.0);
+  EXPECT_LE(*std::max_element(refined.errors_px.begin(), refined.errors_px.end()),
+            refined.inlier_px);
+  ASSERT_EQ(refined.errors_px.size(), refined.points.observations.size());
+  EXPECT_GT(refined.points.observations.size(), points.observations.size() * 8 / 10);
+  for (const PointObservation& one : refined.points.observations) EXPECT_NE(one.frame, 5U);
+}
+
+TEST(Settle, LeavesNothingWhereNothingIsConnected) {
+  const CaptureSet set = test_grid(6);
+  const FramePoses truth = test_truth(set, {}, 27);
+  RefinedPoses refined =
+      refine_poses(set, truth, test_points(set, truth, 20, 1.0, 0.3, 28), kAnchor, 1);
+  settle(&refined, kAnchor);
+  EXPECT_TRUE(refined.points.observations.empty());
+}
+
 TEST(PoseCovariance, MatchesTheSpreadOfRepeatedDraws) {
   const SigmaRatio ratio = sigma_ratio([](unsigned, SeenPoints*) {});
   EXPECT_NEAR(ratio.position, 1.0, 0.35);
@@ -213,43 +246,6 @@ TEST(PoseCovariance, AccountsForRepeatedErrors) {
   });
   EXPECT_NEAR(ratio.position, 1.0, 0.35);
   EXPECT_NEAR(ratio.rotation, 1.0, 0.35);
-}
-
-TEST(SeenPoints, KeepsPointsOfEnoughFrames) {
-  SeenPoints points;
-  points.points_m = {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}};
-  // The second is seen twice by the same frame, which counts as one.
-  points.observations = {{0, 0, {0, 0, 1}, {0, 0, 0}}, {1, 0, {0, 0, 1}, {0, 0, 0}},
-                         {2, 1, {0, 0, 1}, {0, 0, 0}}, {2, 1, {0, 0, 1}, {0, 0, 0}},
-                         {0, 2, {0, 0, 1}, {0, 0, 0}}, {2, 2, {0, 0, 1}, {0, 0, 0}}};
-  const SeenPoints kept = widely_seen(points, 2);
-  ASSERT_EQ(kept.points_m.size(), 2U);
-  EXPECT_EQ(kept.points_m[1].x(), 3.0);
-  ASSERT_EQ(kept.observations.size(), 4U);
-  EXPECT_EQ(kept.observations[3].point, 1);
-}
-
-TEST(SeenPoints, StrongestGivesEveryFrameItsShareOfLongTracks) {
-  const CaptureSet set = test_grid(5);
-  const FramePoses truth = test_truth(set, {}, 30);
-  SeenPoints points = test_points(set, truth, 2000, 1.0, 0.1, 31);
-  // Half of the points are seen only twice.
-  std::erase_if(points.observations, [last = -1, count = 0](const PointObservation& one) mutable {
-    count = one.point == last ? count + 1 : 1;
-    last = one.point;
-    return one.point % 2 == 1 && count > 2;
-  });
-  const SeenPoints kept = strongest(points, 50);
-  std::vector<int> seen(set.frames.size(), 0);
-  std::vector<int> length(kept.points_m.size(), 0);
-  for (const PointObservation& observation : kept.observations) {
-    ++seen[static_cast<std::size_t>(observation.frame)];
-    ++length[static_cast<std::size_t>(observation.point)];
-  }
-  EXPECT_GE(*std::min_element(seen.begin(), seen.end()), 50);
-  EXPECT_LT(kept.points_m.size(), 600U);
-  EXPECT_GE(*std::min_element(length.begin(), length.end()), 8);
-  EXPECT_EQ(strongest(points, 1000000).observations.size(), points.observations.size());
 }
 
 }  // namespace

@@ -3,11 +3,11 @@
 // the nominal poses. Held-out frames are matched with the stations near them and adjusted with all
 // others; the world frame and the scale are those of the stations alone.
 //
-// A large grid is solved in parts (pose_parts.h), which are then joined and adjusted together
-// (join_parts.h). COLMAP's own results differ from run to run, also with one thread: its matching
+// COLMAP's own results differ from run to run, also with one thread: its matching
 // starts from random numbers that cannot be set.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -21,9 +21,6 @@
 
 namespace raywalk::calibrate {
 
-// Of COLMAP's time and memory for so many panoramas: with two cores half an hour, 6 GB.
-inline constexpr int kPartStations = 2000;
-
 struct PosesOptions {
   double keyframes_mm = 0;  // largest distance between the stations solved; 0: every station
   int face_px = 0;          // side of a face; 0: default_face_px()
@@ -34,14 +31,12 @@ struct PosesOptions {
   FramePoses start{};                         // initial poses; empty: nominal
   std::filesystem::path out{};                // the calibration's directory, created if missing
   int threads = 0;                            // of COLMAP and the adjustment; 0: thread_count()
-  int part_stations = kPartStations;          // solved together at most, about; at least 3
-  // The folder in which COLMAP has its own, empty: `out`/colmap. Of a grid of several parts each
-  // has a folder there.
+  // The folder in which COLMAP has its own, empty: `out`/colmap.
   std::filesystem::path work{};
 };
 
 struct LinePoses {
-  int line = 0;              // index into CaptureSet::lines
+  std::size_t line = 0;      // index into CaptureSet::lines
   int stations = 0;          // on the line
   int keyframes = 0;         // stations to be solved
   int posed = 0;             // keyframes with a solved pose
@@ -60,7 +55,7 @@ struct CrossingPoints {
 
 // A frame without a pose, and why.
 struct UnposedFrame {
-  int frame = 0;  // index into CaptureSet::frames
+  std::size_t frame = 0;  // index into CaptureSet::frames
   std::string reason{};
 };
 
@@ -72,13 +67,13 @@ struct StepTime {
 
 struct PosesResult {
   FramePoses poses{};
-  std::vector<int> keyframes{};  // indices into CaptureSet::frames
+  std::vector<std::size_t> keyframes{};  // indices into CaptureSet::frames
   std::vector<LinePoses> lines{};
   std::vector<CrossingPoints> crossings{};
   std::vector<UnposedFrame> unposed{};  // keyframes only, held-out frames among them
   PoseAlignment alignment{};            // of the last round
   int face_px = 0;
-  int faces = 0;          // of each panorama
+  std::size_t faces = 0;  // of each panorama
   int matched_pairs = 0;  // of faces, verified by COLMAP
   int points = 0;         // of the scene
   int observations = 0;

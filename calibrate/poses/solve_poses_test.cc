@@ -91,8 +91,8 @@ PosesOptions options_in(const TestDirectory& directory) {
 // Error of the relative pose of two stations, in the first one's frame.
 PoseDifference relative_error(const FramePoses& poses, const FramePoses& truth, int from, int to) {
   const auto relative = [&](const FramePoses& of) {
-    const FramePose& a = *of[static_cast<std::size_t>(from)];
-    const FramePose& b = *of[static_cast<std::size_t>(to)];
+    const FramePose& a = *of[from];
+    const FramePose& b = *of[to];
     return std::pair(
         Eigen::Vector3d(a.world_from_camera.transpose() * (b.position_m - a.position_m)),
         Eigen::Matrix3d(a.world_from_camera.transpose() * b.world_from_camera));
@@ -130,7 +130,7 @@ TEST_F(SolvePoses, RecoversHowTwoRailsCross) {
   EXPECT_GT(relative_error(nominal_poses(set), truth, 1, 5).position_m, 2e-3);
   EXPECT_EQ(std::count(result.poses.begin(), result.poses.end(), std::nullopt), 1);
   ASSERT_EQ(result.unposed.size(), 1U);
-  EXPECT_EQ(result.unposed[0].frame, 3);
+  EXPECT_EQ(result.unposed[0].frame, 3U);
   EXPECT_THAT(result.warnings, Contains(HasSubstr("line x0: 1 of 4 stations have no pose")));
   ASSERT_EQ(result.crossings.size(), 1U);
   EXPECT_GT(result.crossings[0].points, 50);
@@ -148,26 +148,6 @@ TEST_F(SolvePoses, RecoversHowTwoRailsCross) {
                                     [](const StepTime& time) { return time.reused; });
   EXPECT_EQ(reused, 3);
   EXPECT_LT(relative_error(again.poses, truth, 1, 5).position_m, 0.5e-3);
-}
-
-TEST_F(SolvePoses, PartsAreJoined) {
-  const TestDirectory directory;
-  const FramePoses truth = corner_truth();
-  const CaptureSet set = captured(directory.path(), [](int, cv::Mat*) {});
-  PosesOptions options = options_in(directory);
-  options.part_stations = 4;
-  options.threads = 1;
-  options.face_px = 160;
-  const PosesResult result = solve_poses(set, options);
-  EXPECT_EQ(std::count(result.poses.begin(), result.poses.end(), std::nullopt), 0);
-  for (const int other : {2, 5, 6}) {
-    const PoseDifference error = relative_error(result.poses, truth, 1, other);
-    EXPECT_LT(error.position_m, 2e-3) << other;
-    EXPECT_LT(error.rotation_rad * kResidualPx_per_rad, 1.5) << other;
-  }
-  EXPECT_LT(largest_difference(read_frame_poses(directory / "out/poses.json", set), result.poses)
-                .position_m,
-            1e-9);
 }
 
 // Written beside the pictures; `masked` is 0 in the mask.
@@ -236,12 +216,12 @@ TEST_F(SolvePoses, MaskedPixelsGiveNoFeatures) {
   EXPECT_GT(workspace.feature_counts().at(1), 20);
   EXPECT_LT(workspace.feature_counts().at(1), 0.7 * workspace.feature_counts().at(0));
   std::size_t matches = 0;
-  for (const FrameMatches& pair : workspace.matches()) {
+  for (const auto& [frames, pair] : workspace.matches()) {
     for (const BearingMatch& match : pair.matches) {
-      if (pair.frames.first == 1) {
+      if (frames.first == 1) {
         EXPECT_LT(match.in_first.x(), 0.0);
       }
-      if (pair.frames.second == 1) {
+      if (frames.second == 1) {
         EXPECT_LT(match.in_second.x(), 0.0);
       }
       ++matches;

@@ -82,7 +82,7 @@ inline FramePoses test_truth(const CaptureSet& set, const RailErrors& errors, un
     const Eigen::Vector3d middle = line.axis == LineAxis::kX ? Eigen::Vector3d(0, 0, line.across_m)
                                                              : Eigen::Vector3d(line.across_m, 0, 0);
     for (const int frame : line.frames) {
-      FramePose& pose = *poses[static_cast<std::size_t>(frame)];
+      FramePose& pose = *poses[frame];
       pose.position_m = turn * (pose.position_m - middle) + middle + move +
                         random_vector(&random, errors.jitter_m);
       pose.world_from_camera =
@@ -94,22 +94,22 @@ inline FramePoses test_truth(const CaptureSet& set, const RailErrors& errors, un
 
 // Points 1.5 to 4 cells away in all directions, each seen by eight stations with normal errors of
 // `noise_px` (panorama 4096 wide) along each of two axes.
-inline SeenPoints test_points(const CaptureSet& set, const FramePoses& truth, int count,
+inline SeenPoints test_points(const CaptureSet& set, const FramePoses& truth, std::size_t count,
                               double scale, double noise_px, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0.0, noise_px / kResidualPx_per_rad);
   std::uniform_real_distribution<double> distance(1.5, 4.0);
   std::uniform_int_distribution<int> first(0, static_cast<int>(set.frames.size()) - 1);
   SeenPoints seen;
-  for (int i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Vector3d point =
         scale * distance(random) * random_vector(&random, 1.0).normalized();
     seen.points_m.push_back(point);
     const int start = first(random);
     for (int k = 0; k < 8; ++k) {
       // A third of the frames of the run are of other lines, as at crossings.
-      const int frame = (start + (k % 3 == 2 ? 7 * k : k)) % static_cast<int>(set.frames.size());
-      const auto& pose = truth[static_cast<std::size_t>(frame)];
+      const std::size_t frame = (start + (k % 3 == 2 ? 7 * k : k)) % set.frames.size();
+      const auto& pose = truth[frame];
       if (!pose) continue;
       const Eigen::Vector3d bearing =
           (pose->world_from_camera.transpose() * (point - pose->position_m)).normalized();

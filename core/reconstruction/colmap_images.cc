@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <set>
@@ -15,6 +16,9 @@ namespace raywalk {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kMostBytes = std::numeric_limits<std::uint32_t>::max();
+constexpr std::int32_t kEquirectangularModel = 17;  // COLMAP's number of EQUIRECTANGULAR
 
 void require_images(const std::vector<ColmapImagePose>& images, const std::string& source) {
   if (images.empty()) throw Error(source + ": holds no image; COLMAP has not registered any");
@@ -112,14 +116,34 @@ std::vector<ColmapImagePose> colmap_images_of_text(const std::string& text,
 }
 
 std::vector<ColmapImagePose> read_colmap_images(const fs::path& directory) {
-  constexpr std::size_t kMost = std::numeric_limits<std::uint32_t>::max();
   const fs::path binary = directory / "images.bin";
-  if (fs::exists(binary)) return colmap_images_of_bytes(read_file(binary, kMost), binary.string());
+  if (fs::exists(binary))
+    return colmap_images_of_bytes(read_file(binary, kMostBytes), binary.string());
   const fs::path text = directory / "images.txt";
-  if (fs::exists(text)) return colmap_images_of_text(read_file(text, kMost), text.string());
+  if (fs::exists(text)) return colmap_images_of_text(read_file(text, kMostBytes), text.string());
   throw Error(directory.string() +
               ": holds neither images.bin nor images.txt; give the folder of a COLMAP model, such "
               "as sparse/0");
+}
+
+// A camera is ID MODEL WIDTH HEIGHT PARAMETERS.
+bool images_are_panoramas(const fs::path& directory) {
+  const fs::path binary = directory / "cameras.bin";
+  if (fs::exists(binary)) {
+    ColmapByteReader in(read_file(binary, kMostBytes), binary.string());
+    if (in.take<std::uint64_t>() == 0) return false;
+    in.take<std::uint32_t>();
+    return in.take<std::int32_t>() == kEquirectangularModel;
+  }
+  if (!fs::exists(directory / "cameras.txt")) return false;
+  const std::string text = read_file(directory / "cameras.txt", kMostBytes);
+  Lines lines(text);
+  while (std::optional<std::string_view> line = lines.next()) {
+    if (line->empty() || line->starts_with('#')) continue;
+    take_word(&*line);
+    return take_word(&*line) == "EQUIRECTANGULAR";
+  }
+  return false;
 }
 
 }  // namespace raywalk

@@ -23,4 +23,9 @@ std::vector<ColmapImagePose> colmap_images_of_bytes(std::string bytes, const std
 std::vector<ColmapImagePose> colmap_images_of_text(const std::string& text,
                                                    const std::string& source);
 
+// Whether the first camera of a model is EQUIRECTANGULAR, which COLMAP 4.1 and newer have: its
+// images are then panoramas, with the axes of a face that looks ahead. Throws Error naming
+// cameras.bin if it is damaged.
+bool images_are_panoramas(const std::filesystem::path& directory);
+
 }  // namespace raywalk

@@ -7,6 +7,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 #include "core/reconstruction/colmap_model.h"
+#include "core/reconstruction/test_colmap.h"
 
 namespace raywalk {
 namespace {
@@ -42,6 +43,23 @@ TEST(ColmapImages, AreReadExactlyFromBinaryAndText) {
   expect_poses_of_two(read_colmap_images(directory.path()));
   write_colmap_model(directory.path(), model_of_two());
   expect_poses_of_two(read_colmap_images(directory.path()));
+}
+
+TEST(ColmapImages, ArePanoramasOfAnEquirectangularCamera) {
+  const TestDirectory directory;
+  EXPECT_FALSE(images_are_panoramas(directory.path()));
+  const std::string comment = "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
+  write_file_atomically(directory / "cameras.txt", comment + "1 EQUIRECTANGULAR 64 32 64 32\n");
+  EXPECT_TRUE(images_are_panoramas(directory.path()));
+  write_file_atomically(directory / "cameras.txt", comment + "1 SIMPLE_PINHOLE 8 8 4 4 4\n");
+  EXPECT_FALSE(images_are_panoramas(directory.path()));
+  const std::string bytes = equirectangular_camera_bytes();
+  write_file_atomically(directory / "cameras.bin", bytes);
+  EXPECT_TRUE(images_are_panoramas(directory.path()));
+  write_file_atomically(directory / "cameras.bin", bytes.substr(0, 15));
+  EXPECT_THAT(error_of([&] { images_are_panoramas(directory.path()); }), HasSubstr("cut short"));
+  write_colmap_model(directory.path(), model_of_two());  // cameras.bin, of pinholes
+  EXPECT_FALSE(images_are_panoramas(directory.path()));
 }
 
 TEST(ColmapImages, OfAnotherFolderOrDamagedAreRefused) {

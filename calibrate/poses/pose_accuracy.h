@@ -1,9 +1,18 @@
-// Relative uncertainties of the poses of a bundle adjustment.
+// What of adjusted poses is kept, and the uncertainties of the poses relative to each other.
 #pragma once
 
 #include "calibrate/poses/refine_poses.h"
 
 namespace raywalk::calibrate {
+
+// Fewer common scene points do not connect frames or lines: a handful of wrong matches may agree by
+// chance.
+inline constexpr int kLeastSharedPoints = 15;
+
+// Keeps the poses of the largest group of frames that scene points connect and that have enough
+// observations, and the inliers among their observations, and sets their sigmas. Leaves no
+// observations where there is no such group.
+void settle(RefinedPoses* refined, const PoseAnchor& anchor);
 
 // Sets position_sigma_mm and rotation_sigma_deg of every pose: the root mean square over the axes.
 // They follow from the normal equations of the observations, weighted by their loss, with the
