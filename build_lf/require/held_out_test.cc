@@ -14,7 +14,7 @@ class HeldOutTest : public RequireTest {};
 
 TEST_F(HeldOutTest, StridesGoUpToTheWholeLine) {
   const Room room = room_of({.cells_z = 0, .side_m = 1.0, .spacing_m = 0.125, .width = 64});
-  const std::vector<HeldOutFacts> strides = measure_strides(room, 0.5);
+  const std::vector<HeldOutFacts> strides = measure_strides(room, 0.125, 0.5);
   std::vector<int> found;
   for (const HeldOutFacts& each : strides) {
     found.push_back(each.stride);
@@ -27,9 +27,9 @@ TEST_F(HeldOutTest, StridesGoUpToTheWholeLine) {
 
 TEST_F(HeldOutTest, WrongDistancesLoseWithEveryStride) {
   const SyntheticRoomSpec spec{.cells_z = 0, .side_m = 1.0, .spacing_m = 0.125, .width = 256};
-  const std::vector<HeldOutFacts> right = measure_strides(room_of(spec), 0.5);
+  const std::vector<HeldOutFacts> right = measure_strides(room_of(spec), 0.125, 0.5);
   replace_distances([](float metres) { return 1.3f * metres; });
-  const std::vector<HeldOutFacts> wrong = measure_strides(Room::open(path_), 0.5);
+  const std::vector<HeldOutFacts> wrong = measure_strides(Room::open(path_), 0.125, 0.5);
   ASSERT_EQ(wrong.size(), right.size());
   for (size_t i = 0; i < right.size(); ++i) {
     EXPECT_LT(wrong[i].psnr_with_distances_db, right[i].psnr_with_distances_db - 1.0) << i;
@@ -41,7 +41,8 @@ TEST_F(HeldOutTest, WrongDistancesLoseWithEveryStride) {
 }
 
 TEST_F(HeldOutTest, LineOfTwoStationsHasNothingToLeaveOut) {
-  EXPECT_TRUE(measure_strides(room_of({.cells_z = 0, .spacing_m = 1.0, .width = 64}), 0.5).empty());
+  EXPECT_TRUE(
+      measure_strides(room_of({.cells_z = 0, .spacing_m = 1.0, .width = 64}), 1.0, 0.5).empty());
 }
 
 TEST(MeasuredUpTo, EndsBeforeTheFirstStepThatFails) {

@@ -3,8 +3,11 @@
 // made of other inputs is never found.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 
 namespace raywalk {
@@ -15,10 +18,13 @@ class KeptResults {
   // Throws Error where the file cannot be written.
   explicit KeptResults(std::filesystem::path file);
 
-  // Null where there is none. Numbers that are not finite are null.
-  const nlohmann::ordered_json* find(const std::string& key) const;
-  // Adds a result and writes the file, atomically. Throws Error where it cannot be written.
-  void keep(const std::string& key, const nlohmann::ordered_json& result);
+  // How many of the keys have no result.
+  std::int64_t missing(std::span<const std::string> keys) const;
+  // The result under a key; where there is none, it is made, added and the file written,
+  // atomically. Numbers that are not finite are null. Throws Error where it cannot be written, and
+  // as `make`.
+  nlohmann::ordered_json get(const std::string& key,
+                             const std::function<nlohmann::ordered_json()>& make);
   // Removes the file: the run is complete.
   void remove();
 

@@ -28,7 +28,6 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using ::testing::Not;
 using ::testing::ThrowsMessage;
 
 // Writes the image as one raw frame and returns the ffmpeg arguments that read it.
@@ -62,33 +61,22 @@ double ffmpeg_filter_value(const std::string& filter, const std::string& key, co
   return std::nan("");
 }
 
-TEST(ImagePair, NamesBothSizesWhenTheyDiffer) {
-  EXPECT_THAT(
-      [] {
-        require_image_pair(flat_image({16, 8}, {}), flat_image({16, 9}, {}), 1);
-      },
-      ThrowsMessage<Error>(AllOf(HasSubstr("16x8"), HasSubstr("16x9"), Not(HasSubstr("\n")))));
-}
-
-TEST(ImagePair, RefusesOtherTypesOnEitherSide) {
+TEST(ImagePair, IsOfColourImagesOfOneSizeLargeEnough) {
   const cv::Mat colour = flat_image({16, 8}, {});
+  EXPECT_THAT(
+      [&] {
+        require_image_pair(colour, flat_image({16, 9}, {}), 1);
+      },
+      ThrowsMessage<Error>(AllOf(HasSubstr("16x8"), HasSubstr("16x9"))));
   for (const int type : {CV_8UC1, CV_8UC4, CV_16UC3, CV_32FC3}) {
     const cv::Mat other = cv::Mat::zeros(8, 16, type);
     EXPECT_THAT([&] { require_image_pair(colour, other, 1); },
                 ThrowsMessage<Error>(HasSubstr(cv::typeToString(type))));
     EXPECT_THROW(require_image_pair(other, colour, 1), Error);
   }
-}
-
-TEST(ImagePair, RefusesEmptyImagesAndStacks) {
-  const cv::Mat colour = flat_image({16, 8}, {});
   const cv::Mat stack({8, 8, 8}, CV_8UC3);
-  EXPECT_THROW(require_image_pair(cv::Mat(), cv::Mat(), 1), Error);
   EXPECT_THROW(require_image_pair(colour, cv::Mat(), 1), Error);
   EXPECT_THROW(require_image_pair(stack, stack, 1), Error);
-}
-
-TEST(ImagePair, BlockMetricsNeedEightPixelsEachWay) {
   for (const cv::Size size : {cv::Size(7, 8), cv::Size(8, 7)}) {
     const cv::Mat image = textured_image(size);
     EXPECT_THAT([&] { ssim(image, image); }, ThrowsMessage<Error>(HasSubstr("at least 8x8")));
@@ -105,18 +93,12 @@ cv::Mat with_bright_row(cv::Size size, int row, double level) {
   return image;
 }
 
-TEST(MeanSquaredError, AveragesPixelsAndChannels) {
+TEST(MeanSquaredError, AveragesChannelsOfThePixelsThatCount) {
   const cv::Mat a = flat_image({4, 2}, {10, 10, 10});
   cv::Mat b = a.clone();
   b.at<cv::Vec3b>(1, 3) = {13, 10, 6};  // 9 + 16 over 8 pixels of 3 channels
   EXPECT_DOUBLE_EQ(mean_squared_error(a, b), 25.0 / 24.0);
   EXPECT_DOUBLE_EQ(mean_squared_error(b, a), 25.0 / 24.0);
-}
-
-TEST(MeanSquaredError, TakesTheMaskedPixelsOnly) {
-  const cv::Mat a = flat_image({4, 2}, {10, 10, 10});
-  cv::Mat b = a.clone();
-  b.at<cv::Vec3b>(1, 3) = {13, 10, 6};
   b.at<cv::Vec3b>(0, 0) = {200, 200, 200};
   cv::Mat mask = cv::Mat::zeros(a.size(), CV_8UC1);
   mask.at<std::uint8_t>(1, 3) = 1;

@@ -51,16 +51,13 @@ ordered_json quarter_scores_of(const Grid& grid, PlanPoint viewpoint, const cv::
 }
 
 cv::Mat quarter_of(const cv::Mat& panorama, double theta_rad) {
-  const int width = panorama.cols;
-  const double centre = (theta_rad / kTwoPi + 0.5) * width;  // the pixel edge at theta
-  const int first = static_cast<int>(std::lround(centre - width / 8.0));
-  const int begin = wrapped_column(first, width);
-  const int before_seam = std::min(width / 4, width - begin);
-  cv::Mat left = panorama.colRange(begin, begin + before_seam);
-  if (before_seam == width / 4) return left;
-  cv::Mat joined;
-  cv::hconcat(left, panorama.colRange(0, width / 4 - before_seam), joined);
-  return joined;
+  const int quarter = panorama.cols / 4;
+  cv::Mat around;
+  cv::copyMakeBorder(panorama, around, 0, 0, quarter, quarter, cv::BORDER_WRAP);
+  const double centre = (theta_rad / kTwoPi + 0.5) * panorama.cols;  // the pixel edge at theta
+  const int first = static_cast<int>(std::lround(centre - 0.5 * quarter));
+  const int begin = quarter + wrapped_column(first, panorama.cols);
+  return around.colRange(begin, begin + quarter);
 }
 
 ordered_json mean_of(std::span<const ordered_json> rows, const std::string& key) {

@@ -40,30 +40,29 @@ std::filesystem::path file_in(const CsvTable& table, std::size_t row, const std:
   return list.parent_path() / table.text(row, column);
 }
 
-// Empty without; throws Error where its size is another than the image's.
-cv::Mat read_true_distances(const ListedTruth& truth) {
-  if (truth.distances.empty()) return {};
-  cv::Mat distances = read_distance_map(truth.distances);
-  if (distances.cols != truth.width || distances.rows != truth.width / 2) {
-    throw Error(fmt::format("{}: the distance map is {}x{}, but {}x{} is needed",
-                            truth.distances.string(), distances.cols, distances.rows, truth.width,
-                            truth.width / 2));
-  }
-  return distances;
+// Empty without.
+cv::Mat read_true_mask(const ListedTruth& truth) {
+  if (truth.mask_file.empty()) return {};
+  return read_mask(truth.mask_file, {truth.width, truth.width / 2});
 }
 
-// Empty without.
-cv::Mat read_truth_mask(const ListedTruth& truth) {
-  if (truth.mask.empty()) return {};
-  return read_mask(truth.mask, {truth.width, truth.width / 2});
+// Empty without; throws Error where its size is another than the image's.
+cv::Mat read_true_distances(const ListedTruth& truth) {
+  if (truth.distances_file.empty()) return {};
+  cv::Mat distances = read_distance_map(truth.distances_file);
+  if (distances.cols == truth.width && distances.rows == truth.width / 2) return distances;
+  throw Error(fmt::format("{}: the distance map is {}x{}, but {}x{} is needed",
+                          truth.distances_file.string(), distances.cols, distances.rows,
+                          truth.width, truth.width / 2));
 }
 
 ListedTruth truth_at(const CsvTable& table, std::size_t row, const std::filesystem::path& list,
                      const Room& room, TurnedPictures* turned) {
-  ListedTruth truth;
-  truth.file = list.parent_path() / table.text(row, "file");
+  ListedTruth truth{.file = list.parent_path() / table.text(row, "file"),
+                    .viewpoint = {table.number(row, "x"), table.number(row, "z")},
+                    .mask_file = file_in(table, row, "mask", list),
+                    .distances_file = file_in(table, row, "distance", list)};
   truth.name = truth.file.stem().string();
-  truth.viewpoint = {table.number(row, "x"), table.number(row, "z")};
   // Which lines serve a viewpoint does not depend on how they are connected.
   const ViewPlan plan(room.grid(), truth.viewpoint, {kHalfPi, 0.0});
   truth.line_distance_m = nearest_line_m(room.grid(), plan);
@@ -72,15 +71,13 @@ ListedTruth truth_at(const CsvTable& table, std::size_t row, const std::filesyst
   turned->add(truth.file, header.orientation);
   if (truth.width % 4 != 0 || truth.width < kMinWidth_px) {
     throw Error(
-        fmt::format("{} is {} pixels wide; a truth's width must be a multiple of 4, at "
-                    "least {}",
+        fmt::format("{} is {} pixels wide; a truth's width must be a multiple of 4, at least {}",
                     truth.file.string(), truth.width, kMinWidth_px));
   }
-  truth.mask = file_in(table, row, "mask", list);
-  if (!truth.mask.empty() && cv::countNonZero(read_truth_mask(truth)) == 0) {
-    throw Error(truth.mask.string() + " masks every pixel; remove this view from the list");
+  const cv::Mat mask = read_true_mask(truth);
+  if (!mask.empty() && cv::countNonZero(mask) == 0) {
+    throw Error(truth.mask_file.string() + " masks every pixel; remove this view from the list");
   }
-  truth.distances = file_in(table, row, "distance", list);
   read_true_distances(truth);
   const double height_m = table.number(row, "y");
   const double off_height_m = std::abs(height_m - plan.height_m());
@@ -120,12 +117,7 @@ std::vector<ListedTruth> read_truth(const std::filesystem::path& list, const Roo
 }
 
 TrueView read_view(const ListedTruth& truth) {
-  return {.name = truth.name,
-          .viewpoint = truth.viewpoint,
-          .height_m = truth.height_m,
-          .image = read_panorama(truth.file),
-          .mask = read_truth_mask(truth),
-          .distances = read_true_distances(truth)};
+  return {truth, read_panorama(truth.file), read_true_mask(truth), read_true_distances(truth)};
 }
 
 std::vector<std::size_t> spread_over_distance(std::span<const ListedTruth> truths,

@@ -19,22 +19,19 @@ struct ListedTruth {
   PlanPoint viewpoint{};
   // y, where it is off the height of the lines. Initial views are rendered at that of the lines.
   std::optional<double> height_m{};
-  int width = 0;                      // of the picture, pixels
-  std::filesystem::path mask{};       // picture, 0 = not compared; empty: all pixels count
-  std::filesystem::path distances{};  // true distance map; empty: not known
+  int width = 0;                           // of the picture, pixels
+  std::filesystem::path mask_file{};       // picture, 0 = not compared; empty: all pixels count
+  std::filesystem::path distances_file{};  // true distance map; empty: not known
   // Plan distance to the nearest line that serves the view; vertical parallax grows with it.
   double line_distance_m = 0.0;
 };
 
-// A viewpoint and its true image: captured between the lines, or a station that was held out
-// (held_out_views.h).
-struct TrueView {
-  std::string name{};
-  PlanPoint viewpoint{};
-  std::optional<double> height_m{};  // as ListedTruth has it
-  cv::Mat image{};                   // CV_8UC3 in BGR order, width = 2 * height
-  cv::Mat mask{};                    // CV_8UC1 of the same size, 0 = not compared; empty: all is
-  cv::Mat distances{};               // CV_16UC1 in millimetres; empty: not known
+// With its pictures: captured between the lines, or by a station that was held out, which has no
+// files (held_out.h).
+struct TrueView : ListedTruth {
+  cv::Mat image{};      // CV_8UC3 in BGR order, width = 2 * height
+  cv::Mat mask{};       // CV_8UC1 of the same size, 0 = not compared; empty: all is
+  cv::Mat distances{};  // CV_16UC1 in millimetres; empty: not known
 };
 
 // Reads columns file,x,y,z (metres; files relative to the list) and, where given, mask (an 8-bit
