@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -36,21 +35,14 @@ const char* connection_at(double k_deg) {
   return k_deg == 90.0 ? "rayspace360" : "hybrid";
 }
 
-// Over output columns of overlaps.
-struct OverlapSum {
-  double squared_difference = 0.0;  // of all samples of the columns, in squared 8-bit levels
-  std::int64_t columns = 0;
+// Over output columns of overlaps: the squared differences of all samples of the columns, in
+// squared 8-bit levels, and the number of columns.
+using OverlapSum = cv::Vec2d;
 
-  void add(const OverlapSum& other) {
-    squared_difference += other.squared_difference;
-    columns += other.columns;
-  }
-  // Over the samples; NaN where there was no column.
-  double mean(int samples_per_column) const {
-    if (columns == 0) return std::numeric_limits<double>::quiet_NaN();
-    return squared_difference / (static_cast<double>(columns) * samples_per_column);
-  }
-};
+// Over the samples; NaN where there was no column.
+double mean_square(const OverlapSum& sum, int samples_per_column) {
+  return sum[1] == 0.0 ? std::nan("") : sum[0] / (sum[1] * samples_per_column);
+}
 
 // The corner between a side of a cell and the next one, seen from a viewpoint.
 class Corner {
@@ -153,17 +145,11 @@ std::vector<OverlapSum> overlap_sums(const Corner& corner, const ViewOptions& op
   const std::vector<double> differences = column_differences(corner, options, part, view);
   for (size_t k = 0; k < sums.size(); ++k) {
     for (size_t i = 0; i < angles_rad.size(); ++i) {
-      if (std::fabs(angles_rad[i] - cuts_rad[k]) <= half_rad) sums[k].add({differences[i], 1});
+      if (std::fabs(angles_rad[i] - cuts_rad[k]) <= half_rad)
+        sums[k] += OverlapSum(differences[i], 1.0);
     }
   }
   return sums;
-}
-
-// The centre of a sub-cell of a cell.
-PlanPoint sub_cell(const Cell& cell, int index, int per_side) {
-  const int row = index / per_side;
-  return {std::lerp(cell.x_min_m, cell.x_max_m, (index % per_side + 0.5) / per_side),
-          std::lerp(cell.z_min_m, cell.z_max_m, (row + 0.5) / per_side)};
 }
 
 }  // namespace
@@ -218,18 +204,21 @@ ordered_json measure_connect_error(const Room& room, Generation generation,
   std::int64_t pairs = 0, common_pairs = 0;
   for (const Cell& cell : room.grid().cells) {
     for (int i = 0; i < per_cell; ++i) {
-      const PlanPoint viewpoint = sub_cell(cell, i, options.viewpoints);
+      // The centre of a sub-cell.
+      const double across = i % options.viewpoints + 0.5, ahead = i / options.viewpoints + 0.5;
+      const PlanPoint viewpoint{std::lerp(cell.x_min_m, cell.x_max_m, across / options.viewpoints),
+                                std::lerp(cell.z_min_m, cell.z_max_m, ahead / options.viewpoints)};
       PreparedView& prepared = renderer.prepare(viewpoint);
       for (int side = 0; side < kCorners; ++side) {
         const std::vector<OverlapSum> pair = overlap_sums(
             Corner(room.grid(), cell, side, viewpoint), view, options.k_list_deg, &prepared);
-        const bool at_all = std::ranges::all_of(pair, [](auto& sum) { return sum.columns > 0; });
+        const bool at_all = std::ranges::all_of(pair, [](auto& sum) { return sum[1] > 0.0; });
         ++pairs;
         if (at_all) ++common_pairs;
         for (size_t k = 0; k < k_count; ++k) {
-          all[k].add(pair[k]);
-          if (at_all) common[k].add(pair[k]);
-          if (pair[k].columns > 0) ++readable[k];
+          all[k] += pair[k];
+          if (at_all) common[k] += pair[k];
+          if (pair[k][1] > 0.0) ++readable[k];
         }
       }
       progress.advance();
@@ -242,8 +231,8 @@ ordered_json measure_connect_error(const Room& room, Generation generation,
     rows.push_back({{"connection", connection_at(options.k_list_deg[k])},
                     {"k_deg", options.k_list_deg[k]},
                     {"generation", generation_name(generation)},
-                    {"e_connect", all[k].mean(samples)},
-                    {"e_connect_common", common[k].mean(samples)},
+                    {"e_connect", mean_square(all[k], samples)},
+                    {"e_connect_common", mean_square(common[k], samples)},
                     {"coverage", share(readable[k])}});
   }
   return {{"connection",

@@ -86,49 +86,6 @@ TEST_F(ConnectErrorTest, TwoSidedViewsDifferByTheLineInFrontOnly) {
   EXPECT_THAT(column(result, "e_connect"), Each(::testing::DoubleNear(16.0 * 16.0, 25.0)));
 }
 
-// At the middle of a cell every corner is at 45 degrees, so that all k connect alike; the two
-// columns are computed here from the frames.
-TEST_F(ConnectErrorTest, MiddleOfACellAgreesWithTheFramesThemselves) {
-  const SyntheticRoomSpec spec{.overhang_m = 0.25, .distances = false};
-  const ordered_json result = measure(spec, Generation::kInitial, {.viewpoints = 1});
-  const Grid grid = synthetic_grid(spec);
-  const PanoramaSize size{spec.width, spec.width / 2};
-  const auto frames_column = [&](int line, double along_m, int u) {
-    const auto& stations = grid.lines[static_cast<size_t>(line)].stations;
-    size_t i = 0;
-    while (i + 2 < stations.size() && stations[i + 1].along_m < along_m) ++i;
-    const double fraction =
-        (along_m - stations[i].along_m) / (stations[i + 1].along_m - stations[i].along_m);
-    const cv::Mat first = render_scene(spec.scene, stations[i].position_m, spec.width);
-    const cv::Mat second = render_scene(spec.scene, stations[i + 1].position_m, spec.width);
-    cv::Mat mixed;
-    cv::addWeighted(first.col(u), 1.0 - fraction, second.col(u), fraction, 0.0, mixed);
-    return mixed;
-  };
-  double sum = 0.0;
-  int columns = 0;
-  for (int u = 0; u < spec.width; ++u) {
-    const double theta_rad = angles_from_pixel({double(u), 0.0}, size).theta_rad;
-    const double s = std::sin(theta_rad);
-    const double c = std::cos(theta_rad);
-    const double angle_deg = degrees_from_radians(std::atan2(std::fabs(s), std::fabs(c)));
-    if (std::fabs(angle_deg - 45.0) > 2.5) continue;
-    const Cell& cell = grid.cells.front();
-    const int x_line = cell.line[static_cast<size_t>(c > 0 ? Side::kFront : Side::kBack)];
-    const int z_line = cell.line[static_cast<size_t>(s > 0 ? Side::kRight : Side::kLeft)];
-    const cv::Mat from_x = frames_column(x_line, 0.5 * s / std::fabs(c), u);
-    const cv::Mat from_z = frames_column(z_line, 0.5 * c / std::fabs(s), u);
-    const double norm = cv::norm(from_x, from_z, cv::NORM_L2);
-    sum += norm * norm / static_cast<double>(from_x.total() * 3);
-    ++columns;
-  }
-  ASSERT_GE(columns, 4);
-  for (const ordered_json& row : result["rows"]) {
-    EXPECT_NEAR(row["e_connect"].get<double>(), sum / columns, 0.02 * sum / columns);
-    EXPECT_EQ(row["e_connect"].get<double>(), result["rows"].front()["e_connect"]);
-  }
-}
-
 // Counts the pairs with a readable column by intersecting every ray with every line.
 double counted_coverage(const SyntheticRoomSpec& spec, int viewpoints, double k_deg) {
   const double half_m = 0.5 * spec.side_m;

@@ -9,6 +9,8 @@
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/json.h"
@@ -34,10 +36,6 @@ KeptResults::KeptResults(std::filesystem::path file) : file_(std::move(file)) {
   spdlog::info("{}: {} of an earlier run", file_.string(), counted(results_.size(), "result"));
 }
 
-std::int64_t KeptResults::missing(std::span<const std::string> keys) const {
-  return std::ranges::count_if(keys, [&](const auto& key) { return !results_.contains(key); });
-}
-
 ordered_json KeptResults::get(const std::string& key, const std::function<ordered_json()>& make) {
   if (!results_.contains(key)) {
     // As it is read again: what is not finite is null.
@@ -46,6 +44,25 @@ ordered_json KeptResults::get(const std::string& key, const std::function<ordere
     write_file_atomically(file_, sha256_hex(json) + "\n" + json);
   }
   return results_[key];
+}
+
+std::vector<ordered_json> KeptResults::get_all(
+    std::span<const std::string> keys, const std::string& what, const std::string& unit,
+    const std::function<ordered_json(std::size_t)>& make) {
+  const auto missing =
+      std::ranges::count_if(keys, [&](const auto& key) { return !results_.contains(key); });
+  Progress progress(what, missing, unit);
+  std::vector<ordered_json> results;
+  results.reserve(keys.size());
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    throw_if_interrupted();
+    results.push_back(get(keys[i], [&] {
+      ordered_json made = make(i);
+      progress.advance();
+      return made;
+    }));
+  }
+  return results;
 }
 
 void KeptResults::remove() {

@@ -3,12 +3,13 @@
 // made of other inputs is never found.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace raywalk {
 
@@ -18,13 +19,16 @@ class KeptResults {
   // Throws Error where the file cannot be written.
   explicit KeptResults(std::filesystem::path file);
 
-  // How many of the keys have no result.
-  std::int64_t missing(std::span<const std::string> keys) const;
   // The result under a key; where there is none, it is made, added and the file written,
   // atomically. Numbers that are not finite are null. Throws Error where it cannot be written, and
   // as `make`.
   nlohmann::ordered_json get(const std::string& key,
                              const std::function<nlohmann::ordered_json()>& make);
+  // The results under keys; make(i) makes that of keys[i]. Prints progress, of so many `unit`s of
+  // `what`. Throws as get(); Interrupted.
+  std::vector<nlohmann::ordered_json> get_all(
+      std::span<const std::string> keys, const std::string& what, const std::string& unit,
+      const std::function<nlohmann::ordered_json(std::size_t)>& make);
   // Removes the file: the run is complete.
   void remove();
 

@@ -106,15 +106,6 @@ TEST(MeanSquaredError, AveragesChannelsOfThePixelsThatCount) {
   EXPECT_DOUBLE_EQ(mean_squared_error(a, b, mask), 25.0 / 6.0);
 }
 
-TEST(MeanSquaredError, RefusesAMaskThatSelectsNothingOrDoesNotFit) {
-  const cv::Mat image = flat_image({4, 2}, {});
-  EXPECT_THAT([&] { mean_squared_error(image, image, cv::Mat::zeros(2, 4, CV_8UC1)); },
-              ThrowsMessage<Error>(HasSubstr("selects no pixel")));
-  EXPECT_THAT([&] { mean_squared_error(image, image, cv::Mat::ones(4, 2, CV_8UC1)); },
-              ThrowsMessage<Error>(HasSubstr("mask")));
-  EXPECT_THROW(mean_squared_error(image, image, cv::Mat::ones(2, 4, CV_32FC1)), Error);
-}
-
 TEST(Psnr, LeavesOutWhatIsMasked) {
   const cv::Mat a = flat_image({64, 32}, {50, 60, 70});
   cv::Mat b = flat_image({64, 32}, {55, 65, 75});
@@ -126,7 +117,10 @@ TEST(Psnr, LeavesOutWhatIsMasked) {
   EXPECT_NEAR(psnr_db(a, b, mask), expected_db, 1e-12);
   EXPECT_NEAR(ws_psnr_db(a, b, mask), expected_db, 1e-12);
   EXPECT_NEAR(ws_psnr_db(a, b, cv::Mat(a.size(), CV_8UC1, cv::Scalar(1))), ws_psnr_db(a, b), 1e-12);
-  EXPECT_THROW(ws_psnr_db(a, b, cv::Mat::zeros(a.size(), CV_8UC1)), Error);
+  EXPECT_THAT([&] { ws_psnr_db(a, b, cv::Mat::zeros(a.size(), CV_8UC1)); },
+              ThrowsMessage<Error>(HasSubstr("selects no pixel")));
+  EXPECT_THROW(mean_squared_error(a, b, cv::Mat::ones(64, 32, CV_8UC1)), Error);
+  EXPECT_THROW(mean_squared_error(a, b, cv::Mat::ones(a.size(), CV_32FC1)), Error);
 }
 
 TEST(Psnr, HasItsLimits) {
@@ -151,22 +145,12 @@ TEST(Psnr, AgreesWithFfmpegOverRgb) {
       {image, blurred(image, 2.0)},
       {image, adjusted(image, 0.8, 20.0)},
       {image, rolled(image, 7)},
+      {image, image + cv::Scalar(9, 0, 0)},
+      {image, image + cv::Scalar(0, 0, 9)},
       {odd, noisy(odd, 5.0)},
       {image, flat_image(image.size(), {90, 120, 150})}};
   for (const auto& [a, b] : pairs) {
     EXPECT_NEAR(psnr_db(a, b), ffmpeg_filter_value("psnr", "average", a, b), kTolerance_db);
-  }
-}
-
-// An error in one channel only: a metric on luma or on one plane would give another value.
-TEST(Psnr, CountsTheChannelsAlikeAsFfmpegDoes) {
-  const cv::Mat a = flat_image({64, 32}, {100, 100, 100});
-  const double expected_db = 10.0 * std::log10(255.0 * 255.0 / (36.0 / 3.0));
-  for (const cv::Scalar& bgr :
-       {cv::Scalar(106, 100, 100), cv::Scalar(100, 106, 100), cv::Scalar(100, 100, 106)}) {
-    const cv::Mat b = flat_image({64, 32}, bgr);
-    EXPECT_NEAR(psnr_db(a, b), expected_db, 1e-12);
-    EXPECT_NEAR(ffmpeg_filter_value("psnr", "average", a, b), expected_db, 1e-6);
   }
 }
 
@@ -225,16 +209,6 @@ TEST(Ssim, AgreesWithFfmpegAtEverySize) {
     const cv::Mat b = noisy(a, 20.0);
     EXPECT_NEAR(ssim(a, b), ffmpeg_ssim(a, b, kWithoutSimd), kTolerance) << size;
   }
-}
-
-TEST(Ssim, HasTheLuminanceTermOfFfmpegOnFlatImages) {
-  // Variances are 0, so that only (2 m_a m_b + C1) / (m_a^2 + m_b^2 + C1) with C1 = 416 / 64^2
-  // stays.
-  const cv::Size size(64, 32);
-  const cv::Mat black = flat_image(size, cv::Scalar::all(0));
-  const cv::Mat one = flat_image(size, cv::Scalar::all(1));
-  EXPECT_NEAR(ssim(black, one), 416.0 / (4096.0 + 416.0), 1e-12);
-  EXPECT_NEAR(ffmpeg_ssim(black, one), 416.0 / (4096.0 + 416.0), kTolerance);
 }
 
 TEST(Ssim, IsOneForEqualLumaAndSymmetric) {

@@ -15,7 +15,6 @@
 #include "core/base/interrupt.h"
 #include "core/base/median.h"
 #include "core/base/parallel.h"
-#include "core/base/progress.h"
 #include "core/evaluate/held_out.h"
 #include "core/evaluate/kept_results.h"
 #include "core/evaluate/trade_settings.h"
@@ -157,7 +156,7 @@ ordered_json measured(const TradeSetting& setting, const Trade& trade) {
   std::vector<ordered_json> scores(images.size());
   parallel_for(0, static_cast<int>(images.size()), 1, [&](int begin, int /*end*/) {
     const auto i = static_cast<std::size_t>(begin);
-    scores[i] = scores_of(images[i], truths[i].image, truths[i].mask);
+    scores[i] = scores_of(images[i], truths[i]);
   });
   for (const auto& [key, value] : scores.front().items()) result[key] = mean_of(scores, key);
   return result;
@@ -196,18 +195,14 @@ std::vector<ordered_json> measured_rows(const Trade& trade, KeptResults* kept) {
   for (const TradeSetting& setting : trade.settings) {
     keys.push_back(sha256_hex(fingerprint + parameters_of(setting).dump()));
   }
-  Progress progress("trade", kept->missing(keys), "settings");
-  std::vector<ordered_json> rows;
-  for (std::size_t i = 0; i < keys.size(); ++i) {
+  std::vector<ordered_json> rows = kept->get_all(
+      keys, "trade", "settings", [&](std::size_t i) { return measured(trade.settings[i], trade); });
+  for (std::size_t i = 0; i < rows.size(); ++i) {
     const TradeSetting& setting = trade.settings[i];
     ordered_json row{{"number", i + 1}, {"name", setting.name}};
     row.update(parameters_of(setting));
-    row.update(kept->get(keys[i], [&] {
-      ordered_json result = measured(setting, trade);
-      progress.advance();
-      return result;
-    }));
-    rows.push_back(std::move(row));
+    row.update(rows[i]);
+    rows[i] = std::move(row);
   }
   for (ordered_json& row : rows) {
     row["on_front"] = std::ranges::none_of(rows, [&](const ordered_json& other) {

@@ -14,8 +14,8 @@
 
 #include "core/base/interrupt.h"
 #include "core/base/test_error.h"
-#include "core/evaluate/scores.h"
 #include "core/evaluate/test_truths.h"
+#include "core/evaluate/truth_views.h"
 #include "core/files/csv.h"
 #include "core/room/requirements.h"
 #include "core/view/renderer.h"
@@ -140,7 +140,9 @@ TEST_F(TradeTest, ScoresAreThoseOfTheViews) {
   for (const auto& [name, at] :
        {std::pair("near.png", PlanPoint{0.4, 0.0}), std::pair("middle.png", PlanPoint{0.0, 0.0})}) {
     const cv::Mat view = Renderer(room_, options_.presets[2].options).render(at).image;
-    scores.push_back(scores_of(view, read_panorama(directory_ / name)));
+    TrueView truth;
+    truth.image = read_panorama(directory_ / name);
+    scores.push_back(scores_of(view, truth));
   }
   for (const char* key : {"psnr_db", "ws_psnr_db", "ssim", "fsim"}) {
     EXPECT_NEAR(settings[2][key].get<double>(), mean_of(scores, key).get<double>(), 1e-9) << key;

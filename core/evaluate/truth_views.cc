@@ -6,16 +6,23 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <opencv2/core.hpp>
 #include <set>
 
 #include "core/base/error.h"
+#include "core/evaluate/fsim.h"
+#include "core/evaluate/metrics.h"
 #include "core/files/csv.h"
 #include "core/files/image_file.h"
+#include "core/geometry/panorama_pixels.h"
 #include "core/view/view_plan.h"
 
 namespace raywalk {
+
+using nlohmann::ordered_json;
+
 namespace {
 
 constexpr double kHeightTolerance_m = 0.005;  // a pixel at 1.6 m in a panorama 2048 pixels wide
@@ -133,6 +140,63 @@ std::vector<std::size_t> spread_over_distance(std::span<const ListedTruth> truth
     chosen.push_back(order[count == 1 ? 0 : i * (order.size() - 1) / (count - 1)]);
   }
   return chosen;
+}
+
+ordered_json scores_of(const cv::Mat& view, const TrueView& truth) {
+  const cv::Mat completed = truth_completed_by(view, truth);
+  return {{"psnr_db", std::min(kMaxPsnrDb, psnr_db(view, truth.image, truth.mask))},
+          {"ws_psnr_db", std::min(kMaxPsnrDb, ws_psnr_db(view, truth.image, truth.mask))},
+          {"ssim", ssim(view, completed)},
+          {"fsim", fsim(view, completed)}};
+}
+
+cv::Mat truth_completed_by(const cv::Mat& view, const TrueView& truth) {
+  if (truth.mask.empty()) return truth.image;
+  cv::Mat completed = view.clone();
+  truth.image.copyTo(completed, truth.mask);
+  return completed;
+}
+
+ordered_json quarter_scores_of(const Grid& grid, const cv::Mat& view, const TrueView& truth) {
+  // Ray-space360's plan without a blend: straight ahead every side is read from its own line.
+  const ViewPlan plan(grid, truth.viewpoint, {kHalfPi, 0.0});
+  ordered_json quarters = ordered_json::array();
+  for (const Side side : {Side::kFront, Side::kRight, Side::kBack, Side::kLeft}) {
+    const double theta_rad = side_normal_rad(side);
+    const ColumnPlan ahead = plan.column(theta_rad);
+    if (ahead.front_count == 0) continue;
+    TrueView quarter;
+    quarter.image = quarter_of(truth.image, theta_rad);
+    if (!truth.mask.empty()) quarter.mask = quarter_of(truth.mask, theta_rad);
+    if (!quarter.mask.empty() && cv::countNonZero(quarter.mask) == 0) continue;
+    ordered_json row{{"line_distance_m", ahead.front[0].d_p_m}};
+    row.update(scores_of(quarter_of(view, theta_rad), quarter));
+    row.erase("ws_psnr_db");  // of whole panoramas
+    quarters.push_back(std::move(row));
+  }
+  return quarters;
+}
+
+cv::Mat quarter_of(const cv::Mat& panorama, double theta_rad) {
+  const int quarter = panorama.cols / 4;
+  cv::Mat around;
+  cv::copyMakeBorder(panorama, around, 0, 0, quarter, quarter, cv::BORDER_WRAP);
+  const double centre = (theta_rad / kTwoPi + 0.5) * panorama.cols;  // the pixel edge at theta
+  const int first = static_cast<int>(std::lround(centre - 0.5 * quarter));
+  const int begin = quarter + wrapped_column(first, panorama.cols);
+  return around.colRange(begin, begin + quarter);
+}
+
+ordered_json mean_of(std::span<const ordered_json> rows, const std::string& key) {
+  double sum = 0.0;
+  int known = 0;
+  for (const ordered_json& row : rows) {
+    const auto value = row.find(key);
+    if (value == row.end() || value->is_null()) continue;
+    sum += value->get<double>();
+    ++known;
+  }
+  return known == 0 ? ordered_json(nullptr) : ordered_json(sum / known);
 }
 
 }  // namespace raywalk

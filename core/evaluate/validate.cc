@@ -9,7 +9,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
-#include <optional>
 #include <span>
 #include <utility>
 
@@ -18,10 +17,8 @@
 #include "core/base/interrupt.h"
 #include "core/base/median.h"
 #include "core/base/number_text.h"
-#include "core/base/progress.h"
 #include "core/evaluate/kept_results.h"
 #include "core/evaluate/metrics.h"
-#include "core/evaluate/scores.h"
 #include "core/evaluate/truth_views.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
@@ -87,7 +84,7 @@ ordered_json measured(const Room& room, const TrueView& truth, const ViewMode& m
   if (truth.height_m && mode.options.generation != Generation::kInitial) {
     view["y_m"] = *truth.height_m;
   }
-  view.update(scores_of(image, truth.image, truth.mask));
+  view.update(scores_of(image, truth));
   if (!truth.distances.empty()) {
     const SilhouetteScores scores =
         score_silhouettes(image, truth.image, truth.distances, truth.mask);
@@ -102,8 +99,7 @@ ordered_json measured(const Room& room, const TrueView& truth, const ViewMode& m
                            {"empty_share", report.empty_share},
                            {"render_ms", report.render_ms}});
   ordered_json quarters = ordered_json::array();
-  for (const ordered_json& scores :
-       quarter_scores_of(room.grid(), truth.viewpoint, image, truth.image, truth.mask)) {
+  for (const ordered_json& scores : quarter_scores_of(room.grid(), image, truth)) {
     ordered_json quarter{{"name", truth.name}, {"generation", method_of(mode)}};
     quarter.update(scores);
     quarters.push_back(std::move(quarter));
@@ -132,21 +128,13 @@ std::vector<ordered_json> measured_results(const Room& room, std::span<const Lis
   for (const ListedTruth& truth : truths) {
     for (const ViewMode& mode : modes) keys.push_back(key_of(room, truth, mode));
   }
-  Progress progress("validating", kept->missing(keys), "views");
-  std::vector<ordered_json> results;
-  for (const ListedTruth& listed : truths) {
-    std::optional<TrueView> truth;
-    for (std::size_t mode = 0; mode < modes.size(); ++mode) {
-      throw_if_interrupted();
-      results.push_back(kept->get(keys[results.size()], [&] {
-        if (!truth) truth = read_view(listed);
-        ordered_json result = measured(room, *truth, modes[mode], renderer->render(*truth, mode));
-        progress.advance();
-        return result;
-      }));
-    }
-  }
-  return results;
+  TrueView truth;
+  return kept->get_all(keys, "validating", "views", [&](std::size_t i) {
+    const ListedTruth& listed = truths[i / modes.size()];
+    const std::size_t mode = i % modes.size();
+    if (truth.name != listed.name) truth = read_view(listed);
+    return measured(room, truth, modes[mode], renderer->render(truth, mode));
+  });
 }
 
 // Means over the views of a mode.
@@ -234,7 +222,7 @@ std::vector<ReportImage> images_of(std::span<const ListedTruth> truths,
       throw_if_interrupted();
       const cv::Mat view = renderer->render(truth, mode).image;
       cv::Mat error;
-      cv::absdiff(view, truth_completed_by(view, truth.image, truth.mask), error);
+      cv::absdiff(view, truth_completed_by(view, truth), error);
       error.convertTo(error, -1, kErrorGain);
       const ordered_json& scores = views[i * modes.size() + mode];
       const std::string row =

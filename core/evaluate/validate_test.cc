@@ -14,7 +14,6 @@
 #include "core/base/test_error.h"
 #include "core/evaluate/metrics.h"
 #include "core/evaluate/test_truths.h"
-#include "core/evaluate/truth_views.h"
 
 namespace raywalk {
 namespace {
@@ -328,13 +327,6 @@ TEST_F(ResumedValidateTest, ChangedInputsAreMeasuredAnew) {
     spec_.scene.walls.max_m.x() += 0.5;
     make_room(spec_);
   })) << "another room";
-}
-
-TEST(TrueViews, FewAreSpreadOverTheDistanceFromTheLine) {
-  std::vector<ListedTruth> truths(9);
-  for (int i = 0; i < 9; ++i) truths[static_cast<std::size_t>(8 - i)].line_distance_m = 0.1 * i;
-  EXPECT_THAT(spread_over_distance(truths, 3), ::testing::ElementsAre(8, 4, 0));
-  EXPECT_EQ(spread_over_distance(truths, 20).size(), 9U);
 }
 
 }  // namespace
