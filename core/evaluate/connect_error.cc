@@ -10,6 +10,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/progress.h"
@@ -128,26 +129,20 @@ std::vector<OverlapSum> overlap_sums(const Corner& corner, const ViewOptions& op
   const int begin = static_cast<int>(std::ceil((from_rad + least - half_rad) / step_rad - 0.5));
   const int end =
       static_cast<int>(std::floor((from_rad + largest + half_rad) / step_rad - 0.5)) + 1;
-  std::vector<double> angles_rad;  // from the normal; of columns that no k compares NaN
-  bool any = false;
+  std::vector<std::pair<size_t, int>> compared;  // k, and a column behind `begin`
   for (int u = begin; u < end; ++u) {
     const double angle_rad = (u + 0.5) * step_rad - from_rad;
-    const bool compared = corner.captured(angle_rad + corner.normal_rad()) &&
-                          std::ranges::any_of(cuts_rad, [&](double cut_rad) {
-                            return std::fabs(angle_rad - cut_rad) <= half_rad;
-                          });
-    angles_rad.push_back(compared ? angle_rad : std::nan(""));
-    any = any || compared;
+    if (!corner.captured(angle_rad + corner.normal_rad())) continue;
+    for (size_t k = 0; k < cuts_rad.size(); ++k) {
+      if (std::fabs(angle_rad - cuts_rad[k]) <= half_rad) compared.emplace_back(k, u - begin);
+    }
   }
-  if (!any) return sums;
+  if (compared.empty()) return sums;
   const PanoramaPart part{
       .first_column = begin % output.width, .columns = end - begin, .rows = {0, output.height}};
   const std::vector<double> differences = column_differences(corner, options, part, view);
-  for (size_t k = 0; k < sums.size(); ++k) {
-    for (size_t i = 0; i < angles_rad.size(); ++i) {
-      if (std::fabs(angles_rad[i] - cuts_rad[k]) <= half_rad)
-        sums[k] += OverlapSum(differences[i], 1.0);
-    }
+  for (const auto& [k, column] : compared) {
+    sums[k] += OverlapSum(differences[static_cast<size_t>(column)], 1.0);
   }
   return sums;
 }
