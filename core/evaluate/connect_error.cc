@@ -199,10 +199,11 @@ ordered_json measure_connect_error(const Room& room, Generation generation,
   std::int64_t pairs = 0, common_pairs = 0;
   for (const Cell& cell : room.grid().cells) {
     for (int i = 0; i < per_cell; ++i) {
-      // The centre of a sub-cell.
-      const double across = i % options.viewpoints + 0.5, ahead = i / options.viewpoints + 0.5;
-      const PlanPoint viewpoint{std::lerp(cell.x_min_m, cell.x_max_m, across / options.viewpoints),
-                                std::lerp(cell.z_min_m, cell.z_max_m, ahead / options.viewpoints)};
+      const int row = i / options.viewpoints;
+      const double across = (i % options.viewpoints + 0.5) / options.viewpoints;
+      const double ahead = (row + 0.5) / options.viewpoints;
+      const PlanPoint viewpoint{std::lerp(cell.x_min_m, cell.x_max_m, across),
+                                std::lerp(cell.z_min_m, cell.z_max_m, ahead)};
       PreparedView& prepared = renderer.prepare(viewpoint);
       for (int side = 0; side < kCorners; ++side) {
         const std::vector<OverlapSum> pair = overlap_sums(
