@@ -3,6 +3,7 @@
 
 #include <pybind11/stl.h>
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -16,11 +17,10 @@ namespace py = pybind11;
 namespace raywalk::python {
 namespace {
 
-template <typename Member>
-py::array column(const std::vector<ConnectErrorAtK>& rows, Member member) {
+py::array column(const nlohmann::ordered_json& rows, const char* key) {
   std::vector<double> values;
   values.reserve(rows.size());
-  for (const ConnectErrorAtK& row : rows) values.push_back(row.*member);
+  for (const nlohmann::ordered_json& row : rows) values.push_back(row[key].get<double>());
   return read_only_copy(std::span<const double>(values), {std::ssize(values)});
 }
 
@@ -30,14 +30,13 @@ py::dict connect_error(const Room& room, const std::string& generation, int view
   ConnectErrorOptions options{.viewpoints = viewpoints, .overlap_deg = overlap_deg};
   if (k_list_deg) options.k_list_deg = *k_list_deg;
   const Generation wanted = generation_from_name(generation);
-  const ConnectError measured =
+  const nlohmann::ordered_json measured =
       without_lock([&] { return measure_connect_error(room, wanted, options); });
   py::dict fields;
-  fields["k_deg"] = column(measured.rows, &ConnectErrorAtK::k_deg);
-  fields["e_connect"] = column(measured.rows, &ConnectErrorAtK::e_connect);
-  fields["e_connect_common"] = column(measured.rows, &ConnectErrorAtK::e_connect_common);
-  fields["coverage"] = column(measured.rows, &ConnectErrorAtK::coverage);
-  fields["common_share"] = measured.common_share;
+  for (const char* key : {"k_deg", "e_connect", "e_connect_common", "coverage"}) {
+    fields[key] = column(measured["rows"], key);
+  }
+  fields["common_share"] = measured["connection"]["common_share"].get<double>();
   return fields;
 }
 

@@ -6,7 +6,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
-#include "core/evaluate/captured_station.h"
+#include "core/evaluate/held_out.h"
 #include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
@@ -49,7 +49,7 @@ std::vector<ExportedStation> exported_stations(const Room& room, int every) {
 
 cv::Mat station_columns(const Room& room, int line, int station, bool gains) {
   const LineVolume& volume = room.volume(line);
-  cv::Mat columns = captured_columns(volume, station, {volume.panorama()});
+  cv::Mat columns = captured_columns(volume, station);
   if (gains && !room.gains().empty()) {
     const std::vector<GainField>& fields = room.gains()[static_cast<std::size_t>(line)];
     apply_gains(fields[static_cast<std::size_t>(station)], &columns);

@@ -17,7 +17,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
-#include "core/evaluate/held_out_views.h"
+#include "core/evaluate/held_out.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/output_folder.h"

@@ -45,15 +45,15 @@ struct SpacingWithLayers {
   double needed_m = 0.0;
 };
 
-// Stations re-created from their neighbours when only every `stride`-th is kept.
+// Stations re-created from those that --thin keeps at `stride` captured steps.
 struct HeldOutFacts {
   int stride = 2;
-  double step_m = 0.0;  // between the stations kept, median
+  double step_m = 0.0;  // between the stations kept, at most
   int views = 0;        // number of stations re-created
   double psnr_with_distances_db = 0.0;
   double psnr_without_depth_db = 0.0;
   double psnr_of_tolerance_db = 0.0;  // captured view against itself, displaced by the tolerance
-  double hidden_share = 0.0;          // of the solid angle: seen by neither neighbour
+  double hidden_share = 0.0;          // of the pixels: occluded from the lines in use
 };
 
 struct SpacingFacts {

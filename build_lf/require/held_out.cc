@@ -1,11 +1,16 @@
 #include "build_lf/require/held_out.h"
 
 #include <algorithm>
+#include <cmath>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
-#include "core/base/median.h"
+#include "core/base/interrupt.h"
 #include "core/base/pick_evenly.h"
 #include "core/base/progress.h"
-#include "core/evaluate/recreated_station.h"
+#include "core/evaluate/metrics.h"
+#include "core/geometry/panorama_pixels.h"
 #include "core/room/kept_stations.h"
 
 namespace raywalk::build_lf {
@@ -23,86 +28,146 @@ std::vector<int> strides_up_to(int longest) {
   return strides;
 }
 
-// Two stations of a line, between which the others are left out.
-struct Gap {
-  int line = 0;
-  int left = 0;
-  int right = 0;
-};
-
-struct StrideGaps {
+// The stations that --thin keeps for a spacing, and a sample of the others.
+struct Thinned {
   int stride = 0;
-  double step_m = 0.0;  // their median width
-  std::vector<Gap> gaps{};
+  double step_m = 0.0;  // between the stations kept, at most
+  KeptStations kept{};
+  std::vector<HeldOutStation> middles{};
 };
 
-StrideGaps gaps_of_stride(const Grid& grid, int stride) {
-  std::vector<Gap> all;
-  std::vector<double> steps_m;
-  for (int line = 0; line < static_cast<int>(grid.lines.size()); ++line) {
-    const std::vector<Station>& stations = grid.lines[static_cast<size_t>(line)].stations;
-    for (int left = 0; left + stride < static_cast<int>(stations.size()); left += stride) {
-      const int right = left + stride;
-      all.push_back({line, left, right});
-      steps_m.push_back(stations[static_cast<size_t>(right)].along_m -
-                        stations[static_cast<size_t>(left)].along_m);
+Thinned thinned(const Room& room, int stride, double captured_step_m) {
+  constexpr double kUneven = 0.25;  // stations are not captured at exactly equal steps
+  constexpr double kWide = 0.75;
+  Thinned thinned{.stride = stride,
+                  .kept = needed_stations(room, (stride + kUneven) * captured_step_m,
+                                          Preferred::kWithDistances)};
+  const auto along_m = [&](std::size_t line, int station) {
+    return room.grid().lines[line].stations[static_cast<std::size_t>(station)].along_m;
+  };
+  for (std::size_t line = 0; line < thinned.kept.size(); ++line) {
+    const std::vector<int>& kept = thinned.kept[line];
+    for (std::size_t i = 1; i < kept.size(); ++i) {
+      thinned.step_m =
+          std::max(thinned.step_m, along_m(line, kept[i]) - along_m(line, kept[i - 1]));
     }
   }
-  StrideGaps some{stride, median(steps_m)};
+  KeptStations middles(thinned.kept.size());
+  for (std::size_t line = 0; line < thinned.kept.size(); ++line) {
+    const std::vector<int>& kept = thinned.kept[line];
+    for (std::size_t i = 1; i < kept.size(); ++i) {
+      const double step_m = along_m(line, kept[i]) - along_m(line, kept[i - 1]);
+      // What is left before a corner or the end of a line may be narrower, and easier.
+      if (kept[i] - kept[i - 1] < 2 || step_m < kWide * thinned.step_m) continue;
+      middles[line].push_back((kept[i - 1] + kept[i]) / 2);
+    }
+  }
+  const std::vector<HeldOutStation> all = stations_with_views(room.grid(), middles);
   for (const int i : pick_evenly(static_cast<int>(all.size()), kViewsPerStride)) {
-    some.gaps.push_back(all[static_cast<size_t>(i)]);
+    thinned.middles.push_back(all[static_cast<std::size_t>(i)]);
   }
-  return some;
+  return thinned;
 }
 
-Room without(const Room& room, const Gap& gap) {
-  std::vector<std::vector<int>> left_out(room.grid().lines.size());
-  for (int station = gap.left + 1; station < gap.right; ++station) {
-    left_out[static_cast<size_t>(gap.line)].push_back(station);
+// Mean squared difference between a panorama and itself displaced by the angle of `tolerance_px`
+// rows, along rows and along columns; towards a pole that angle spans more columns.
+double displacement_error(const TrueView& captured, double tolerance_px) {
+  const PanoramaSize size{captured.image.cols, captured.image.rows};
+  cv::Mat along_row(captured.image.size(), CV_32FC2), along_column = along_row.clone();
+  for (int v = 0; v < size.height; ++v) {
+    const double phi_rad = angles_from_pixel({0.0, static_cast<double>(v)}, size).phi_rad;
+    const double columns = tolerance_px / std::max(std::cos(phi_rad), tolerance_px / size.width);
+    const double row = std::min(v + tolerance_px, size.height - 1.0);
+    for (int u = 0; u < size.width; ++u) {
+      along_row.at<cv::Vec2f>(v, u) = cv::Vec2d(u + columns, v);
+      along_column.at<cv::Vec2f>(v, u) = cv::Vec2d(u, row);
+    }
   }
-  return room.subset(stations_except(room.grid(), left_out));
+  double error = 0.0;
+  for (const cv::Mat& places : {along_row, along_column}) {
+    cv::Mat displaced;
+    cv::remap(captured.image, displaced, places, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_WRAP);
+    error += 0.5 * mean_squared_error(captured.image, displaced, captured.mask);
+  }
+  return error;
 }
 
-HeldOutFacts facts_of(const StrideGaps& gaps, std::span<const RecreationScore> scores) {
-  HeldOutFacts facts{
-      .stride = gaps.stride, .step_m = gaps.step_m, .views = static_cast<int>(scores.size())};
-  const double part = 1.0 / static_cast<double>(scores.size());
-  for (const RecreationScore& score : scores) {
-    facts.psnr_with_distances_db += part * score.psnr_with_distances_db;
-    facts.psnr_without_depth_db += part * score.psnr_without_depth_db;
-    facts.psnr_of_tolerance_db += part * score.psnr_of_tolerance_db;
-    facts.hidden_share += part * score.hidden_share;
+double tolerance_db(const TrueView& captured, double tolerance_px) {
+  const bool masked = !captured.mask.empty() && cv::countNonZero(captured.mask) == 0;
+  if (masked) return kMaxPsnrDb;
+  return std::min(psnr_db(displacement_error(captured, tolerance_px)), kMaxPsnrDb);
+}
+
+// An initial view on a single line shows nothing on one side of a station that is off the line.
+PlanPoint on_line(const Line& line, PlanPoint place) {
+  const double along_m = along_line(line, place);
+  return {line.origin.x_m + along_m * line.direction.x_m,
+          line.origin.z_m + along_m * line.direction.z_m};
+}
+
+HeldOutFacts facts_of(const Room& room, const Thinned& thinned, double tolerance_px,
+                      Progress* progress) {
+  HeldOutFacts facts{.stride = thinned.stride,
+                     .step_m = thinned.step_m,
+                     .views = static_cast<int>(thinned.middles.size())};
+  const Room part = room.subset(thinned.kept);
+  Renderer initial(part, {.generation = Generation::kInitial, .gains = false});
+  std::unique_ptr<Renderer> corrected;
+  if (part.has_distances()) {
+    corrected = std::make_unique<Renderer>(part, ViewOptions{.gains = false});
+  }
+  const double share = 1.0 / facts.views;
+  for (const HeldOutStation& middle : thinned.middles) {
+    throw_if_interrupted();
+    const TrueView captured = true_view_of(room, middle);
+    const Line& line = room.grid().lines[static_cast<std::size_t>(middle.line)];
+    const PlanPoint place =
+        room.grid().cells.empty() ? on_line(line, captured.viewpoint) : captured.viewpoint;
+    const double without_db = psnr_of_view(initial.render(place).image, captured);
+    double with_db = without_db;
+    if (corrected) {
+      const RenderedView view = corrected->render({captured.viewpoint, captured.height_m});
+      with_db = psnr_of_view(view.image, captured);
+      facts.hidden_share += share * (view.report.filled_share + view.report.unseen_share);
+    }
+    facts.psnr_with_distances_db += share * with_db;
+    facts.psnr_without_depth_db += share * without_db;
+    facts.psnr_of_tolerance_db += share * tolerance_db(captured, tolerance_px);
+    progress->advance();
   }
   return facts;
 }
 
-std::vector<StrideGaps> strides_of(const Grid& grid) {
-  int longest = 0;
-  for (const Line& line : grid.lines) {
-    longest = std::max(longest, static_cast<int>(line.stations.size()) - 1);
-  }
-  std::vector<StrideGaps> strides;
-  for (const int stride : strides_up_to(longest)) strides.push_back(gaps_of_stride(grid, stride));
-  return strides;
-}
-
 }  // namespace
 
-std::vector<HeldOutFacts> measure_strides(const Room& room, double tolerance_px) {
-  const std::vector<StrideGaps> strides = strides_of(room.grid());
+double psnr_of_view(const cv::Mat& view, const TrueView& captured) {
+  cv::Mat image = captured.image, mask = captured.mask;
+  if (image.size() != view.size()) {
+    cv::resize(captured.image, image, view.size(), 0.0, 0.0, cv::INTER_AREA);
+    if (!mask.empty()) cv::resize(captured.mask, mask, view.size(), 0.0, 0.0, cv::INTER_NEAREST);
+  }
+  if (!mask.empty() && cv::countNonZero(mask) == 0) return kMaxPsnrDb;
+  return std::min(psnr_db(view, image, mask), kMaxPsnrDb);
+}
+
+std::vector<HeldOutFacts> measure_strides(const Room& room, double captured_step_m,
+                                          double tolerance_px) {
+  std::size_t longest = 1;
+  for (const Line& line : room.grid().lines) longest = std::max(longest, line.stations.size());
+  std::vector<Thinned> strides;
   std::int64_t stations = 0;
-  for (const StrideGaps& of_stride : strides) stations += std::ssize(of_stride.gaps);
+  for (const int stride : strides_up_to(static_cast<int>(longest) - 1)) {
+    Thinned of_stride = thinned(room, stride, captured_step_m);
+    const bool same = !strides.empty() && of_stride.kept == strides.back().kept;
+    if (same || of_stride.middles.empty()) continue;
+    stations += std::ssize(of_stride.middles);
+    strides.push_back(std::move(of_stride));
+  }
   Progress progress("re-creating", stations, "stations");
-  StationRecreation recreation(room, room, tolerance_px);
   std::vector<HeldOutFacts> facts;
-  for (const StrideGaps& of_stride : strides) {
-    std::vector<RecreationScore> scores;
-    for (const Gap& gap : of_stride.gaps) {
-      const HeldOutStation middle{gap.line, gap.left + of_stride.stride / 2};
-      scores.push_back(recreation.score(middle, without(room, gap)));
-      progress.advance();
-    }
-    facts.push_back(facts_of(of_stride, scores));
+  facts.reserve(strides.size());
+  for (const Thinned& of_stride : strides) {
+    facts.push_back(facts_of(room, of_stride, tolerance_px, &progress));
   }
   return facts;
 }

@@ -67,7 +67,7 @@ SpacingFacts spacing_facts(const Room& room, const DistanceFacts& distance, Omeg
   facts.needed_by_error_m = distance.omega_error_per_m
                                 ? spacing_needed(scene, *distance.omega_error_per_m, tolerance_rad)
                                 : std::numeric_limits<double>::infinity();
-  facts.held_out = measure_strides(room, tolerance_px);
+  facts.held_out = measure_strides(room, facts.captured_median_m, tolerance_px);
   facts.measured_up_to_m = measured_up_to_m(facts.held_out);
   facts.needed_with_distances_m =
       std::max(facts.captured_median_m, std::min(facts.needed_by_error_m, facts.measured_up_to_m));
@@ -161,7 +161,7 @@ std::string finish(const RequireOptions& options, const Room& room, SceneFacts f
   if (options.thin) {
     write_thinned_room(room, kept, facts.storage.needed_distance_width_px, *options.thin,
                        options.replace_thin);
-    facts.thinned = thinned_facts(room, kept, *options.thin, options.tolerance_px);
+    facts.thinned = thinned_facts(room, kept, *options.thin);
     document["thinned"] = json_of(*facts.thinned);
     write_file_atomically(requirements_path(options.room), json_text(document));
   }

@@ -10,16 +10,18 @@
 #include "build_lf/derived_volumes.h"
 #include "build_lf/pack_room.h"
 #include "build_lf/partial_room.h"
+#include "build_lf/require/held_out.h"
 #include "core/base/pick_evenly.h"
 #include "core/base/progress.h"
 #include "core/evaluate/metrics.h"
-#include "core/evaluate/recreated_station.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/output_folder.h"
 #include "core/room/gain_fields.h"
+#include "core/room/kept_stations.h"
 #include "core/room/omega_map.h"
 #include "core/room/room_fingerprint.h"
+#include "core/view/renderer.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -31,19 +33,6 @@ constexpr int kMaxViews = 48;
 // Over everything that determines the result.
 std::string fingerprint_of(const Room& room, const KeptStations& kept, int distance_width) {
   return sha256_hex(fmt::format("{}{} {}", room_fingerprint(room), kept, distance_width));
-}
-
-std::vector<HeldOutStation> dropped_stations(const Grid& grid, const KeptStations& kept) {
-  std::vector<HeldOutStation> dropped;
-  for (int line = 0; line < static_cast<int>(kept.size()); ++line) {
-    const auto count = static_cast<int>(grid.lines[static_cast<size_t>(line)].stations.size());
-    for (int station = 0; station < count; ++station) {
-      if (!std::ranges::binary_search(kept[static_cast<size_t>(line)], station)) {
-        dropped.push_back({line, station});
-      }
-    }
-  }
-  return dropped;
 }
 
 }  // namespace
@@ -72,25 +61,26 @@ void write_thinned_room(const Room& room, const KeptStations& kept, int distance
   partial.complete();
 }
 
-ThinnedFacts thinned_facts(const Room& room, const KeptStations& kept, const fs::path& out,
-                           double tolerance_px) {
+ThinnedFacts thinned_facts(const Room& room, const KeptStations& kept, const fs::path& out) {
   const Room thinned = Room::open(out);
   ThinnedFacts facts{.room = out.string(), .bytes = bytes_in(out)};
   for (size_t line = 0; line < kept.size(); ++line) {
     facts.stations += static_cast<int>(kept[line].size());
     facts.distance_maps += thinned.distances(static_cast<int>(line)).maps();
   }
-  const std::vector<HeldOutStation> dropped = dropped_stations(room.grid(), kept);
+  const std::vector<HeldOutStation> dropped =
+      stations_with_views(room.grid(), stations_except(room.grid(), kept));
   const std::vector<int> views = pick_evenly(static_cast<int>(dropped.size()), kMaxViews);
   facts.views = static_cast<int>(views.size());
   facts.psnr_db = facts.worst_psnr_db = kMaxPsnrDb;
   if (views.empty()) return facts;
   facts.psnr_db = 0.0;
   Progress progress("re-creating", std::ssize(views), "stations");
-  StationRecreation recreation(room, thinned, tolerance_px);
+  Renderer renderer(thinned, {.gains = false});
   for (const int i : views) {
-    const double db =
-        recreation.score(dropped[static_cast<size_t>(i)], thinned).psnr_with_distances_db;
+    const TrueView captured = true_view_of(room, dropped[static_cast<size_t>(i)]);
+    const cv::Mat view = renderer.render({captured.viewpoint, captured.height_m}).image;
+    const double db = psnr_of_view(view, captured);
     facts.psnr_db += db / static_cast<double>(views.size());
     facts.worst_psnr_db = std::min(facts.worst_psnr_db, db);
     progress.advance();

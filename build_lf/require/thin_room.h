@@ -20,6 +20,6 @@ void write_thinned_room(const Room& room, const KeptStations& kept, int distance
 // Compares the thinned room with its source: re-creates dropped stations from it, at most 48 spread
 // over the room. 100 dB if none was dropped. `kept` must include a station with a distance map.
 ThinnedFacts thinned_facts(const Room& room, const KeptStations& kept,
-                           const std::filesystem::path& out, double tolerance_px);
+                           const std::filesystem::path& out);
 
 }  // namespace raywalk::build_lf

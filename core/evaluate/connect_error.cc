@@ -1,25 +1,24 @@
 #include "core/evaluate/connect_error.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <span>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/progress.h"
-#include "core/files/fingerprint.h"
 #include "core/geometry/position_tolerance.h"
-#include "core/room/room_fingerprint.h"
 #include "core/view/column_sources.h"
 #include "core/view/connection.h"
 #include "core/view/prepared_view.h"
+#include "core/view/renderer.h"
 
 namespace raywalk {
 namespace {
@@ -37,182 +36,115 @@ const char* connection_at(double k_deg) {
   return k_deg == 90.0 ? "rayspace360" : "hybrid";
 }
 
-// An output column in the overlap of a corner.
-struct OverlapColumn {
-  int u = 0;                        // not wrapped
-  double angle_rad = 0.0;           // from the normal of the corner's first side
-  double squared_difference = 0.0;  // sum over the column's samples
-};
+// Over output columns of overlaps: the squared differences of all samples of the columns, in
+// squared 8-bit levels, and the number of columns.
+using OverlapSum = cv::Vec2d;
 
-// Over output columns of overlaps.
-struct OverlapSum {
-  double squared_difference = 0.0;  // of all samples of the columns, in squared 8-bit levels
-  std::int64_t columns = 0;
+// Over the samples; NaN where there was no column.
+double mean_square(const OverlapSum& sum, int samples_per_column) {
+  return sum[1] == 0.0 ? std::nan("") : sum[0] / (sum[1] * samples_per_column);
+}
 
-  void add(const OverlapSum& other) {
-    squared_difference += other.squared_difference;
-    columns += other.columns;
-  }
-  // Over the samples; NaN where there was no column.
-  double mean(int samples_per_column) const {
-    if (columns == 0) return std::numeric_limits<double>::quiet_NaN();
-    return squared_difference / (static_cast<double>(columns) * samples_per_column);
-  }
-};
-
-// Over pairs (viewpoint, corner), at one k.
-struct SumsAtK {
-  OverlapSum all{};
-  OverlapSum common{};     // over the pairs that are readable at every k
-  std::int64_t pairs = 0;  // with a column
-};
-
-// Measures one cell, viewpoint by viewpoint.
-class CellMeasurement {
+// The corner between a side of a cell and the next one, seen from a viewpoint.
+class Corner {
  public:
-  CellMeasurement(const Room& room, const Cell& cell, const ViewOptions& view,
-                  const ConnectErrorOptions& options)
-      : room_(room), cell_(cell), view_(view), options_(options), output_(size_as_captured(room)) {}
+  Corner(const Grid& grid, const Cell& cell, int side, PlanPoint viewpoint)
+      : grid_(grid), cell_(cell), side_(side), viewpoint_(viewpoint) {}
 
-  // The centre of a sub-cell.
-  PlanPoint viewpoint(int index) const {
-    const int n = options_.viewpoints;
-    const int row = index / n;
-    const double across = (index % n + 0.5) / n;
-    const double ahead = (row + 0.5) / n;
-    return {std::lerp(cell_.x_min_m, cell_.x_max_m, across),
-            std::lerp(cell_.z_min_m, cell_.z_max_m, ahead)};
+  double normal_rad() const { return side_normal_rad(static_cast<Side>(side_)); }
+  // Where the two lines connect, from the normal.
+  double cut_rad(double k_deg) const {
+    return hybrid_cut(corner_view(grid_, cell_, static_cast<Side>(side_), viewpoint_),
+                      radians_from_degrees(k_deg));
   }
-
-  // The sums of each corner (outer) and k (inner) at the viewpoint of a view.
-  std::vector<OverlapSum> overlap_sums(PreparedView* view) const {
-    std::vector<OverlapSum> sums;
-    for (int corner = 0; corner < kCorners; ++corner) {
-      const std::vector<double> cuts_rad = cuts(view->plan().viewpoint(), corner);
-      std::vector<OverlapColumn> columns =
-          overlap_columns(view->plan().viewpoint(), corner, cuts_rad);
-      if (!columns.empty()) compare_lines(corner, view, columns);
-      for (const double cut_rad : cuts_rad) {
-        OverlapSum& sum = sums.emplace_back();
-        for (const OverlapColumn& column : columns) {
-          if (in_overlap(column.angle_rad, cut_rad)) sum.add({column.squared_difference, 1});
-        }
-      }
-    }
-    return sums;
+  // Whether both lines captured what is in this direction.
+  bool captured(double theta_rad) const {
+    return captured_by(0, theta_rad) && captured_by(1, theta_rad);
+  }
+  // Of a column: one of the two lines (0 or 1) in front, and what the plan has behind.
+  ColumnPlan plan(const ViewPlan& view, int which, double theta_rad) const {
+    ColumnPlan column = view.column(theta_rad);
+    const auto crossing = cross(which, theta_rad);
+    column.front_count = crossing ? 1 : 0;
+    if (crossing) column.front[0] = source_at(line(which), line_index(which), *crossing);
+    return column;
   }
 
  private:
-  double half_overlap_rad() const { return 0.5 * radians_from_degrees(options_.overlap_deg); }
-
-  bool in_overlap(double angle_rad, double cut_rad) const {
-    return std::fabs(angle_rad - cut_rad) <= half_overlap_rad();
+  int line_index(int which) const {
+    return cell_.line[static_cast<size_t>((side_ + which) % kCorners)];
   }
-
-  // Where the lines of a corner connect, for each k of the list.
-  std::vector<double> cuts(PlanPoint viewpoint, int corner) const {
-    const CornerView view = corner_view(room_.grid(), cell_, static_cast<Side>(corner), viewpoint);
-    std::vector<double> cuts_rad;
-    for (const double k_deg : options_.k_list_deg) {
-      cuts_rad.push_back(hybrid_cut(view, radians_from_degrees(k_deg)));
-    }
-    return cuts_rad;
-  }
-
-  // All columns that any k of the list compares at a corner: both lines captured them.
-  std::vector<OverlapColumn> overlap_columns(PlanPoint viewpoint, int corner,
-                                             std::span<const double> cuts_rad) const {
-    std::vector<OverlapColumn> columns;
-    const double step_rad = kTwoPi / output_.width;
-    const double normal_rad = side_normal_rad(static_cast<Side>(corner));
-    const auto [least, largest] = std::ranges::minmax(cuts_rad);
-    // Column u is at (u + 0.5) step - pi.
-    const double first_rad = normal_rad + kPi + least - half_overlap_rad();
-    const double last_rad = normal_rad + kPi + largest + half_overlap_rad();
-    const int last_u = static_cast<int>(std::floor(last_rad / step_rad - 0.5));
-    for (int u = static_cast<int>(std::ceil(first_rad / step_rad - 0.5)); u <= last_u; ++u) {
-      const double angle_rad = (u + 0.5) * step_rad - kPi - normal_rad;
-      const auto near_cut = [&](double cut_rad) { return in_overlap(angle_rad, cut_rad); };
-      const auto captured = [&](int side) {
-        const auto crossing = cross(side, viewpoint, angle_rad + normal_rad);
-        return crossing && is_captured_at(line_of(side), crossing->along_m);
-      };
-      if (std::ranges::any_of(cuts_rad, near_cut) && captured(corner) && captured(corner + 1)) {
-        columns.push_back({.u = u, .angle_rad = angle_rad});
-      }
-    }
-    return columns;
-  }
-
-  int line_index(int side) const { return cell_.line[static_cast<size_t>(side % kCorners)]; }
-  const Line& line_of(int side) const {
-    return room_.grid().lines[static_cast<size_t>(line_index(side))];
-  }
-
-  // Where a column meets a side's line in front of the viewpoint.
-  std::optional<LineCrossing> cross(int side, PlanPoint viewpoint, double theta_rad) const {
-    const auto crossing = cross_line(line_of(side), viewpoint, theta_rad);
+  const Line& line(int which) const { return grid_.lines[static_cast<size_t>(line_index(which))]; }
+  // Where a ray meets a line in front of the viewpoint.
+  std::optional<LineCrossing> cross(int which, double theta_rad) const {
+    const auto crossing = cross_line(line(which), viewpoint_, theta_rad);
     return crossing && crossing->d_p_m >= 0.0 ? crossing : std::nullopt;
   }
-
-  // A side's line, and what the plan has behind the viewpoint.
-  ColumnSources sources(const ViewPlan& plan, int side, double theta_rad) const {
-    ColumnPlan column = plan.column(theta_rad);
-    const auto crossing = cross(side, plan.viewpoint(), theta_rad);
-    column.front_count = crossing ? 1 : 0;
-    if (crossing) column.front[0] = source_at(line_of(side), line_index(side), *crossing);
-    return column_sources(column, view_);
+  bool captured_by(int which, double theta_rad) const {
+    const auto crossing = cross(which, theta_rad);
+    return crossing && is_captured_at(line(which), crossing->along_m);
   }
 
-  // Renders the columns of a corner from each of its lines and compares the two.
-  void compare_lines(int corner, PreparedView* view, std::span<OverlapColumn> columns) const {
-    const int first = columns.front().u;
-    const PanoramaPart part{.first_column = first % output_.width,
-                            .columns = columns.back().u + 1 - first,
-                            .rows = {0, output_.height}};
-    std::array<cv::Mat, 2> images;
-    for (int which = 0; which < 2; ++which) {
-      view->look_at(
-          part, [&](double theta_rad) { return sources(view->plan(), corner + which, theta_rad); });
-      PixelCounts counts;
-      cv::Mat1b unread;
-      PreparedView::render(std::array{view}, part, &images[static_cast<size_t>(which)], &unread,
-                           &counts);
-    }
-    for (OverlapColumn& column : columns) {
-      column.squared_difference = cv::norm(images[0].col(column.u - first),
-                                           images[1].col(column.u - first), cv::NORM_L2SQR);
-    }
-  }
-
-  const Room& room_;
+  const Grid& grid_;
   const Cell& cell_;
-  const ViewOptions& view_;
-  const ConnectErrorOptions& options_;
-  const PanoramaSize output_;
+  int side_;
+  PlanPoint viewpoint_;
 };
 
-// Numbers that are not finite become null.
-ordered_json json_of(const ConnectError& measured) {
-  ordered_json rows = ordered_json::array();
-  for (const ConnectErrorAtK& row : measured.rows) {
-    rows.push_back({{"connection", connection_at(row.k_deg)},
-                    {"k_deg", row.k_deg},
-                    {"generation", generation_name(measured.generation)},
-                    {"e_connect", row.e_connect},
-                    {"e_connect_common", row.e_connect_common},
-                    {"coverage", row.coverage}});
+// Compares the columns of a corner rendered from each of its lines: the sum of squared differences
+// of each column of the part.
+std::vector<double> column_differences(const Corner& corner, const ViewOptions& options,
+                                       const PanoramaPart& part, PreparedView* view) {
+  std::array<cv::Mat, 2> images;
+  for (int which = 0; which < 2; ++which) {
+    view->look_at(part, [&](double theta_rad) {
+      return column_sources(corner.plan(view->plan(), which, theta_rad), options);
+    });
+    PixelCounts counts;
+    cv::Mat1b unread;
+    PreparedView::render(std::array{view}, part, &images.at(static_cast<size_t>(which)), &unread,
+                         &counts);
   }
-  return {{"connection",
-           {{"viewpoints", measured.options.viewpoints},
-            {"overlap_deg", measured.options.overlap_deg},
-            {"common_share", measured.common_share},
-            {"comparable", measured.common_share >= kLeastComparableShare}}},
-          {"rows", rows}};
+  std::vector<double> differences;
+  differences.reserve(static_cast<size_t>(part.columns));
+  for (int i = 0; i < part.columns; ++i) {
+    differences.push_back(cv::norm(images[0].col(i), images[1].col(i), cv::NORM_L2SQR));
+  }
+  return differences;
 }
 
-std::string cell_text(double error) {
-  return std::isnan(error) ? "-" : fmt::format("{:.1f}", error);
+// The sums of each k, of the columns that both lines captured.
+std::vector<OverlapSum> overlap_sums(const Corner& corner, const ViewOptions& options,
+                                     std::span<const double> k_list_deg, PreparedView* view) {
+  std::vector<double> cuts_rad;
+  cuts_rad.reserve(k_list_deg.size());
+  for (const double k_deg : k_list_deg) cuts_rad.push_back(corner.cut_rad(k_deg));
+  std::vector<OverlapSum> sums(cuts_rad.size());
+  const double half_rad = 0.5 * radians_from_degrees(options.overlap_deg);
+  const PanoramaSize output = view->output();
+  const double step_rad = kTwoPi / output.width;
+  const auto [least, largest] = std::ranges::minmax(cuts_rad);
+  // Column u, not wrapped, is at (u + 0.5) step - pi.
+  const double from_rad = corner.normal_rad() + kPi;
+  const int begin = static_cast<int>(std::ceil((from_rad + least - half_rad) / step_rad - 0.5));
+  const int end =
+      static_cast<int>(std::floor((from_rad + largest + half_rad) / step_rad - 0.5)) + 1;
+  std::vector<std::pair<size_t, int>> compared;  // k, and a column behind `begin`
+  for (int u = begin; u < end; ++u) {
+    const double angle_rad = (u + 0.5) * step_rad - from_rad;
+    if (!corner.captured(angle_rad + corner.normal_rad())) continue;
+    for (size_t k = 0; k < cuts_rad.size(); ++k) {
+      if (std::fabs(angle_rad - cuts_rad[k]) <= half_rad) compared.emplace_back(k, u - begin);
+    }
+  }
+  if (compared.empty()) return sums;
+  const PanoramaPart part{
+      .first_column = begin % output.width, .columns = end - begin, .rows = {0, output.height}};
+  const std::vector<double> differences = column_differences(corner, options, part, view);
+  for (const auto& [k, column] : compared) {
+    sums[k] += OverlapSum(differences[static_cast<size_t>(column)], 1.0);
+  }
+  return sums;
 }
 
 }  // namespace
@@ -248,7 +180,7 @@ void require_connect_error_options(const ConnectErrorOptions& options) {
   }
 }
 
-ConnectError measure_connect_error(const Room& room, Generation generation,
+ordered_json measure_connect_error(const Room& room, Generation generation,
                                    const ConnectErrorOptions& options) {
   require_connect_error_options(options);
   if (room.grid().cells.empty()) {
@@ -261,23 +193,28 @@ ConnectError measure_connect_error(const Room& room, Generation generation,
   Progress progress("connect-error " + generation_name(generation),
                     std::ssize(room.grid().cells) * per_cell, "viewpoints");
   const size_t k_count = options.k_list_deg.size();
-  std::vector<SumsAtK> sums(k_count);
+  // Over pairs (viewpoint, corner), of each k; those readable at every k; with a column.
+  std::vector<OverlapSum> all(k_count), common(k_count);
+  std::vector<std::int64_t> readable(k_count);
   std::int64_t pairs = 0, common_pairs = 0;
-  for (const Cell& of_cell : room.grid().cells) {
-    const CellMeasurement cell(room, of_cell, view, options);
-    for (int viewpoint = 0; viewpoint < per_cell; ++viewpoint) {
-      const std::vector<OverlapSum> of_viewpoint =
-          cell.overlap_sums(&renderer.prepare(cell.viewpoint(viewpoint)));
-      for (size_t corner = 0; corner < kCorners; ++corner) {
-        const auto pair = std::span(of_viewpoint).subspan(corner * k_count, k_count);
-        const bool common =
-            std::ranges::all_of(pair, [](const OverlapSum& sum) { return sum.columns > 0; });
+  for (const Cell& cell : room.grid().cells) {
+    for (int i = 0; i < per_cell; ++i) {
+      const int row = i / options.viewpoints;
+      const double across = (i % options.viewpoints + 0.5) / options.viewpoints;
+      const double ahead = (row + 0.5) / options.viewpoints;
+      const PlanPoint viewpoint{std::lerp(cell.x_min_m, cell.x_max_m, across),
+                                std::lerp(cell.z_min_m, cell.z_max_m, ahead)};
+      PreparedView& prepared = renderer.prepare(viewpoint);
+      for (int side = 0; side < kCorners; ++side) {
+        const std::vector<OverlapSum> pair = overlap_sums(
+            Corner(room.grid(), cell, side, viewpoint), view, options.k_list_deg, &prepared);
+        const bool at_all = std::ranges::all_of(pair, [](auto& sum) { return sum[1] > 0.0; });
         ++pairs;
-        if (common) ++common_pairs;
+        if (at_all) ++common_pairs;
         for (size_t k = 0; k < k_count; ++k) {
-          sums[k].all.add(pair[k]);
-          if (common) sums[k].common.add(pair[k]);
-          if (pair[k].columns > 0) ++sums[k].pairs;
+          all[k] += pair[k];
+          if (at_all) common[k] += pair[k];
+          if (pair[k][1] > 0.0) ++readable[k];
         }
       }
       progress.advance();
@@ -285,48 +222,42 @@ ConnectError measure_connect_error(const Room& room, Generation generation,
   }
   const int samples = 3 * size_as_captured(room).height;
   const auto share = [&](std::int64_t some) { return static_cast<double>(some) / pairs; };
-  ConnectError result{
-      .generation = generation, .options = options, .common_share = share(common_pairs)};
+  ordered_json rows = ordered_json::array();
   for (size_t k = 0; k < k_count; ++k) {
-    result.rows.push_back({.k_deg = options.k_list_deg[k],
-                           .e_connect = sums[k].all.mean(samples),
-                           .e_connect_common = sums[k].common.mean(samples),
-                           .coverage = share(sums[k].pairs)});
+    rows.push_back({{"connection", connection_at(options.k_list_deg[k])},
+                    {"k_deg", options.k_list_deg[k]},
+                    {"generation", generation_name(generation)},
+                    {"e_connect", mean_square(all[k], samples)},
+                    {"e_connect_common", mean_square(common[k], samples)},
+                    {"coverage", share(readable[k])}});
   }
-  return result;
+  return {{"connection",
+           {{"viewpoints", options.viewpoints},
+            {"overlap_deg", options.overlap_deg},
+            {"common_share", share(common_pairs)},
+            {"comparable", share(common_pairs) >= kLeastComparableShare}}},
+          {"rows", std::move(rows)}};
 }
 
-std::string connect_error_table(const ConnectError& measurement) {
-  std::string text =
-      fmt::format("{} views, {} x {} viewpoints per cell, overlap {:g} degrees\n",
-                  generation_name(measurement.generation), measurement.options.viewpoints,
-                  measurement.options.viewpoints, measurement.options.overlap_deg);
+std::string connect_error_table(const ordered_json& measured) {
+  const auto number = [](const ordered_json& of, const char* key) { return of[key].get<double>(); };
+  const auto error = [&](const ordered_json& row, const char* key) {
+    return std::isnan(number(row, key)) ? "-" : fmt::format("{:.1f}", number(row, key));
+  };
+  const ordered_json &rows = measured["rows"], &connection = measured["connection"];
+  const int viewpoints = connection["viewpoints"];
+  std::string text = fmt::format("{} views, {} x {} viewpoints per cell, overlap {:g} degrees\n",
+                                 rows.front()["generation"].get<std::string>(), viewpoints,
+                                 viewpoints, number(connection, "overlap_deg"));
   text += fmt::format("{:>6}  {:<11}  {:>10}  {:>17}  {:>8}\n", "k", "connection", "E_connect",
                       "at pairs common", "coverage");
-  for (const ConnectErrorAtK& row : measurement.rows) {
-    text += fmt::format("{:>6g}  {:<11}  {:>10}  {:>17}  {:>7.1f}%\n", row.k_deg,
-                        connection_at(row.k_deg), cell_text(row.e_connect),
-                        cell_text(row.e_connect_common), 100.0 * row.coverage);
+  for (const ordered_json& row : rows) {
+    text += fmt::format("{:>6g}  {:<11}  {:>10}  {:>17}  {:>7.1f}%\n", number(row, "k_deg"),
+                        row["connection"].get<std::string>(), error(row, "e_connect"),
+                        error(row, "e_connect_common"), 100.0 * number(row, "coverage"));
   }
   return text + fmt::format("{:.1f}% of the corners are readable at every k\n\n",
-                            100.0 * measurement.common_share);
-}
-
-void add_connect_errors(const Room& room, std::span<const Generation> generations,
-                        const ConnectErrorOptions& options, KeptResults* kept,
-                        ordered_json* metrics) {
-  for (const Generation generation : generations) {
-    const std::string key = sha256_hex(fmt::format(
-        "{} connect-error {} {} {} {}", room_fingerprint(room), generation_name(generation),
-        options.viewpoints, options.overlap_deg, options.k_list_deg));
-    if (kept->find(key) == nullptr) {
-      kept->keep(key, json_of(measure_connect_error(room, generation, options)));
-    }
-    const ordered_json& measured = *kept->find(key);
-    for (const ordered_json& row : measured["rows"]) (*metrics)["connection_error"].push_back(row);
-    ordered_json& connection = (*metrics)["connection"];
-    if (connection.is_null()) connection = measured["connection"];
-  }
+                            100.0 * number(connection, "common_share"));
 }
 
 }  // namespace raywalk

@@ -21,14 +21,13 @@
 //              way to the other. The plan is that of k = 90, so that it serves every k.
 #pragma once
 
+#include <cstddef>
 #include <nlohmann/json_fwd.hpp>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "core/evaluate/kept_results.h"
 #include "core/room/room.h"
-#include "core/view/renderer.h"
+#include "core/view/view_options.h"
 
 namespace raywalk {
 
@@ -45,37 +44,25 @@ struct ConnectErrorOptions {
 // so many fewer, but at least 2, that all of them together have about as many.
 int viewpoints_for(std::size_t cells);
 
-// Errors are in squared 8-bit levels, NaN where there was no column.
-struct ConnectErrorAtK {
-  double k_deg = 0.0;
-  double e_connect = 0.0;
-  double e_connect_common = 0.0;  // over the pairs that are readable at every k of the list
-  double coverage = 0.0;          // share of (viewpoint, corner) pairs with a column to compare
-};
-
-struct ConnectError {
-  Generation generation = Generation::kInitial;
-  ConnectErrorOptions options{};
-  double common_share = 0.0;            // of the (viewpoint, corner) pairs: readable at every k
-  std::vector<ConnectErrorAtK> rows{};  // in the order of options.k_list_deg
-};
-
 // Throws UsageError for an option out of range.
 void require_connect_error_options(const ConnectErrorOptions& options);
 
 // Measured at all viewpoints, cell by cell, at the size of the room's panoramas; prints progress.
 // Does not depend on the number of threads. Throws UsageError for an option out of range; Error if
 // the room has no cell or lacks the distances that the generation needs; Interrupted.
-ConnectError measure_connect_error(const Room& room, Generation generation,
-                                   const ConnectErrorOptions& options);
+//
+// {"connection": {"viewpoints", "overlap_deg",
+//                 "common_share": of the (viewpoint, corner) pairs: readable at every k,
+//                 "comparable": whether these are enough},
+//  "rows": [for each k of the list, in its order:
+//           {"connection": "lfu", "hybrid" or "rayspace360", "k_deg", "generation", "e_connect",
+//            "e_connect_common": over the pairs that are readable at every k,
+//            "coverage": share of the pairs with a column to compare}]}
+// Errors are in squared 8-bit levels, NaN where there was no column.
+nlohmann::ordered_json measure_connect_error(const Room& room, Generation generation,
+                                             const ConnectErrorOptions& options);
 
 // As a table of text, one line per k.
-std::string connect_error_table(const ConnectError& measurement);
-
-// Adds to metrics.json what docs/file-formats.md says of "connection" and "connection_error": each
-// generation, measured unless it is in `kept`, where it is added. Throws as measure_connect_error.
-void add_connect_errors(const Room& room, std::span<const Generation> generations,
-                        const ConnectErrorOptions& options, KeptResults* kept,
-                        nlohmann::ordered_json* metrics);
+std::string connect_error_table(const nlohmann::ordered_json& measured);
 
 }  // namespace raywalk

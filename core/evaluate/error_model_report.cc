@@ -31,14 +31,12 @@ constexpr double kLeastDistance = 0.1;  // in multiples of the side
 constexpr double kMostDistance = 10000.0;
 // Steps of 0.1 N over the paper's range 1.2 N to 2.5 N.
 constexpr int kSweepSamples = 14;
-// Distances closer together than this (in N) count as one sample of the sweep.
-constexpr double kSameDistance = 1e-6;
 
+// Section IV-B of the paper: 76 degrees at 1.5 N; 87 to 72 degrees over 1.2 N to 2.5 N.
 struct StatedOptimum {
   double distance_over_side;
   int k_deg;
 };
-// Section IV-B of the paper: 76 degrees at 1.5 N; 87 to 72 degrees over 1.2 N to 2.5 N.
 constexpr std::array<StatedOptimum, 3> kStatedOptima{{{1.2, 87}, {1.5, 76}, {2.5, 72}}};
 
 // Throws unless `value` is in [least, most]; NaN is in no range.
@@ -62,32 +60,18 @@ void check_options(const ErrorModelOptions& options) {
   }
 }
 
-bool same_distance(double a, double b) { return std::abs(a - b) < kSameDistance; }
-
-bool is_among(std::span<const double> distances, double distance) {
-  return std::ranges::any_of(distances,
-                             [&](double known) { return same_distance(known, distance); });
-}
-
 // The given distances, sorted, and kSweepSamples equally spaced ones between the least and the
-// greatest.
+// greatest, rounded so that they are those that somebody gives.
 std::vector<double> sweep_distances(const std::vector<double>& given) {
   std::vector<double> sweep = given;
+  const auto [least, most] = std::ranges::minmax(given);
   for (int i = 0; i < kSweepSamples; ++i) {
-    const double sample =
-        std::lerp(given.front(), given.back(), static_cast<double>(i) / (kSweepSamples - 1));
-    if (!is_among(sweep, sample)) sweep.push_back(sample);
+    const double sample = std::lerp(least, most, static_cast<double>(i) / (kSweepSamples - 1));
+    sweep.push_back(std::clamp(std::round(1e9 * sample) / 1e9, least, most));
   }
   std::ranges::sort(sweep);
+  sweep.erase(std::unique(sweep.begin(), sweep.end()), sweep.end());
   return sweep;
-}
-
-// The paper's optimum; null where it states none.
-Json stated_k_deg(double distance) {
-  for (const StatedOptimum& stated : kStatedOptima) {
-    if (same_distance(stated.distance_over_side, distance)) return stated.k_deg;
-  }
-  return nullptr;
 }
 
 // The errors over k of sources at a distance, given in multiples of the side.
@@ -96,6 +80,9 @@ Json curve_at(double distance, const ErrorModelOptions& options) {
       .side_m = options.side_m, .step_m = options.step_m, .viewpoints = options.viewpoints};
   const double distance_m = distance * options.side_m;
   const ConnectionErrorCurve errors = connection_error_curve(sampling, std::span(&distance_m, 1));
+  const auto* stated =
+      std::ranges::find(kStatedOptima, distance, &StatedOptimum::distance_over_side);
+  const auto& given = options.distances_over_side;
   return {{"d_src_m", distance_m},
           {"d_src_over_side", distance},
           {"e_m_rad", errors.mismatch_rad},
@@ -103,23 +90,23 @@ Json curve_at(double distance, const ErrorModelOptions& options) {
           {"e_t", errors.total},
           {"optimum_k_deg", errors.optimum_k_deg},
           {"least_e_t", *std::ranges::min_element(errors.total)},
-          {"paper_k_deg", stated_k_deg(distance)},
-          {"given", is_among(options.distances_over_side, distance)}};
+          // Null where the paper states none.
+          {"paper_k_deg", stated == kStatedOptima.end() ? Json() : Json(stated->k_deg)},
+          {"given", std::ranges::find(given, distance) != given.end()}};
 }
 
 // Of error-model.json.
 Json error_model(const ErrorModelOptions& options) {
   std::vector<double> given = options.distances_over_side;
   std::ranges::sort(given);
-  given.erase(std::unique(given.begin(), given.end(), same_distance), given.end());
+  given.erase(std::unique(given.begin(), given.end()), given.end());
   const std::vector<double> distances = sweep_distances(given);
   std::vector<Json> curves(distances.size());
   parallel_for(0, static_cast<int>(distances.size()), 1, [&](int begin, int /*end*/) {
     const auto i = static_cast<std::size_t>(begin);
     curves[i] = curve_at(distances[i], options);
   });
-  const auto detail = std::ranges::find_if(
-      distances, [&](double distance) { return same_distance(distance, given[given.size() / 2]); });
+  const auto detail = std::ranges::find(distances, given[given.size() / 2]);
   Json json{{"side_m", options.side_m},
             {"step_m", options.step_m},
             {"viewpoints", options.viewpoints},

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -132,12 +131,8 @@ TEST_F(ErrorModelReportTest, TakesDistancesInAnyOrderAndOnlyOnce) {
   EXPECT_EQ(curves.front()["d_src_m"], 1.0);
   EXPECT_EQ(curves.back()["d_src_m"], 4.0);
   EXPECT_EQ(curves[json()["detail"].get<std::size_t>()]["d_src_m"], 2.0);  // the middle one
-}
-
-TEST_F(ErrorModelReportTest, TakesASingleDistance) {
-  ErrorModelOptions single = options();
-  single.distances_over_side = {1.7};
-  write(single);
+  mixed.distances_over_side = {1.7};
+  write(mixed);
   EXPECT_EQ(json()["curves"].size(), 1U);
   EXPECT_TRUE(json()["curves"][0]["paper_k_deg"].is_null());
 }
@@ -151,21 +146,18 @@ TEST_F(ErrorModelReportTest, RefusesOptionsOutsideTheirRange) {
     EXPECT_FALSE(fs::exists(changed.report_dir));
   };
   const double nan = std::nan("");
-  refuses([&](ErrorModelOptions& o) { o.side_m = 0.0; });
-  refuses([&](ErrorModelOptions& o) { o.side_m = nan; });
-  refuses([&](ErrorModelOptions& o) { o.side_m = 1e300; });
-  refuses([&](ErrorModelOptions& o) { o.step_m = 0.0; });
-  refuses([&](ErrorModelOptions& o) { o.step_m = 1e-320; });
-  refuses([&](ErrorModelOptions& o) { o.step_m = nan; });
-  refuses([&](ErrorModelOptions& o) { o.step_m = 1.01 * o.side_m; });
-  refuses([&](ErrorModelOptions& o) { o.step_m = -0.01; });
-  refuses([&](ErrorModelOptions& o) { o.step_m = std::numeric_limits<double>::infinity(); });
-  refuses([&](ErrorModelOptions& o) { o.viewpoints = 0; });
-  refuses([&](ErrorModelOptions& o) { o.viewpoints = 1001; });
-  refuses([&](ErrorModelOptions& o) { o.distances_over_side = {1.5, 0.0}; });
-  refuses([&](ErrorModelOptions& o) { o.distances_over_side = {nan}; });
-  refuses([&](ErrorModelOptions& o) { o.distances_over_side = {1e-300}; });
-  refuses([&](ErrorModelOptions& o) { o.distances_over_side = {1.5, 1e300}; });
+  for (const double side_m : {0.0, nan, 1e300}) {
+    refuses([&](ErrorModelOptions& o) { o.side_m = side_m; });
+  }
+  for (const double step_m : {0.0, 1e-320, nan, 1.01, -0.01, HUGE_VAL}) {
+    refuses([&](ErrorModelOptions& o) { o.step_m = step_m; });
+  }
+  for (const int viewpoints : {0, 1001}) {
+    refuses([&](ErrorModelOptions& o) { o.viewpoints = viewpoints; });
+  }
+  for (const double distance : {0.0, nan, 1e-300, 1e300}) {
+    refuses([&](ErrorModelOptions& o) { o.distances_over_side = {1.5, distance}; });
+  }
   ErrorModelOptions none = options();
   none.distances_over_side.clear();
   EXPECT_THROW(write(none), UsageError);

@@ -1,10 +1,10 @@
 #include "core/evaluate/fsim.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <utility>
 #include <vector>
 
 #include "core/base/median.h"
@@ -43,15 +43,11 @@ cv::Mat luma_of(const cv::Mat& bgr) {
 cv::Mat reduced(const cv::Mat& image, int factor) {
   if (factor == 1) return image;
   const int before = (factor - 1) / 2;
-  cv::Mat means;
-  cv::boxFilter(with_border(image, factor), means, CV_64F, cv::Size(factor, factor),
-                cv::Point(before, before));
-  cv::Mat out((image.rows + factor - 1) / factor, (image.cols + factor - 1) / factor, CV_64FC1);
-  for (int row = 0; row < out.rows; ++row) {
-    for (int col = 0; col < out.cols; ++col) {
-      out.at<double>(row, col) = means.at<double>((row + 1) * factor, (col + 1) * factor);
-    }
-  }
+  cv::Mat means, out;
+  cv::boxFilter(with_border(image, factor), means, CV_64F, {factor, factor}, {before, before});
+  const cv::Size size((image.cols + factor - 1) / factor, (image.rows + factor - 1) / factor);
+  const cv::Rect whole(factor, factor, size.width * factor, size.height * factor);
+  cv::resize(means(whole), out, size, 0.0, 0.0, cv::INTER_NEAREST);
   return out;
 }
 
@@ -59,36 +55,15 @@ cv::Mat reduced(const cv::Mat& image, int factor) {
 // 3 over 16) give it.
 cv::Mat gradient_magnitude(const cv::Mat& image) {
   const cv::Mat framed = with_border(image, 1);
-  const cv::Rect inside(1, 1, image.cols, image.rows);
-  cv::Mat along_x;
-  cv::Mat along_y;
+  cv::Mat along_x, along_y, magnitude;
   cv::Scharr(framed, along_x, CV_64F, 1, 0, 1.0 / 16.0);
   cv::Scharr(framed, along_y, CV_64F, 0, 1, 1.0 / 16.0);
-  cv::Mat magnitude;
-  cv::magnitude(along_x(inside), along_y(inside), magnitude);
-  return magnitude;
+  cv::magnitude(along_x, along_y, magnitude);
+  return magnitude(cv::Rect(1, 1, image.cols, image.rows));
 }
 
-double similarity(double a, double b, double constant) {
-  return (2.0 * a * b + constant) / (a * a + b * b + constant);
-}
-
-double pooled_similarity(const cv::Mat& congruency_a, const cv::Mat& congruency_b,
-                         const cv::Mat& gradient_a, const cv::Mat& gradient_b) {
-  double sum = 0.0;
-  double weight_sum = 0.0;
-  for (int row = 0; row < congruency_a.rows; ++row) {
-    for (int col = 0; col < congruency_a.cols; ++col) {
-      const double pa = congruency_a.at<double>(row, col);
-      const double pb = congruency_b.at<double>(row, col);
-      const double gradients =
-          similarity(gradient_a.at<double>(row, col), gradient_b.at<double>(row, col), kT2);
-      const double weight = std::max(pa, pb);
-      sum += similarity(pa, pb, kT1) * gradients * weight;
-      weight_sum += weight;
-    }
-  }
-  return weight_sum > 0.0 ? sum / weight_sum : 1.0;
+cv::Mat similarity(const cv::Mat& a, const cv::Mat& b, double constant) {
+  return (2.0 * a.mul(b) + constant) / (a.mul(a) + b.mul(b) + constant);
 }
 
 // Parameters of Zhang et al. 2011.
@@ -106,8 +81,6 @@ constexpr double kNoiseOverestimate = 1.7;
 // low-pass makes all orientations cover the same disc.
 constexpr double kCutoff = 0.45;  // cycles per pixel
 constexpr double kCutoffOrder = 15.0;
-
-using Complex = cv::Vec2d;
 
 // Frequency of bin `index` of a Fourier transform over n samples, in cycles per pixel, [-0.5, 0.5).
 double bin_frequency(int index, int n) {
@@ -148,101 +121,17 @@ cv::Mat angular_window(cv::Size size, double direction_rad, double sigma_rad) {
   });
 }
 
-// Fourier transform without the mean, which no filter passes and which would only leave rounding
-// errors on flat images.
-cv::Mat spectrum_of(const cv::Mat& grey) {
-  cv::Mat spectrum;
-  cv::dft(grey - cv::mean(grey), spectrum, cv::DFT_COMPLEX_OUTPUT);
-  return spectrum;
-}
+struct Response {
+  cv::Mat even, odd;  // real and imaginary part
+};
 
-cv::Mat filtered(const cv::Mat& spectrum, const cv::Mat& radial, const cv::Mat& angular) {
-  cv::Mat product(spectrum.size(), CV_64FC2);
-  for (int row = 0; row < spectrum.rows; ++row) {
-    const auto* in = spectrum.ptr<Complex>(row);
-    const auto* r = radial.ptr<double>(row);
-    const auto* a = angular.ptr<double>(row);
-    auto* out = product.ptr<Complex>(row);
-    for (int col = 0; col < spectrum.cols; ++col) out[col] = in[col] * (r[col] * a[col]);
-  }
-  cv::idft(product, product, cv::DFT_SCALE);
-  return product;
-}
-
-double median_squared_magnitude(const cv::Mat& response) {
-  std::vector<double> squares;
-  squares.reserve(response.total());
-  for (int row = 0; row < response.rows; ++row) {
-    const auto* in = response.ptr<Complex>(row);
-    for (int col = 0; col < response.cols; ++col) squares.push_back(in[col].dot(in[col]));
-  }
-  return median(std::move(squares));
-}
-
-}  // namespace
-
-double fsim(const cv::Mat& a, const cv::Mat& b) {
-  require_image_pair(a, b, kMinSide_px);
-  const int factor =
-      std::max(1, static_cast<int>(std::lround(std::min(a.rows, a.cols) / kWorkingSide_px)));
-  const cv::Mat luma_a = reduced(luma_of(a), factor);
-  const cv::Mat luma_b = reduced(luma_of(b), factor);
-  const PhaseCongruency congruency(luma_a.size());
-  return pooled_similarity(congruency(luma_a), congruency(luma_b), gradient_magnitude(luma_a),
-                           gradient_magnitude(luma_b));
-}
-
-PhaseCongruency::PhaseCongruency(cv::Size size) : size_(size) {
-  double wavelength_px = kShortestWavelength_px;
-  for (cv::Mat& filter : radial_) {
-    filter = log_gabor(size, 1.0 / wavelength_px);
-    wavelength_px *= kScaleFactor;
-  }
-  const double spacing_rad = kPi / kOrientations;
-  for (int i = 0; i < kOrientations; ++i) {
-    angular_[i] = angular_window(size, i * spacing_rad, spacing_rad / kSpacingOverSpread);
-  }
-}
-
-// PC = sum over orientations of energy / (epsilon + sum over orientations and scales of amplitude).
-cv::Mat PhaseCongruency::operator()(const cv::Mat& grey) const {
-  const cv::Mat spectrum = spectrum_of(grey);
-  cv::Mat energy = cv::Mat::zeros(size_, CV_64FC1);
-  cv::Mat amplitude(size_, CV_64FC1, cv::Scalar::all(kEpsilon));
-  for (int orientation = 0; orientation < kOrientations; ++orientation) {
-    add_orientation(spectrum, orientation, &energy, &amplitude);
-  }
-  return energy / amplitude;
-}
-
-// With the responses R_n of the scales as complex numbers, A_n = |R_n| and the unit vector u along
-// their sum, the mean phase: a scale that is off the mean phase by delta_n contributes
-//   A_n (cos delta_n - |sin delta_n|) = R_n . u - |R_n x u|,
-// which falls off linearly around agreement, where the cosine alone would not (Kovesi's sharper
-// measure). The noise threshold is subtracted from the sum; negative results count as 0.
-void PhaseCongruency::add_orientation(const cv::Mat& spectrum, int orientation, cv::Mat* energy,
-                                      cv::Mat* amplitude) const {
-  std::array<cv::Mat, kScales> responses;
-  for (int scale = 0; scale < kScales; ++scale) {
-    responses[scale] = filtered(spectrum, radial_[scale], angular_[orientation]);
-  }
-  const double threshold = noise_threshold(responses.front(), orientation);
-  for (int row = 0; row < size_.height; ++row) {
-    auto* energy_row = energy->ptr<double>(row);
-    auto* amplitude_row = amplitude->ptr<double>(row);
-    for (int col = 0; col < size_.width; ++col) {
-      Complex sum(0.0, 0.0);
-      for (const cv::Mat& response : responses) sum += response.at<Complex>(row, col);
-      const Complex mean_phase = sum * (1.0 / (std::sqrt(sum.dot(sum)) + kEpsilon));
-      double agreement = 0.0;
-      for (const cv::Mat& response : responses) {
-        const Complex r = response.at<Complex>(row, col);
-        agreement += r.dot(mean_phase) - std::abs(r[0] * mean_phase[1] - r[1] * mean_phase[0]);
-        amplitude_row[col] += std::sqrt(r.dot(r));
-      }
-      energy_row[col] += std::max(agreement - threshold, 0.0);
-    }
-  }
+Response filtered(const cv::Mat& spectrum, const cv::Mat& filter) {
+  cv::Mat both, response;
+  cv::merge(std::array{filter, filter}, both);
+  cv::idft(spectrum.mul(both), response, cv::DFT_SCALE);
+  std::array<cv::Mat, 2> parts;
+  cv::split(response, parts.data());
+  return {parts[0], parts[1]};
 }
 
 // The energy of noise alone: mean plus k standard deviations, as Kovesi derives it.
@@ -254,16 +143,118 @@ void PhaseCongruency::add_orientation(const cv::Mat& spectrum, int orientation, 
 // mean and robust against features. It gives the mean square of the finest scale and, with the
 // ratio, that of the sum, E^2. The magnitude of the sum is then Rayleigh distributed with 2 tau^2 =
 // E^2, mean tau sqrt(pi / 2) and standard deviation tau sqrt(2 - pi / 2).
-double PhaseCongruency::noise_threshold(const cv::Mat& finest_response, int orientation) const {
-  cv::Mat all_scales = cv::Mat::zeros(size_, CV_64FC1);
-  for (const cv::Mat& filter : radial_) all_scales += filter;
-  const double power_ratio = cv::norm(all_scales.mul(angular_[orientation]), cv::NORM_L2SQR) /
-                             cv::norm(radial_[0].mul(angular_[orientation]), cv::NORM_L2SQR);
-  const double finest_mean_square = median_squared_magnitude(finest_response) / std::log(2.0);
+double noise_threshold(const Response& finest, double power_ratio) {
+  const cv::Mat squares = finest.even.mul(finest.even) + finest.odd.mul(finest.odd);
+  const double finest_mean_square =
+      median({squares.begin<double>(), squares.end<double>()}) / std::log(2.0);
   const double tau = std::sqrt(0.5 * finest_mean_square * power_ratio);
   const double mean = tau * std::sqrt(kHalfPi);
   const double deviation = tau * std::sqrt(2.0 - kHalfPi);
   return (mean + kNoiseDeviations * deviation) / kNoiseOverestimate;
+}
+
+// Phase congruency: how far the Fourier components of an image agree in phase at a pixel, whatever
+// their strength. FSIM uses it as the weight of a pixel: high at steps, lines and corners, 0 in
+// flat regions.
+//
+// Kovesi's measure (Image Features from Phase Congruency, Videre 1(3), 1999) with the settings of
+// FSIM: log-Gabor filters at 4 scales and 4 orientations, shortest wavelength 6 pixels, factor 2
+// between scales. The filters are built once for images of one size.
+class PhaseCongruency {
+ public:
+  explicit PhaseCongruency(cv::Size size) {
+    std::array<cv::Mat, kScales> radial;
+    double wavelength_px = kShortestWavelength_px;
+    for (cv::Mat& filter : radial) {
+      filter = log_gabor(size, 1.0 / wavelength_px);
+      wavelength_px *= kScaleFactor;
+    }
+    const double spacing_rad = kPi / kOrientations;
+    for (int i = 0; i < kOrientations; ++i) {
+      Orientation& orientation = orientations_.at(i);
+      const cv::Mat angular =
+          angular_window(size, i * spacing_rad, spacing_rad / kSpacingOverSpread);
+      cv::Mat sum = cv::Mat::zeros(size, CV_64FC1);
+      for (int scale = 0; scale < kScales; ++scale) {
+        orientation.filters.at(scale) = radial.at(scale).mul(angular);
+        sum += orientation.filters.at(scale);
+      }
+      orientation.power_ratio =
+          cv::norm(sum, cv::NORM_L2SQR) / cv::norm(orientation.filters.front(), cv::NORM_L2SQR);
+    }
+  }
+
+  // Of a CV_64FC1 image in 8-bit levels: CV_64FC1 in [0, 1]. The image is treated as periodic in
+  // both directions, as the Fourier transform does: true for the longitude of a panorama, an
+  // assumption for its latitude.
+  //
+  // PC = sum over orientations of energy / (epsilon + sum over orientations and scales of
+  // amplitude).
+  //
+  // With the responses R_n of the scales as complex numbers, A_n = |R_n| and the unit vector u
+  // along their sum, the mean phase: a scale that is off the mean phase by delta_n contributes
+  //   A_n (cos delta_n - |sin delta_n|) = R_n . u - |R_n x u|,
+  // which falls off linearly around agreement, where the cosine alone would not (Kovesi's sharper
+  // measure). The noise threshold is subtracted from the sum; negative results count as 0.
+  cv::Mat operator()(const cv::Mat& grey) const {
+    // Without the mean, which no filter passes and which would only leave rounding errors on flat
+    // images.
+    cv::Mat spectrum;
+    cv::dft(grey - cv::mean(grey), spectrum, cv::DFT_COMPLEX_OUTPUT);
+    cv::Mat energy = cv::Mat::zeros(grey.size(), CV_64FC1);
+    cv::Mat amplitude(grey.size(), CV_64FC1, cv::Scalar::all(kEpsilon));
+    for (const Orientation& orientation : orientations_) {
+      std::array<Response, kScales> responses;
+      cv::Mat u_even = cv::Mat::zeros(grey.size(), CV_64FC1), u_odd = u_even.clone();
+      cv::Mat magnitude;
+      for (int scale = 0; scale < kScales; ++scale) {
+        Response& response = responses.at(scale);
+        response = filtered(spectrum, orientation.filters.at(scale));
+        u_even += response.even;
+        u_odd += response.odd;
+        cv::magnitude(response.even, response.odd, magnitude);
+        amplitude += magnitude;
+      }
+      cv::magnitude(u_even, u_odd, magnitude);
+      magnitude += kEpsilon;
+      u_even /= magnitude;
+      u_odd /= magnitude;
+      cv::Mat agreement(grey.size(), CV_64FC1,
+                        cv::Scalar(-noise_threshold(responses.front(), orientation.power_ratio)));
+      for (const auto& [even, odd] : responses) {
+        agreement += even.mul(u_even) + odd.mul(u_odd) - cv::abs(even.mul(u_odd) - odd.mul(u_even));
+      }
+      energy += cv::max(agreement, 0.0);
+    }
+    return energy / amplitude;
+  }
+
+ private:
+  static constexpr int kScales = 4;
+  static constexpr int kOrientations = 4;
+
+  struct Orientation {
+    std::array<cv::Mat, kScales> filters;  // transfer functions, CV_64FC1 in the order of cv::dft
+    double power_ratio = 0.0;  // of their sum to the finest: what noise has through each
+  };
+
+  std::array<Orientation, kOrientations> orientations_;
+};
+
+}  // namespace
+
+double fsim(const cv::Mat& a, const cv::Mat& b) {
+  require_image_pair(a, b, kMinSide_px);
+  const int factor =
+      std::max(1, static_cast<int>(std::lround(std::min(a.rows, a.cols) / kWorkingSide_px)));
+  const cv::Mat luma_a = reduced(luma_of(a), factor), luma_b = reduced(luma_of(b), factor);
+  const PhaseCongruency congruency(luma_a.size());
+  const cv::Mat congruency_a = congruency(luma_a), congruency_b = congruency(luma_b);
+  const cv::Mat gradients = similarity(gradient_magnitude(luma_a), gradient_magnitude(luma_b), kT2);
+  const cv::Mat weight = cv::max(congruency_a, congruency_b);
+  const double weight_sum = cv::sum(weight)[0];
+  if (weight_sum == 0.0) return 1.0;
+  return gradients.mul(weight).dot(similarity(congruency_a, congruency_b, kT1)) / weight_sum;
 }
 
 }  // namespace raywalk

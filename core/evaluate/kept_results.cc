@@ -3,56 +3,66 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <system_error>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/interrupt.h"
 #include "core/base/number_text.h"
+#include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/json.h"
 
 namespace raywalk {
-namespace {
 
 using nlohmann::ordered_json;
-
-// The file holds the checksum of the rest of it on its first line.
-constexpr std::size_t kChecksumLine = 65;
-
-// No object where the text is not what a run left.
-ordered_json results_in(const std::string& text) {
-  if (text.size() < kChecksumLine) return nullptr;
-  const std::string json = text.substr(kChecksumLine);
-  if (text.substr(0, kChecksumLine) != sha256_hex(json) + "\n") return nullptr;
-  return ordered_json::parse(json, nullptr, false);
-}
-
-}  // namespace
 
 KeptResults::KeptResults(std::filesystem::path file) : file_(std::move(file)) {
   const AtomicFile probe(file_);
   std::error_code error;
   if (!std::filesystem::exists(file_, error)) return;
-  ordered_json results = results_in(read_file(file_));
-  if (results.is_object()) {
-    results_ = std::move(results);
-    spdlog::info("{}: {} of an earlier run", file_.string(), counted(results_.size(), "result"));
-  } else {
+  // The first line is the checksum of the others.
+  const std::string text = read_file(file_);
+  const std::size_t line = std::min(text.find('\n'), text.size());
+  const std::string json = text.substr(std::min(line + 1, text.size()));
+  ordered_json results = ordered_json::parse(json, nullptr, false);
+  if (text.substr(0, line) != sha256_hex(json) || !results.is_object()) {
     spdlog::warn("{}: damaged; what it held is measured again", file_.string());
+    return;
   }
+  results_ = std::move(results);
+  spdlog::info("{}: {} of an earlier run", file_.string(), counted(results_.size(), "result"));
 }
 
-const ordered_json* KeptResults::find(const std::string& key) const {
-  const auto found = results_.find(key);
-  return found == results_.end() ? nullptr : &*found;
+ordered_json KeptResults::get(const std::string& key, const std::function<ordered_json()>& make) {
+  if (!results_.contains(key)) {
+    // As it is read again: what is not finite is null.
+    results_[key] = ordered_json::parse(json_text(make()));
+    const std::string json = json_text(results_);
+    write_file_atomically(file_, sha256_hex(json) + "\n" + json);
+  }
+  return results_[key];
 }
 
-void KeptResults::keep(const std::string& key, const ordered_json& result) {
-  // As it is read again: what is not finite is null.
-  results_[key] = ordered_json::parse(json_text(result));
-  const std::string json = json_text(results_);
-  write_file_atomically(file_, sha256_hex(json) + "\n" + json);
+std::vector<ordered_json> KeptResults::get_all(
+    std::span<const std::string> keys, const std::string& what, const std::string& unit,
+    const std::function<ordered_json(std::size_t)>& make) {
+  const auto missing =
+      std::ranges::count_if(keys, [&](const auto& key) { return !results_.contains(key); });
+  Progress progress(what, missing, unit);
+  std::vector<ordered_json> results;
+  results.reserve(keys.size());
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    throw_if_interrupted();
+    results.push_back(get(keys[i], [&] {
+      ordered_json made = make(i);
+      progress.advance();
+      return made;
+    }));
+  }
+  return results;
 }
 
 void KeptResults::remove() {

@@ -3,9 +3,13 @@
 // made of other inputs is never found.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace raywalk {
 
@@ -15,10 +19,16 @@ class KeptResults {
   // Throws Error where the file cannot be written.
   explicit KeptResults(std::filesystem::path file);
 
-  // Null where there is none. Numbers that are not finite are null.
-  const nlohmann::ordered_json* find(const std::string& key) const;
-  // Adds a result and writes the file, atomically. Throws Error where it cannot be written.
-  void keep(const std::string& key, const nlohmann::ordered_json& result);
+  // The result under a key; where there is none, it is made, added and the file written,
+  // atomically. Numbers that are not finite are null. Throws Error where it cannot be written, and
+  // as `make`.
+  nlohmann::ordered_json get(const std::string& key,
+                             const std::function<nlohmann::ordered_json()>& make);
+  // The results under keys; make(i) makes that of keys[i]. Prints progress, of so many `unit`s of
+  // `what`. Throws as get(); Interrupted.
+  std::vector<nlohmann::ordered_json> get_all(
+      std::span<const std::string> keys, const std::string& what, const std::string& unit,
+      const std::function<nlohmann::ordered_json(std::size_t)>& make);
   // Removes the file: the run is complete.
   void remove();
 

@@ -1,9 +1,10 @@
 #include "core/evaluate/kept_results.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -16,39 +17,38 @@ using nlohmann::ordered_json;
 
 class KeptResultsTest : public ::testing::Test {
  protected:
+  // What a run finds under a key, or makes.
+  ordered_json got(const std::string& key, const ordered_json& made) const {
+    return KeptResults(file_).get(key, [&] { return made; });
+  }
+
   TestDirectory directory_;
   std::filesystem::path file_ = directory_ / "some.partial";
 };
 
 TEST_F(KeptResultsTest, AreFoundByTheNextRunUntilTheyAreRemoved) {
-  {
-    KeptResults kept(file_);
-    EXPECT_EQ(kept.find("a"), nullptr);
-    kept.keep("a", {{"x", 0.1}, {"y", std::nan("")}});
-    kept.keep("b", 2);
-    EXPECT_TRUE(kept.find("a")->at("y").is_null());
-  }
+  EXPECT_TRUE(got("a", {{"x", 0.1}, {"y", std::nan("")}})["y"].is_null());
+  EXPECT_EQ(got("b", 2), 2);
+  EXPECT_EQ(got("a", 7), ordered_json({{"x", 0.1}, {"y", nullptr}}));
+  EXPECT_EQ(got("b", 7), 2);
   KeptResults kept(file_);
-  ASSERT_NE(kept.find("a"), nullptr);
-  EXPECT_EQ(*kept.find("a"), ordered_json({{"x", 0.1}, {"y", nullptr}}));
-  EXPECT_EQ(*kept.find("b"), 2);
-  EXPECT_EQ(kept.find("c"), nullptr);
+  EXPECT_EQ(kept.get_all(std::vector<std::string>{"b", "c"}, "making", "numbers",
+                         [](std::size_t i) { return ordered_json(10 + i); }),
+            (std::vector<ordered_json>{2, 11}));
   kept.remove();
   EXPECT_EQ(directory_.entries(), 0U);
 }
 
 TEST_F(KeptResultsTest, DamageCountsAsMissing) {
-  KeptResults(file_).keep("a", {{"x", 12}});
+  got("a", {{"x", 12}});
   const std::string whole = read_file(file_);
   std::string changed = whole;
   changed[changed.find("12")] = '7';
   for (const std::string& text :
        {std::string(), std::string("{}"), whole.substr(0, 70), changed, std::string(100, '[')}) {
     write_file_atomically(file_, text);
-    KeptResults kept(file_);
-    EXPECT_EQ(kept.find("a"), nullptr) << text;
-    kept.keep("b", 1);
-    EXPECT_NE(KeptResults(file_).find("b"), nullptr);
+    EXPECT_EQ(got("a", 1), 1) << text;
+    EXPECT_EQ(got("a", 2), 1) << text;
   }
 }
 

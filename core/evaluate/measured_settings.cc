@@ -17,9 +17,6 @@ using nlohmann::ordered_json;
 constexpr int kFormatVersion = 3;
 constexpr const char* kAdvice = "measure again with raywalk-render trade";
 
-// A word for 0 that is no number.
-bool has_word(const Dial& dial) { return dial.zero != nullptr && std::string(dial.zero) != "0"; }
-
 double choice_from(const Dial& dial, const CheckedJson& json) {
   const std::string name = json.text();
   for (std::size_t i = 0; i < dial.names.size(); ++i) {
@@ -31,10 +28,6 @@ double choice_from(const Dial& dial, const CheckedJson& json) {
 // What json_of() wrote, also refusing the width 0.
 double value_from(const Dial& dial, const CheckedJson& json) {
   if (dial.value.kind == DialKind::kChoice) return choice_from(dial, json);
-  if (has_word(dial) && json.is_text()) {
-    if (json.text() != dial.zero) json.fail(fmt::format("is neither {} nor a number", dial.zero));
-    return 0.0;
-  }
   if (dial.value.kind == DialKind::kNumber) return json.number(dial.least, dial.most);
   const int value = json.integer(static_cast<int>(dial.least), static_cast<int>(dial.most));
   if (value % dial.multiple_of != 0) {
@@ -58,9 +51,7 @@ MeasuredChoice choice_from(const CheckedJson& json) {
 
 ordered_json json_of(const Dial& dial, const ViewOptions& options) {
   const double value = dial.value.get(options);
-  if (dial.value.kind == DialKind::kChoice || (has_word(dial) && value == 0.0)) {
-    return text_of(dial, value);
-  }
+  if (dial.value.kind == DialKind::kChoice) return text_of(dial, value);
   if (dial.value.kind == DialKind::kInteger) return static_cast<int>(value);
   return value;
 }

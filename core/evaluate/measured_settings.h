@@ -19,8 +19,7 @@ namespace raywalk {
 using TimeSource = std::function<double(const std::function<void()>&)>;
 inline double wall_time_s(const std::function<void()>& work) { return times_of(work).wall_s; }
 
-// The value of a dial: choices by name, numbers as numbers, 0 of a dial with a word for it as that
-// word.
+// The value of a dial: choices by name, numbers as numbers.
 nlohmann::ordered_json json_of(const Dial& dial, const ViewOptions& options);
 
 // The dials that a trade varies: {"generation": "hlf-vd", "k_deg": 76.0, ...}.

@@ -28,7 +28,6 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using ::testing::Not;
 using ::testing::ThrowsMessage;
 
 // Writes the image as one raw frame and returns the ffmpeg arguments that read it.
@@ -62,33 +61,22 @@ double ffmpeg_filter_value(const std::string& filter, const std::string& key, co
   return std::nan("");
 }
 
-TEST(ImagePair, NamesBothSizesWhenTheyDiffer) {
-  EXPECT_THAT(
-      [] {
-        require_image_pair(flat_image({16, 8}, {}), flat_image({16, 9}, {}), 1);
-      },
-      ThrowsMessage<Error>(AllOf(HasSubstr("16x8"), HasSubstr("16x9"), Not(HasSubstr("\n")))));
-}
-
-TEST(ImagePair, RefusesOtherTypesOnEitherSide) {
+TEST(ImagePair, IsOfColourImagesOfOneSizeLargeEnough) {
   const cv::Mat colour = flat_image({16, 8}, {});
+  EXPECT_THAT(
+      [&] {
+        require_image_pair(colour, flat_image({16, 9}, {}), 1);
+      },
+      ThrowsMessage<Error>(AllOf(HasSubstr("16x8"), HasSubstr("16x9"))));
   for (const int type : {CV_8UC1, CV_8UC4, CV_16UC3, CV_32FC3}) {
     const cv::Mat other = cv::Mat::zeros(8, 16, type);
     EXPECT_THAT([&] { require_image_pair(colour, other, 1); },
                 ThrowsMessage<Error>(HasSubstr(cv::typeToString(type))));
     EXPECT_THROW(require_image_pair(other, colour, 1), Error);
   }
-}
-
-TEST(ImagePair, RefusesEmptyImagesAndStacks) {
-  const cv::Mat colour = flat_image({16, 8}, {});
   const cv::Mat stack({8, 8, 8}, CV_8UC3);
-  EXPECT_THROW(require_image_pair(cv::Mat(), cv::Mat(), 1), Error);
   EXPECT_THROW(require_image_pair(colour, cv::Mat(), 1), Error);
   EXPECT_THROW(require_image_pair(stack, stack, 1), Error);
-}
-
-TEST(ImagePair, BlockMetricsNeedEightPixelsEachWay) {
   for (const cv::Size size : {cv::Size(7, 8), cv::Size(8, 7)}) {
     const cv::Mat image = textured_image(size);
     EXPECT_THAT([&] { ssim(image, image); }, ThrowsMessage<Error>(HasSubstr("at least 8x8")));
@@ -105,32 +93,17 @@ cv::Mat with_bright_row(cv::Size size, int row, double level) {
   return image;
 }
 
-TEST(MeanSquaredError, AveragesPixelsAndChannels) {
+TEST(MeanSquaredError, AveragesChannelsOfThePixelsThatCount) {
   const cv::Mat a = flat_image({4, 2}, {10, 10, 10});
   cv::Mat b = a.clone();
   b.at<cv::Vec3b>(1, 3) = {13, 10, 6};  // 9 + 16 over 8 pixels of 3 channels
   EXPECT_DOUBLE_EQ(mean_squared_error(a, b), 25.0 / 24.0);
   EXPECT_DOUBLE_EQ(mean_squared_error(b, a), 25.0 / 24.0);
-}
-
-TEST(MeanSquaredError, TakesTheMaskedPixelsOnly) {
-  const cv::Mat a = flat_image({4, 2}, {10, 10, 10});
-  cv::Mat b = a.clone();
-  b.at<cv::Vec3b>(1, 3) = {13, 10, 6};
   b.at<cv::Vec3b>(0, 0) = {200, 200, 200};
   cv::Mat mask = cv::Mat::zeros(a.size(), CV_8UC1);
   mask.at<std::uint8_t>(1, 3) = 1;
   mask.at<std::uint8_t>(1, 2) = 255;
   EXPECT_DOUBLE_EQ(mean_squared_error(a, b, mask), 25.0 / 6.0);
-}
-
-TEST(MeanSquaredError, RefusesAMaskThatSelectsNothingOrDoesNotFit) {
-  const cv::Mat image = flat_image({4, 2}, {});
-  EXPECT_THAT([&] { mean_squared_error(image, image, cv::Mat::zeros(2, 4, CV_8UC1)); },
-              ThrowsMessage<Error>(HasSubstr("selects no pixel")));
-  EXPECT_THAT([&] { mean_squared_error(image, image, cv::Mat::ones(4, 2, CV_8UC1)); },
-              ThrowsMessage<Error>(HasSubstr("mask")));
-  EXPECT_THROW(mean_squared_error(image, image, cv::Mat::ones(2, 4, CV_32FC1)), Error);
 }
 
 TEST(Psnr, LeavesOutWhatIsMasked) {
@@ -144,7 +117,10 @@ TEST(Psnr, LeavesOutWhatIsMasked) {
   EXPECT_NEAR(psnr_db(a, b, mask), expected_db, 1e-12);
   EXPECT_NEAR(ws_psnr_db(a, b, mask), expected_db, 1e-12);
   EXPECT_NEAR(ws_psnr_db(a, b, cv::Mat(a.size(), CV_8UC1, cv::Scalar(1))), ws_psnr_db(a, b), 1e-12);
-  EXPECT_THROW(ws_psnr_db(a, b, cv::Mat::zeros(a.size(), CV_8UC1)), Error);
+  EXPECT_THAT([&] { ws_psnr_db(a, b, cv::Mat::zeros(a.size(), CV_8UC1)); },
+              ThrowsMessage<Error>(HasSubstr("selects no pixel")));
+  EXPECT_THROW(mean_squared_error(a, b, cv::Mat::ones(64, 32, CV_8UC1)), Error);
+  EXPECT_THROW(mean_squared_error(a, b, cv::Mat::ones(a.size(), CV_32FC1)), Error);
 }
 
 TEST(Psnr, HasItsLimits) {
@@ -169,22 +145,12 @@ TEST(Psnr, AgreesWithFfmpegOverRgb) {
       {image, blurred(image, 2.0)},
       {image, adjusted(image, 0.8, 20.0)},
       {image, rolled(image, 7)},
+      {image, image + cv::Scalar(9, 0, 0)},
+      {image, image + cv::Scalar(0, 0, 9)},
       {odd, noisy(odd, 5.0)},
       {image, flat_image(image.size(), {90, 120, 150})}};
   for (const auto& [a, b] : pairs) {
     EXPECT_NEAR(psnr_db(a, b), ffmpeg_filter_value("psnr", "average", a, b), kTolerance_db);
-  }
-}
-
-// An error in one channel only: a metric on luma or on one plane would give another value.
-TEST(Psnr, CountsTheChannelsAlikeAsFfmpegDoes) {
-  const cv::Mat a = flat_image({64, 32}, {100, 100, 100});
-  const double expected_db = 10.0 * std::log10(255.0 * 255.0 / (36.0 / 3.0));
-  for (const cv::Scalar& bgr :
-       {cv::Scalar(106, 100, 100), cv::Scalar(100, 106, 100), cv::Scalar(100, 100, 106)}) {
-    const cv::Mat b = flat_image({64, 32}, bgr);
-    EXPECT_NEAR(psnr_db(a, b), expected_db, 1e-12);
-    EXPECT_NEAR(ffmpeg_filter_value("psnr", "average", a, b), expected_db, 1e-6);
   }
 }
 
@@ -243,16 +209,6 @@ TEST(Ssim, AgreesWithFfmpegAtEverySize) {
     const cv::Mat b = noisy(a, 20.0);
     EXPECT_NEAR(ssim(a, b), ffmpeg_ssim(a, b, kWithoutSimd), kTolerance) << size;
   }
-}
-
-TEST(Ssim, HasTheLuminanceTermOfFfmpegOnFlatImages) {
-  // Variances are 0, so that only (2 m_a m_b + C1) / (m_a^2 + m_b^2 + C1) with C1 = 416 / 64^2
-  // stays.
-  const cv::Size size(64, 32);
-  const cv::Mat black = flat_image(size, cv::Scalar::all(0));
-  const cv::Mat one = flat_image(size, cv::Scalar::all(1));
-  EXPECT_NEAR(ssim(black, one), 416.0 / (4096.0 + 416.0), 1e-12);
-  EXPECT_NEAR(ffmpeg_ssim(black, one), 416.0 / (4096.0 + 416.0), kTolerance);
 }
 
 TEST(Ssim, IsOneForEqualLumaAndSymmetric) {

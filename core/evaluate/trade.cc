@@ -1,26 +1,32 @@
 #include "core/evaluate/trade.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/interrupt.h"
 #include "core/base/median.h"
 #include "core/base/parallel.h"
-#include "core/base/progress.h"
-#include "core/evaluate/held_out_views.h"
+#include "core/evaluate/held_out.h"
 #include "core/evaluate/kept_results.h"
-#include "core/evaluate/measure_setting.h"
+#include "core/evaluate/trade_settings.h"
+#include "core/evaluate/truth_views.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/json.h"
+#include "core/panorama/pitch_remap.h"
 #include "core/report/report.h"
 #include "core/room/requirements.h"
 #include "core/room/room_fingerprint.h"
+#include "core/view/renderer.h"
 
 namespace raywalk {
 namespace {
@@ -34,6 +40,128 @@ constexpr std::size_t kViews = 6;
 // than this part, other programs were busy, and times are less certain.
 constexpr double kBusySpread = 0.25;
 
+struct Trade {
+  const Room& room;
+  const TradeOptions& options;
+  HeldOutViews truth{};  // its room: the same, or without stations that were held out
+  int width_px = 0;      // of the views
+  std::vector<TradeSetting> settings{};
+  ordered_json presets = ordered_json::array();  // of trade.json
+};
+
+// Some truths, spread over the distance from the lines. Throws Error unless all have one width.
+std::vector<TrueView> listed_views(const fs::path& list, const Room& room) {
+  const std::vector<ListedTruth> truths = read_truth(list, room);
+  for (const ListedTruth& truth : truths) {
+    if (truth.width == truths.front().width) continue;
+    throw Error(fmt::format(
+        "{} is {} pixels wide and {} is {}; give truths of one width, as the time of a view "
+        "depends on it",
+        truth.file.string(), truth.width, truths.front().file.string(), truths.front().width));
+  }
+  std::vector<TrueView> views;
+  for (const std::size_t i : spread_over_distance(truths, kViews)) {
+    views.push_back(read_view(truths[i]));
+  }
+  return views;
+}
+
+// Before minutes of work.
+void prepare_report(const fs::path& report, const fs::path& room) {
+  make_directories(report);
+  const AtomicFile room_probe(measured_settings_path(room));
+  for (const char* name : {"trade.json", "trade.csv", "index.html"}) {
+    const AtomicFile probe(report / name);
+  }
+}
+
+Trade prepared(const Room& room, const TradeOptions& options) {
+  Trade trade{.room = room, .options = options};
+  if (options.held_out == 0) trade.truth = {room, listed_views(options.truth, room)};
+  prepare_report(options.report, room.directory());
+  if (options.held_out > 0) trade.truth = held_out_views(room, options.held_out, kViews);
+  trade.width_px = trade.truth.views.front().image.cols;
+  trade.settings = trade_sweep(options.centres, trade.width_px, thread_count());
+  // Presets that are not in the sweep are added to it.
+  for (const NamedOptions& preset : options.presets) {
+    TradeSetting setting{"preset " + preset.name, preset.options, thread_count()};
+    setting.options.width = trade.width_px;
+    trade.presets.push_back({{"name", preset.name},
+                             {"number", add_setting(setting, &trade.settings) + 1},
+                             {"reason", preset.reason}});
+  }
+  return trade;
+}
+
+Viewpoint viewpoint_of(const TrueView& view, const TradeSetting& setting) {
+  return viewpoint_for(setting.options.generation, view.viewpoint, view.height_m);
+}
+
+// {"ms", "ratio" to a remap, "remap_ms"}: medians over all runs of all views; and "remap_spread",
+// how far the upper quartile of the remap's time is above the least, as a part of it.
+ordered_json times_of_views(const TradeSetting& setting, const Trade& trade, Renderer* renderer) {
+  const TimeSource& time_source = trade.options.time_source;
+  RenderedView shown;
+  const auto time_of = [&](const TrueView& view) {
+    const Viewpoint at = viewpoint_of(view, setting);
+    const int all_threads = thread_count();
+    set_thread_count(setting.threads);
+    const double taken_s = time_source([&] { shown = renderer->render(at, std::move(shown)); });
+    set_thread_count(all_threads);
+    return taken_s;
+  };
+  PitchRemap remap(trade.width_px);
+  int runs = 1;
+  const auto time_of_remap = [&] {
+    const auto all = [&] {
+      for (int run = 0; run < runs; ++run) remap.run();
+    };
+    return time_source(all) / runs;
+  };
+  for (const TrueView& view : trade.truth.views) time_of(view);
+  // As often as it takes to last a while: waking the threads would make the time of a single remap
+  // of a small image uneven.
+  constexpr double kLeast_s = 2e-3;
+  constexpr int kMostRuns = 100;
+  remap.run();
+  runs = std::clamp(static_cast<int>(std::ceil(kLeast_s / time_of_remap())), 1, kMostRuns);
+  std::vector<double> view_s, remap_s, ratios;
+  for (int i = 0; i < trade.options.repetitions; ++i) {
+    for (const TrueView& view : trade.truth.views) {
+      throw_if_interrupted();
+      if (setting.threads != thread_count()) remap.run();  // wakes the other threads again
+      remap_s.push_back(time_of_remap());
+      view_s.push_back(time_of(view));
+      ratios.push_back(view_s.back() / remap_s.back());
+    }
+  }
+  std::ranges::sort(remap_s);
+  return {{"ms", 1e3 * median(view_s)},
+          {"ratio", median(ratios)},
+          {"remap_ms", 1e3 * median(remap_s)},
+          {"remap_spread", remap_s[remap_s.size() * 3 / 4] / remap_s.front() - 1.0}};
+}
+
+// The times, and the means of the scores.
+ordered_json measured(const TradeSetting& setting, const Trade& trade) {
+  Renderer renderer(trade.truth.room, setting.options);
+  ordered_json result = times_of_views(setting, trade, &renderer);
+  const std::vector<TrueView>& truths = trade.truth.views;
+  std::vector<cv::Mat> images(truths.size());
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    throw_if_interrupted();
+    const cv::Mat image = renderer.render(viewpoint_of(truths[i], setting)).image;
+    cv::resize(image, images[i], truths[i].image.size(), 0, 0, cv::INTER_LINEAR);
+  }
+  std::vector<ordered_json> scores(images.size());
+  parallel_for(0, static_cast<int>(images.size()), 1, [&](int begin, int /*end*/) {
+    const auto i = static_cast<std::size_t>(begin);
+    scores[i] = scores_of(images[i], truths[i]);
+  });
+  for (const auto& [key, value] : scores.front().items()) result[key] = mean_of(scores, key);
+  return result;
+}
+
 // The name of this machine's processor.
 std::string cpu_name() {
   std::ifstream info("/proc/cpuinfo");
@@ -44,10 +172,10 @@ std::string cpu_name() {
 }
 
 // Everything that measurements depend on, except the settings.
-std::string fingerprint_of(const TradeInput& input) {
-  std::string text = fmt::format("trade {} {} {} {}\n", input.repetitions, thread_count(),
-                                 cpu_name(), room_fingerprint(*input.room));
-  for (const TrueView& view : input.views) {
+std::string fingerprint_of(const Trade& trade) {
+  std::string text = fmt::format("trade {} {} {} {}\n", trade.options.repetitions, thread_count(),
+                                 cpu_name(), room_fingerprint(trade.room));
+  for (const TrueView& view : trade.truth.views) {
     text += fmt::format("{} {} {} {} {} {}\n", view.name, view.viewpoint.x_m,
                         view.height_m.value_or(0.0), view.viewpoint.z_m,
                         sha256_of_pixels(view.image), sha256_of_pixels(view.mask));
@@ -55,97 +183,76 @@ std::string fingerprint_of(const TradeInput& input) {
   return text;
 }
 
-// Of trade.json: each setting's parameters and what was measured of it. What an earlier run
-// measured is not measured again.
-std::vector<ordered_json> measured_rows(const TradeInput& input, KeptResults* kept) {
-  const std::string fingerprint = fingerprint_of(input);
-  std::vector<std::string> keys;
-  for (const TradeSetting& setting : input.settings) {
-    keys.push_back(sha256_hex(fingerprint + parameters_of(setting).dump()));
-  }
-  const SettingMeasurement measurement{.room = *input.rendered_from,
-                                       .views = input.views,
-                                       .repetitions = input.repetitions,
-                                       .time_source = input.time_source};
-  const auto left =
-      std::ranges::count_if(keys, [&](const auto& key) { return kept->find(key) == nullptr; });
-  Progress progress("trade", left, "settings");
-  std::vector<ordered_json> rows;
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    const TradeSetting& setting = input.settings[i];
-    if (kept->find(keys[i]) == nullptr) {
-      kept->keep(keys[i], measured(setting, measurement));
-      progress.advance();
-    }
-    rows.push_back({{"number", i + 1}, {"name", setting.name}});
-    rows.back().update(parameters_of(setting));
-    rows.back().update(*kept->find(keys[i]));
-  }
-  return rows;
-}
-
 double number_in(const ordered_json& row, const char* key) { return row[key].get<double>(); }
 
-// Whether no other setting is at least as good in ratio and PSNR and better in one.
-void mark_front(std::vector<ordered_json>* rows) {
-  for (ordered_json& row : *rows) {
-    const double ratio = number_in(row, "ratio"), psnr_db = number_in(row, "psnr_db");
-    row["on_front"] = std::ranges::none_of(*rows, [&](const ordered_json& other) {
-      const double faster = ratio - number_in(other, "ratio");
-      const double better = number_in(other, "psnr_db") - psnr_db;
+// Of trade.json: each setting's parameters and what was measured of it. What an earlier run
+// measured is not measured again. On the front: no other setting is at least as good in ratio and
+// PSNR and better in one.
+std::vector<ordered_json> measured_rows(const Trade& trade, KeptResults* kept) {
+  const std::string fingerprint = fingerprint_of(trade);
+  std::vector<std::string> keys;
+  keys.reserve(trade.settings.size());
+  for (const TradeSetting& setting : trade.settings) {
+    keys.push_back(sha256_hex(fingerprint + parameters_of(setting).dump()));
+  }
+  std::vector<ordered_json> rows = kept->get_all(
+      keys, "trade", "settings", [&](std::size_t i) { return measured(trade.settings[i], trade); });
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const TradeSetting& setting = trade.settings[i];
+    ordered_json row{{"number", i + 1}, {"name", setting.name}};
+    row.update(parameters_of(setting));
+    row.update(rows[i]);
+    rows[i] = std::move(row);
+  }
+  for (ordered_json& row : rows) {
+    row["on_front"] = std::ranges::none_of(rows, [&](const ordered_json& other) {
+      const double faster = number_in(row, "ratio") - number_in(other, "ratio");
+      const double better = number_in(other, "psnr_db") - number_in(row, "psnr_db");
       return faster >= 0.0 && better >= 0.0 && (faster > 0.0 || better > 0.0);
     });
   }
+  return rows;
 }
 
 double median_of(const std::vector<ordered_json>& rows, const char* key) {
   std::vector<double> values;
   values.reserve(rows.size());
   for (const ordered_json& row : rows) values.push_back(number_in(row, key));
-  return median(values);
-}
-
-TradeSetting setting_of(const NamedOptions& preset, const TradeInput& input) {
-  TradeSetting setting{"preset " + preset.name, preset.options, thread_count()};
-  setting.options.width = input.views.front().image.cols;
-  return setting;
+  return median(std::move(values));
 }
 
 // Of trade.json.
-ordered_json document_of(const TradeInput& input, const std::vector<ordered_json>& rows) {
-  ordered_json json{{"format", "raywalk-trade"},
-                    {"format_version", kTradeFormatVersion},
-                    {"written_by", "raywalk " RAYWALK_VERSION},
-                    {"room", input.room->directory().string()},
-                    {"stored_width_px", input.room->panorama().width},
-                    {"distances", input.room->distances_origin()},
-                    {"distances_sha256", distances_sha256(*input.room)},
-                    {"truth", input.truth},
-                    {"machine", {{"threads", thread_count()}, {"cpu", cpu_name()}}},
-                    {"width_px", input.views.front().image.cols},
-                    {"remap_ms", median_of(rows, "remap_ms")},
-                    {"repetitions", input.repetitions},
-                    {"busy", median_of(rows, "remap_spread") > kBusySpread},
-                    {"views", ordered_json::array()},
-                    {"parameters", ordered_json::array()},
-                    {"presets", ordered_json::array()},
-                    {"settings", rows}};
-  for (const TrueView& view : input.views) json["views"].push_back(view.name);
+ordered_json document_of(const Trade& trade, const std::vector<ordered_json>& rows) {
+  const TradeOptions& options = trade.options;
+  ordered_json views = ordered_json::array(), parameters = ordered_json::array();
+  for (const TrueView& view : trade.truth.views) views.push_back(view.name);
   for (const Dial& dial : kDials) {
     if (!dial.sweep) continue;
-    json["parameters"].push_back({{"key", dial.key},
-                                  {"help", dial.help},
-                                  {"values", values_text(dial)},
-                                  {"default", text_of(dial, default_of(dial))},
-                                  {"cost", dial.cost}});
+    parameters.push_back({{"key", dial.key},
+                          {"help", dial.help},
+                          {"values", values_text(dial)},
+                          {"default", text_of(dial, default_of(dial))},
+                          {"cost", dial.cost}});
   }
-  for (const NamedOptions& preset : input.presets) {
-    json["presets"].push_back(
-        {{"name", preset.name},
-         {"number", find_setting(input.settings, setting_of(preset, input)) + 1},
-         {"reason", preset.reason}});
-  }
-  return json;
+  return {
+      {"format", "raywalk-trade"},
+      {"format_version", kTradeFormatVersion},
+      {"written_by", "raywalk " RAYWALK_VERSION},
+      {"room", trade.room.directory().string()},
+      {"stored_width_px", trade.room.panorama().width},
+      {"distances", trade.room.distances_origin()},
+      {"distances_sha256", distances_sha256(trade.room)},
+      {"truth", options.held_out > 0 ? fmt::format("one of {} stations, held out", options.held_out)
+                                     : options.truth.string()},
+      {"machine", {{"threads", thread_count()}, {"cpu", cpu_name()}}},
+      {"width_px", trade.width_px},
+      {"remap_ms", median_of(rows, "remap_ms")},
+      {"repetitions", options.repetitions},
+      {"busy", median_of(rows, "remap_spread") > kBusySpread},
+      {"views", std::move(views)},
+      {"parameters", std::move(parameters)},
+      {"presets", trade.presets},
+      {"settings", rows}};
 }
 
 std::string csv_field(const ordered_json& value) {
@@ -158,22 +265,23 @@ std::string csv_field(const ordered_json& value) {
 
 // The settings, one row each.
 std::string csv_of(const std::vector<ordered_json>& rows) {
-  std::string header, text;
-  for (const auto& [key, value] : rows.front().items()) header += (header.empty() ? "" : ",") + key;
+  std::vector<std::string> fields;
+  for (const auto& [key, value] : rows.front().items()) fields.push_back(key);
+  std::string text = fmt::format("{}\n", fmt::join(fields, ","));
   for (const ordered_json& row : rows) {
-    std::string line;
-    for (const ordered_json& value : row) line += (line.empty() ? "" : ",") + csv_field(value);
-    text += line + "\n";
+    fields.clear();
+    for (const ordered_json& value : row) fields.push_back(csv_field(value));
+    text += fmt::format("{}\n", fmt::join(fields, ","));
   }
-  return header + "\n" + text;
+  return text;
 }
 
 // What settings are chosen by: those on all threads.
-MeasuredSettings chosen_by(const TradeInput& input, const std::vector<ordered_json>& rows) {
-  MeasuredSettings measured{.distances_sha256 = distances_sha256(*input.room),
-                            .width_px = input.views.front().image.cols};
+MeasuredSettings chosen_by(const Trade& trade, const std::vector<ordered_json>& rows) {
+  MeasuredSettings measured{.distances_sha256 = distances_sha256(trade.room),
+                            .width_px = trade.width_px};
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const TradeSetting& setting = input.settings[i];
+    const TradeSetting& setting = trade.settings[i];
     if (setting.threads != thread_count()) continue;
     measured.choices.push_back({.name = setting.name,
                                 .options = setting.options,
@@ -214,32 +322,6 @@ std::string trade_summary(const ordered_json& trade, const fs::path& report) {
   return text + escaped((report / "index.html").string());
 }
 
-// Before minutes of work.
-void prepare_report(const fs::path& report, const fs::path& room) {
-  make_directories(report);
-  const AtomicFile room_probe(measured_settings_path(room));
-  for (const char* name : {"trade.json", "trade.csv", "index.html"}) {
-    const AtomicFile probe(report / name);
-  }
-}
-
-// Some truths, spread over the distance from the lines. Throws Error unless all have one width.
-std::vector<TrueView> listed_views(const fs::path& list, const Room& room) {
-  const std::vector<ListedTruth> truths = read_truth(list, room);
-  for (const ListedTruth& truth : truths) {
-    if (truth.width == truths.front().width) continue;
-    throw Error(fmt::format(
-        "{} is {} pixels wide and {} is {}; give truths of one width, as the time of a view "
-        "depends on it",
-        truth.file.string(), truth.width, truths.front().file.string(), truths.front().width));
-  }
-  std::vector<TrueView> views;
-  for (const std::size_t i : spread_over_distance(truths, kViews)) {
-    views.push_back(read_view(truths[i]));
-  }
-  return views;
-}
-
 }  // namespace
 
 std::string trade(const Room& room, const TradeOptions& options) {
@@ -248,43 +330,14 @@ std::string trade(const Room& room, const TradeOptions& options) {
         "give true views with --truth, or use stations as true views with --held-out (one of "
         "both)");
   }
-  TradeInput input{.room = &room,
-                   .rendered_from = &room,
-                   .presets = options.presets,
-                   .repetitions = options.repetitions};
-  HeldOutViews held_out;
-  if (options.held_out > 0) {
-    prepare_report(options.report, room.directory());
-    held_out = held_out_views(room, options.held_out, kViews);
-    input.rendered_from = &held_out.room;
-    input.truth = fmt::format("one of {} stations, held out", options.held_out);
-    input.views = held_out.views;
-  } else {
-    input.truth = options.truth.string();
-    input.views = listed_views(options.truth, room);
-  }
-  input.settings = trade_sweep({.centres = options.centres,
-                                .width_px = input.views.front().image.cols,
-                                .threads = thread_count()});
-  // Presets that are not in the sweep are added to it.
-  for (const NamedOptions& preset : options.presets) {
-    const TradeSetting setting = setting_of(preset, input);
-    if (find_setting(input.settings, setting) == input.settings.size()) {
-      input.settings.push_back(setting);
-    }
-  }
-  return write_trade(input, options.report);
-}
-
-std::string write_trade(const TradeInput& input, const fs::path& report) {
-  prepare_report(report, input.room->directory());
+  const Trade trade = prepared(room, options);
+  const fs::path& report = options.report;
   KeptResults kept(report / "trade.partial");
   try {
-    std::vector<ordered_json> rows = measured_rows(input, &kept);
-    mark_front(&rows);
-    const ordered_json document = document_of(input, rows);
+    const std::vector<ordered_json> rows = measured_rows(trade, &kept);
+    const ordered_json document = document_of(trade, rows);
     write_file_atomically(report / "trade.json", json_text(document));
-    write_measured_settings(input.room->directory(), chosen_by(input, rows));
+    write_measured_settings(room.directory(), chosen_by(trade, rows));
     write_file_atomically(report / "trade.csv", csv_of(rows));
     write_file_atomically(report / "index.html", report_page("trade", document));
     kept.remove();

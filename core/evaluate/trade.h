@@ -7,9 +7,8 @@
 #include <vector>
 
 #include "core/evaluate/measured_settings.h"
-#include "core/evaluate/trade_sweep.h"
-#include "core/evaluate/truth_views.h"
 #include "core/room/room.h"
+#include "core/view/view_options.h"
 
 namespace raywalk {
 
@@ -21,36 +20,27 @@ struct NamedOptions {
 };
 
 struct TradeOptions {
-  std::filesystem::path truth{};   // gt.csv
+  std::filesystem::path truth{};   // gt.csv, views of one width
   int held_out = 0;                // instead of it: every n-th station is held out as a true view
   std::filesystem::path report{};  // directory, created if it is missing
-  int repetitions = 3;
-  // The central setting of every generation that the room can be rendered in.
+  int repetitions = 3;             // of every view
+  // The central setting of every generation that the room can be rendered in: the sweep varies it.
   std::vector<ViewOptions> centres{};
-  std::vector<NamedOptions> presets{};
-};
-
-// Reads the truths, checks that the report can be written, then measures and writes as below.
-// Throws Error before any rendering where the input is wrong or the report cannot be written.
-std::string trade(const Room& room, const TradeOptions& options);
-
-// What is measured.
-struct TradeInput {
-  const Room* room = nullptr;           // that the settings are for
-  const Room* rendered_from = nullptr;  // the same, or without stations that were held out
-  std::string truth{};                  // the source of the views, for the report
-  std::vector<TrueView> views{};        // of one width
-  std::vector<TradeSetting> settings{};
-  std::vector<NamedOptions> presets{};  // each is among the settings, at the width of the views
-  int repetitions = 3;
+  std::vector<NamedOptions> presets{};  // measured beside the sweep, at the width of the truths
   TimeSource time_source = wall_time_s;
 };
 
-// Measures every setting (measure_setting.h) and writes `report`/trade.json (docs/file-formats.md
-// lists its keys), trade.csv and index.html, each atomically, and the room's measured settings, by
-// which views are chosen. A stopped run leaves what it measured in `report`/trade.partial, and the
-// same call resumes it. Returns a summary for the user. Throws Error as Renderer does and where a
-// file cannot be written; Interrupted.
-std::string write_trade(const TradeInput& input, const std::filesystem::path& report);
+// Reads the truths, checks that the report can be written, and measures every setting: the time of
+// every view after a warm-up, each beside one of cv::remap; then, so that scoring does not disturb
+// the times, the scores. An image smaller than its truth is enlarged before it is scored; its time
+// does not include that. The number of threads in use (core/base/parallel.h) is changed while views
+// are timed.
+//
+// Writes `report`/trade.json (docs/file-formats.md lists its keys), trade.csv and index.html, each
+// atomically, and the room's measured settings, by which views are chosen. A stopped run leaves
+// what it measured in `report`/trade.partial, and the same call resumes it. Returns a summary for
+// the user. Throws Error before any rendering where the input is wrong or the report cannot be
+// written; Interrupted.
+std::string trade(const Room& room, const TradeOptions& options);
 
 }  // namespace raywalk

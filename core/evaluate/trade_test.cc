@@ -4,150 +4,86 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "core/base/error.h"
 #include "core/base/interrupt.h"
-#include "core/base/parallel.h"
-#include "core/evaluate/measured_settings.h"
-#include "core/evaluate/scores.h"
-#include "core/files/atomic_output.h"
+#include "core/base/test_error.h"
+#include "core/evaluate/test_truths.h"
+#include "core/evaluate/truth_views.h"
 #include "core/files/csv.h"
-#include "core/files/image_file.h"
-#include "core/files/test_directory.h"
 #include "core/room/requirements.h"
 #include "core/view/renderer.h"
-#include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {
 namespace {
 
+using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
-namespace fs = std::filesystem;
-using nlohmann::json;
 
 // Of two views timed once: each to warm up and to be timed, the remap beside each and once before.
 constexpr int kWorksOfASetting = 7;
 
-// Time that passes as a test says: every work takes the next millisecond more, so that all times
-// differ and are steady; or, if busy, sometimes three times as long.
-class TestClock {
- public:
-  TimeSource source() {
-    return [this](const std::function<void()>& work) {
-      work();
-      taken_s_ += 1e-6;
-      return busy && ++works_ % 3 != 0 ? 3.0 * taken_s_ : taken_s_;
-    };
-  }
-  bool busy = false;
-
- private:
-  double taken_s_ = 1.0;
-  int works_ = 0;
-};
-
-class TradeTest : public ::testing::Test {
+class TradeTest : public TruthTest {
  protected:
   TradeTest() {
-    make_room({.overhang_m = 0.25, .width = 64});
-    write_image(directory_ / "near.png", render_truth(spec_, {0.4, 0.0}, 64));
-    write_image(directory_ / "middle.png", render_truth(spec_, {0.0, 0.1}, 64));
-    list("near.png,0.4,0,0\nmiddle.png,0,0,0.1\n");
-    options_.truth = directory_ / "gt.csv";
-    options_.report = directory_ / "report";
+    options_.truth = truth_;
+    options_.report = report_;
     options_.repetitions = 1;
-    options_.centres = {options_of(Generation::kInitial), options_of(Generation::kHlfVd)};
-  }
-  void make_room(const SyntheticRoomSpec& spec) {
-    spec_ = spec;
-    write_synthetic_room(spec, directory_ / "room.lf");
-    room_ = Room::open(directory_ / "room.lf");
-  }
-  static ViewOptions options_of(Generation generation) {
-    return {.generation = generation, .k_deg = 80.0};
-  }
-  void list(const std::string& rows) const {
-    std::ofstream(directory_ / "gt.csv") << "file,x,y,z\n" << rows;
-  }
-  // A few settings only, for speed.
-  TradeInput input(const std::vector<ViewOptions>& parameters) const {
-    TradeInput input{.room = &room_,
-                     .rendered_from = &room_,
-                     .truth = options_.truth.string(),
-                     .repetitions = 1,
-                     .time_source = clock_.source()};
-    for (const ListedTruth& truth : read_truth(options_.truth, room_)) {
-      input.views.push_back(read_view(truth));
-    }
-    for (const ViewOptions& options : parameters) {
-      TradeSetting setting{"setting " + std::to_string(input.settings.size()), options,
-                           thread_count()};
-      if (setting.options.width == 0) setting.options.width = 64;
-      input.settings.push_back(setting);
-    }
-    return input;
-  }
-  TradeInput few() const {
-    return input({{.generation = Generation::kInitial, .k_deg = 90.0},
-                  {.k_deg = 90.0},
-                  {.k_deg = 45.0, .stations_mixed = 4},
-                  {.k_deg = 90.0, .width = 32},
-                  {.generation = Generation::kTwoSided, .k_deg = 90.0}});
-  }
-  std::filesystem::path partial() const { return options_.report / "trade.partial"; }
-  // A run that is interrupted behind the second setting.
-  void begin(TradeInput input) const {
-    input.time_source = [&, works = 0](const std::function<void()>& work) mutable {
-      if (works++ == 2 * kWorksOfASetting) throw Interrupted("now");
-      return clock_.source()(work);
+    options_.time_source = [this](const std::function<void()>& work) {
+      work();
+      if (works_++ == interrupted_at_) throw Interrupted("now");
+      // Every work takes the next millisecond more, so that all times differ and are steady; or, if
+      // busy, sometimes three times as long.
+      taken_s_ += 1e-6;
+      return busy_ && works_ % 3 != 0 ? 3.0 * taken_s_ : taken_s_;
     };
-    EXPECT_THROW(write_trade(input, options_.report), Interrupted);
+    // A few settings only, for speed.
+    for (const ViewOptions& options :
+         {ViewOptions{.generation = Generation::kInitial}, ViewOptions{},
+          ViewOptions{.k_deg = 45.0, .stations_mixed = 4}, ViewOptions{.k_deg = 70.0},
+          ViewOptions{.generation = Generation::kTwoSided}}) {
+      options_.presets.push_back(
+          {std::to_string(options_.presets.size()), "it is measured", options});
+    }
   }
-  nlohmann::json written() const {
-    return nlohmann::json::parse(read_file(options_.report / "trade.json"));
+  void sweep(std::vector<Generation> generations) {
+    options_.presets.clear();
+    for (const Generation generation : generations) {
+      options_.centres.push_back({.generation = generation, .k_deg = 80.0});
+    }
+  }
+  // The trade that a run writes, and what it says.
+  json traded() {
+    said_ = trade(room_, options_);
+    return json_in(report_ / "trade.json");
   }
   std::string run_error() const {
-    try {
-      trade(room_, options_);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "no error";
+    return error_of([&] { trade(room_, options_); });
   }
 
-  mutable TestClock clock_;
-  TestDirectory directory_;
-  SyntheticRoomSpec spec_;
-  Room room_;
   TradeOptions options_;
+  std::string said_;
+  bool busy_ = false;
+  double taken_s_ = 1.0;
+  int works_ = 0, interrupted_at_ = -1;
 };
 
-std::set<std::string> keys_of_setting(const json& object) {
-  std::set<std::string> keys;
-  for (const auto& [key, value] : object.items()) keys.insert(key);
-  return keys;
-}
-
 TEST_F(TradeTest, WritesTheDocumentedFiles) {
-  const std::string said = trade(room_, options_);
-  EXPECT_THAT(said, AllOf(HasSubstr("PSNR"), HasSubstr("index.html")));
-  std::set<std::string> files;
-  for (const auto& entry : fs::directory_iterator(options_.report)) {
-    files.insert(entry.path().filename().string());
-  }
-  EXPECT_EQ(files, (std::set<std::string>{"index.html", "trade.csv", "trade.json"}));
-  const json all = written();
+  sweep({Generation::kInitial, Generation::kHlfVd});
+  const json all = traded();
+  EXPECT_THAT(said_, AllOf(HasSubstr("PSNR"), HasSubstr("index.html")));
+  EXPECT_EQ(files(), (std::set<std::string>{"index.html", "trade.csv", "trade.json"}));
   EXPECT_EQ(all["format_version"], 6);
   EXPECT_EQ(all["room"], room_.directory().string());
+  EXPECT_EQ(all["truth"], truth_.string());
   EXPECT_EQ(all["distances"], "given");
   EXPECT_EQ(all["views"].size(), 2U);
   EXPECT_EQ(all["width_px"], 64);
@@ -158,26 +94,29 @@ TEST_F(TradeTest, WritesTheDocumentedFiles) {
   EXPECT_EQ(all["parameters"][0]["key"], "generation");
   EXPECT_EQ(all["parameters"][0]["default"], "hlf-vd");
   EXPECT_EQ(
-      keys_of_setting(all["settings"][0]),
+      keys_of(all["settings"][0]),
       (std::set<std::string>{"number",       "name",          "generation",    "k_deg",
                              "overlap_deg",  "width_px",      "interpolation", "stations_mixed",
                              "station_fade", "distance_maps", "second_side",   "threads",
                              "ms",           "ratio",         "remap_ms",      "remap_spread",
                              "psnr_db",      "ws_psnr_db",    "ssim",          "fsim",
                              "on_front"}));
+  // An image half as wide as the truth is enlarged.
+  const auto half = std::ranges::find(all["settings"], "hlf-vd, 32 px wide",
+                                      [](const json& setting) { return setting["name"]; });
+  ASSERT_NE(half, all["settings"].end());
+  EXPECT_GT((*half)["psnr_db"], 10.0);
+  EXPECT_LT((*half)["psnr_db"], all["settings"][1]["psnr_db"]);
 }
 
 // No other setting is at least as fast and as good, and better in one.
 TEST_F(TradeTest, TheFrontIsWhatNothingElseDominates) {
-  write_trade(few(), options_.report);
-  const json settings = written()["settings"];
+  const json settings = traded()["settings"];
   int on_front = 0;
   for (const json& setting : settings) {
-    bool dominated = false;
-    for (const json& other : settings) {
-      dominated = dominated ||
-                  (other["ratio"] < setting["ratio"] && other["psnr_db"] >= setting["psnr_db"]);
-    }
+    const bool dominated = std::ranges::any_of(settings, [&](const json& other) {
+      return other["ratio"] < setting["ratio"] && other["psnr_db"] >= setting["psnr_db"];
+    });
     EXPECT_EQ(setting["on_front"], !dominated) << setting["name"];
     on_front += dominated ? 0 : 1;
   }
@@ -187,66 +126,59 @@ TEST_F(TradeTest, TheFrontIsWhatNothingElseDominates) {
 
 // Times are less certain then, but chosen by all the same.
 TEST_F(TradeTest, ABusyMachineIsNamedOnce) {
-  EXPECT_THAT(write_trade(few(), options_.report), Not(HasSubstr("busy")));
-  EXPECT_EQ(written()["busy"], false);
-  clock_.busy = true;
-  EXPECT_THAT(write_trade(few(), options_.report), HasSubstr("other programs were busy"));
-  EXPECT_EQ(written()["busy"], true);
+  EXPECT_EQ(traded()["busy"], false);
+  EXPECT_THAT(said_, Not(HasSubstr("busy")));
+  busy_ = true;
+  EXPECT_EQ(traded()["busy"], true);
+  EXPECT_THAT(said_, HasSubstr("other programs were busy"));
   EXPECT_EQ(read_measured_settings(room_.directory())->choices.size(), 5U);
 }
 
 TEST_F(TradeTest, ScoresAreThoseOfTheViews) {
-  write_trade(few(), options_.report);
-  const json settings = written()["settings"];
+  const json settings = traded()["settings"];
   std::vector<nlohmann::ordered_json> scores;
   for (const auto& [name, at] :
-       {std::pair("near.png", PlanPoint{0.4, 0.0}), std::pair("middle.png", PlanPoint{0.0, 0.1})}) {
-    const cv::Mat view = Renderer(room_, {.k_deg = 45.0, .stations_mixed = 4}).render(at).image;
-    scores.push_back(scores_of(view, read_panorama(directory_ / name)));
+       {std::pair("near.png", PlanPoint{0.4, 0.0}), std::pair("middle.png", PlanPoint{0.0, 0.0})}) {
+    const cv::Mat view = Renderer(room_, options_.presets[2].options).render(at).image;
+    TrueView truth;
+    truth.image = read_panorama(directory_ / name);
+    scores.push_back(scores_of(view, truth));
   }
   for (const char* key : {"psnr_db", "ws_psnr_db", "ssim", "fsim"}) {
     EXPECT_NEAR(settings[2][key].get<double>(), mean_of(scores, key).get<double>(), 1e-9) << key;
   }
-  // Corrected is better than initial, as wide as the truth better than half.
-  EXPECT_GT(settings[1]["psnr_db"], settings[0]["psnr_db"]);
-  EXPECT_GT(settings[1]["psnr_db"], settings[3]["psnr_db"]);
-  EXPECT_GT(settings[3]["psnr_db"], 10.0);
+  EXPECT_GT(settings[1]["psnr_db"], settings[0]["psnr_db"]) << "corrected is better than initial";
 }
 
 TEST_F(TradeTest, TheTableHoldsTheNumbersOfTheJson) {
-  write_trade(few(), options_.report);
-  const auto records = split_csv(read_file(options_.report / "trade.csv"), "trade.csv");
-  const json settings = written()["settings"];
+  const json settings = traded()["settings"];
+  const auto records = split_csv(read_file(report_ / "trade.csv"), "trade.csv");
   ASSERT_EQ(records.size(), settings.size() + 1);
   const std::vector<std::string>& header = records[0].fields;
   for (std::size_t i = 0; i < settings.size(); ++i) {
     const std::vector<std::string>& row = records[i + 1].fields;
-    ASSERT_EQ(row.size(), header.size());
-    std::size_t compared = 0;
+    ASSERT_EQ(row.size(), settings[i].size());
     for (std::size_t column = 0; column < header.size(); ++column) {
-      const std::string& key = header[column];
-      const json& value = settings[i][key];
+      const json& value = settings[i][header[column]];
       if (value.is_boolean()) {
-        EXPECT_EQ(row[column], value.get<bool>() ? "1" : "0") << key;
+        EXPECT_EQ(row[column], value.get<bool>() ? "1" : "0") << header[column];
       } else if (value.is_string()) {
-        EXPECT_EQ(row[column], value.get<std::string>()) << key;
+        EXPECT_EQ(row[column], value.get<std::string>()) << header[column];
       } else {
-        EXPECT_EQ(std::stod(row[column]), value.get<double>()) << key;
-        ++compared;
+        EXPECT_EQ(std::stod(row[column]), value.get<double>()) << header[column];
       }
     }
-    EXPECT_GE(compared, 12U);
   }
 }
 
 TEST_F(TradeTest, ARoomWithoutDistancesIsSweptInitialWithANote) {
   make_room({.overhang_m = 0.25, .width = 64, .distances = false});
-  options_.centres = {options_of(Generation::kInitial)};
-  EXPECT_THAT(trade(room_, options_), HasSubstr("no distances"));
-  EXPECT_EQ(written()["distances"], "none");
+  sweep({Generation::kInitial});
+  const json all = traded();
+  EXPECT_THAT(said_, HasSubstr("no distances"));
+  EXPECT_EQ(all["distances"], "none");
   // It is stored in the room, for choosing views.
-  EXPECT_EQ(written()["distances_sha256"], distances_sha256(room_));
-  const json all = written();
+  EXPECT_EQ(all["distances_sha256"], distances_sha256(room_));
   EXPECT_FALSE(all["settings"].empty());
   for (const json& setting : all["settings"]) EXPECT_EQ(setting["generation"], "initial");
 }
@@ -254,15 +186,18 @@ TEST_F(TradeTest, ARoomWithoutDistancesIsSweptInitialWithANote) {
 TEST_F(TradeTest, RefusesBadInputBeforeAnyWork) {
   list("gone.png,0,0,0\n");
   EXPECT_THAT(run_error(), AllOf(HasSubstr("gt.csv:2"), HasSubstr("gone.png")));
-  list("near.png,9,0,0\n");
-  EXPECT_THAT(run_error(), HasSubstr("gt.csv:2"));
-  write_image(directory_ / "wide.png", render_truth(spec_, {0.0, 0.1}, 128));
+  make_truth("wide", {0.0, 0.1}, 128);
   list("near.png,0.4,0,0\nwide.png,0,0,0.1\n");
   EXPECT_THAT(run_error(), AllOf(HasSubstr("wide.png is 128"), HasSubstr("one width")));
   list("near.png,0.4,0,0\n");
   std::ofstream(directory_ / "file") << "x";
   options_.report = directory_ / "file" / "report";
   EXPECT_THAT(run_error(), HasSubstr("report"));
+  options_.held_out = 4;
+  EXPECT_THAT(run_error(), HasSubstr("one of both"));
+  options_.truth.clear();
+  options_.held_out = 0;
+  EXPECT_THAT(run_error(), HasSubstr("with --truth, or use stations"));
 }
 
 // Without values that depend on the clock.
@@ -277,42 +212,40 @@ json timeless(json trade) {
 }
 
 TEST_F(TradeTest, ResumesAnInterruptedRun) {
-  write_trade(few(), options_.report);
-  const json whole = written();
-  begin(few());
-  std::string text = read_file(partial());
-  text.erase(0, text.find('\n'));
-  std::set<double> kept_ms;
-  for (const json& setting : json::parse(text)) kept_ms.insert(setting["ms"].get<double>());
+  const json whole = traded();
+  // Behind the second setting; what was measured before is not measured again.
+  const auto interrupted = [&] {
+    works_ = 0;
+    interrupted_at_ = 2 * kWorksOfASetting;
+    EXPECT_THROW(trade(room_, options_), Interrupted);
+    std::set<double> times_ms;
+    for (const json& kept : kept_in(report_ / "trade.partial")) {
+      times_ms.insert(kept["ms"].get<double>());
+    }
+    interrupted_at_ = -1;
+    return times_ms;
+  };
+  const std::set<double> kept_ms = interrupted();
   ASSERT_EQ(kept_ms.size(), 2U);
-  write_trade(few(), options_.report);
-  EXPECT_EQ(timeless(written()), timeless(whole));
-  // Settings measured before the interruption were not measured again.
-  for (int i : {0, 1}) EXPECT_TRUE(kept_ms.contains(written()["settings"][i]["ms"].get<double>()));
-  EXPECT_FALSE(fs::exists(partial()));
-  begin(few());
-  TradeInput other = few();
-  other.views[0].image = ~other.views[0].image;
-  write_trade(other, options_.report);
-  EXPECT_LT(written()["settings"][0]["psnr_db"], whole["settings"][0]["psnr_db"])
+  const json resumed = traded();
+  EXPECT_EQ(timeless(resumed), timeless(whole));
+  for (int i : {0, 1}) EXPECT_TRUE(kept_ms.contains(resumed["settings"][i]["ms"].get<double>()));
+  EXPECT_FALSE(files().contains("trade.partial"));
+  interrupted();
+  write_image(directory_ / "near.png", ~read_panorama(directory_ / "near.png"));
+  EXPECT_LT(traded()["settings"][0]["psnr_db"], whole["settings"][0]["psnr_db"])
       << "other truths are never mixed in";
 }
 
-class HeldOutTradeTest : public TradeTest {
- protected:
-  HeldOutTradeTest() {
-    make_room({.spacing_m = 0.0625, .overhang_m = 0.25, .width = 64});
-    options_.held_out = 4;
-    options_.presets = {{"plain", "it is central", options_of(Generation::kHlfVd)},
-                        {"own", "it is not", {.k_deg = 55.0, .stations_mixed = 7}}};
-  }
-};
-
-TEST_F(HeldOutTradeTest, StationsReplaceTrueViews) {
+TEST_F(TradeTest, StationsReplaceTrueViews) {
+  make_room({.spacing_m = 0.0625, .overhang_m = 0.25, .width = 64});
+  sweep({Generation::kInitial, Generation::kHlfVd});
+  options_.presets = {{"plain", "it is central", {.k_deg = 80.0}},
+                      {"own", "it is not", {.k_deg = 55.0, .stations_mixed = 7}}};
   options_.truth.clear();
-  const std::string said = trade(room_, options_);
-  EXPECT_THAT(said, HasSubstr("preset own"));
-  const json all = written();
+  options_.held_out = 4;
+  const json all = traded();
+  EXPECT_THAT(said_, HasSubstr("preset own"));
   EXPECT_EQ(all["truth"], "one of 4 stations, held out");
   EXPECT_FALSE(all["views"].empty());
   const json& settings = all["settings"];
@@ -337,13 +270,6 @@ TEST_F(HeldOutTradeTest, StationsReplaceTrueViews) {
   EXPECT_EQ(last.options.stations_mixed, 7);
   EXPECT_EQ(last.psnr_db, settings.back()["psnr_db"]);
   EXPECT_EQ(last.ratio, settings.back()["ratio"]);
-}
-
-TEST_F(HeldOutTradeTest, NeedsTruthOrHeldOutStations) {
-  EXPECT_THAT(run_error(), HasSubstr("one of both"));
-  options_.truth.clear();
-  options_.held_out = 0;
-  EXPECT_THAT(run_error(), HasSubstr("with --truth, or use stations"));
 }
 
 }  // namespace

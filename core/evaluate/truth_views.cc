@@ -6,16 +6,23 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <opencv2/core.hpp>
 #include <set>
 
 #include "core/base/error.h"
+#include "core/evaluate/fsim.h"
+#include "core/evaluate/metrics.h"
 #include "core/files/csv.h"
 #include "core/files/image_file.h"
+#include "core/geometry/panorama_pixels.h"
 #include "core/view/view_plan.h"
 
 namespace raywalk {
+
+using nlohmann::ordered_json;
+
 namespace {
 
 constexpr double kHeightTolerance_m = 0.005;  // a pixel at 1.6 m in a panorama 2048 pixels wide
@@ -40,30 +47,29 @@ std::filesystem::path file_in(const CsvTable& table, std::size_t row, const std:
   return list.parent_path() / table.text(row, column);
 }
 
-// Empty without; throws Error where its size is another than the image's.
-cv::Mat read_true_distances(const ListedTruth& truth) {
-  if (truth.distances.empty()) return {};
-  cv::Mat distances = read_distance_map(truth.distances);
-  if (distances.cols != truth.width || distances.rows != truth.width / 2) {
-    throw Error(fmt::format("{}: the distance map is {}x{}, but {}x{} is needed",
-                            truth.distances.string(), distances.cols, distances.rows, truth.width,
-                            truth.width / 2));
-  }
-  return distances;
+// Empty without.
+cv::Mat read_true_mask(const ListedTruth& truth) {
+  if (truth.mask_file.empty()) return {};
+  return read_mask(truth.mask_file, {truth.width, truth.width / 2});
 }
 
-// Empty without.
-cv::Mat read_truth_mask(const ListedTruth& truth) {
-  if (truth.mask.empty()) return {};
-  return read_mask(truth.mask, {truth.width, truth.width / 2});
+// Empty without; throws Error where its size is another than the image's.
+cv::Mat read_true_distances(const ListedTruth& truth) {
+  if (truth.distances_file.empty()) return {};
+  cv::Mat distances = read_distance_map(truth.distances_file);
+  if (distances.cols == truth.width && distances.rows == truth.width / 2) return distances;
+  throw Error(fmt::format("{}: the distance map is {}x{}, but {}x{} is needed",
+                          truth.distances_file.string(), distances.cols, distances.rows,
+                          truth.width, truth.width / 2));
 }
 
 ListedTruth truth_at(const CsvTable& table, std::size_t row, const std::filesystem::path& list,
                      const Room& room, TurnedPictures* turned) {
-  ListedTruth truth;
-  truth.file = list.parent_path() / table.text(row, "file");
+  ListedTruth truth{.file = list.parent_path() / table.text(row, "file"),
+                    .viewpoint = {table.number(row, "x"), table.number(row, "z")},
+                    .mask_file = file_in(table, row, "mask", list),
+                    .distances_file = file_in(table, row, "distance", list)};
   truth.name = truth.file.stem().string();
-  truth.viewpoint = {table.number(row, "x"), table.number(row, "z")};
   // Which lines serve a viewpoint does not depend on how they are connected.
   const ViewPlan plan(room.grid(), truth.viewpoint, {kHalfPi, 0.0});
   truth.line_distance_m = nearest_line_m(room.grid(), plan);
@@ -72,15 +78,13 @@ ListedTruth truth_at(const CsvTable& table, std::size_t row, const std::filesyst
   turned->add(truth.file, header.orientation);
   if (truth.width % 4 != 0 || truth.width < kMinWidth_px) {
     throw Error(
-        fmt::format("{} is {} pixels wide; a truth's width must be a multiple of 4, at "
-                    "least {}",
+        fmt::format("{} is {} pixels wide; a truth's width must be a multiple of 4, at least {}",
                     truth.file.string(), truth.width, kMinWidth_px));
   }
-  truth.mask = file_in(table, row, "mask", list);
-  if (!truth.mask.empty() && cv::countNonZero(read_truth_mask(truth)) == 0) {
-    throw Error(truth.mask.string() + " masks every pixel; remove this view from the list");
+  const cv::Mat mask = read_true_mask(truth);
+  if (!mask.empty() && cv::countNonZero(mask) == 0) {
+    throw Error(truth.mask_file.string() + " masks every pixel; remove this view from the list");
   }
-  truth.distances = file_in(table, row, "distance", list);
   read_true_distances(truth);
   const double height_m = table.number(row, "y");
   const double off_height_m = std::abs(height_m - plan.height_m());
@@ -120,12 +124,7 @@ std::vector<ListedTruth> read_truth(const std::filesystem::path& list, const Roo
 }
 
 TrueView read_view(const ListedTruth& truth) {
-  return {.name = truth.name,
-          .viewpoint = truth.viewpoint,
-          .height_m = truth.height_m,
-          .image = read_panorama(truth.file),
-          .mask = read_truth_mask(truth),
-          .distances = read_true_distances(truth)};
+  return {truth, read_panorama(truth.file), read_true_mask(truth), read_true_distances(truth)};
 }
 
 std::vector<std::size_t> spread_over_distance(std::span<const ListedTruth> truths,
@@ -141,6 +140,63 @@ std::vector<std::size_t> spread_over_distance(std::span<const ListedTruth> truth
     chosen.push_back(order[count == 1 ? 0 : i * (order.size() - 1) / (count - 1)]);
   }
   return chosen;
+}
+
+ordered_json scores_of(const cv::Mat& view, const TrueView& truth) {
+  const cv::Mat completed = truth_completed_by(view, truth);
+  return {{"psnr_db", std::min(kMaxPsnrDb, psnr_db(view, truth.image, truth.mask))},
+          {"ws_psnr_db", std::min(kMaxPsnrDb, ws_psnr_db(view, truth.image, truth.mask))},
+          {"ssim", ssim(view, completed)},
+          {"fsim", fsim(view, completed)}};
+}
+
+cv::Mat truth_completed_by(const cv::Mat& view, const TrueView& truth) {
+  if (truth.mask.empty()) return truth.image;
+  cv::Mat completed = view.clone();
+  truth.image.copyTo(completed, truth.mask);
+  return completed;
+}
+
+ordered_json quarter_scores_of(const Grid& grid, const cv::Mat& view, const TrueView& truth) {
+  // Ray-space360's plan without a blend: straight ahead every side is read from its own line.
+  const ViewPlan plan(grid, truth.viewpoint, {kHalfPi, 0.0});
+  ordered_json quarters = ordered_json::array();
+  for (const Side side : {Side::kFront, Side::kRight, Side::kBack, Side::kLeft}) {
+    const double theta_rad = side_normal_rad(side);
+    const ColumnPlan ahead = plan.column(theta_rad);
+    if (ahead.front_count == 0) continue;
+    TrueView quarter;
+    quarter.image = quarter_of(truth.image, theta_rad);
+    if (!truth.mask.empty()) quarter.mask = quarter_of(truth.mask, theta_rad);
+    if (!quarter.mask.empty() && cv::countNonZero(quarter.mask) == 0) continue;
+    ordered_json row{{"line_distance_m", ahead.front[0].d_p_m}};
+    row.update(scores_of(quarter_of(view, theta_rad), quarter));
+    row.erase("ws_psnr_db");  // of whole panoramas
+    quarters.push_back(std::move(row));
+  }
+  return quarters;
+}
+
+cv::Mat quarter_of(const cv::Mat& panorama, double theta_rad) {
+  const int quarter = panorama.cols / 4;
+  cv::Mat around;
+  cv::copyMakeBorder(panorama, around, 0, 0, quarter, quarter, cv::BORDER_WRAP);
+  const double centre = (theta_rad / kTwoPi + 0.5) * panorama.cols;  // the pixel edge at theta
+  const int first = static_cast<int>(std::lround(centre - 0.5 * quarter));
+  const int begin = quarter + wrapped_column(first, panorama.cols);
+  return around.colRange(begin, begin + quarter);
+}
+
+ordered_json mean_of(std::span<const ordered_json> rows, const std::string& key) {
+  double sum = 0.0;
+  int known = 0;
+  for (const ordered_json& row : rows) {
+    const auto value = row.find(key);
+    if (value == row.end() || value->is_null()) continue;
+    sum += value->get<double>();
+    ++known;
+  }
+  return known == 0 ? ordered_json(nullptr) : ordered_json(sum / known);
 }
 
 }  // namespace raywalk

@@ -1,7 +1,9 @@
-// Ground truth of a room: panoramas captured between the lines.
+// Ground truth of a room: panoramas captured between the lines, and scores of views against them as
+// rows of the reports' JSON.
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <span>
@@ -19,22 +21,19 @@ struct ListedTruth {
   PlanPoint viewpoint{};
   // y, where it is off the height of the lines. Initial views are rendered at that of the lines.
   std::optional<double> height_m{};
-  int width = 0;                      // of the picture, pixels
-  std::filesystem::path mask{};       // picture, 0 = not compared; empty: all pixels count
-  std::filesystem::path distances{};  // true distance map; empty: not known
+  int width = 0;                           // of the picture, pixels
+  std::filesystem::path mask_file{};       // picture, 0 = not compared; empty: all pixels count
+  std::filesystem::path distances_file{};  // true distance map; empty: not known
   // Plan distance to the nearest line that serves the view; vertical parallax grows with it.
   double line_distance_m = 0.0;
 };
 
-// A viewpoint and its true image: captured between the lines, or a station that was held out
-// (held_out_views.h).
-struct TrueView {
-  std::string name{};
-  PlanPoint viewpoint{};
-  std::optional<double> height_m{};  // as ListedTruth has it
-  cv::Mat image{};                   // CV_8UC3 in BGR order, width = 2 * height
-  cv::Mat mask{};                    // CV_8UC1 of the same size, 0 = not compared; empty: all is
-  cv::Mat distances{};               // CV_16UC1 in millimetres; empty: not known
+// With its pictures: captured between the lines, or by a station that was held out, which has no
+// files (held_out.h).
+struct TrueView : ListedTruth {
+  cv::Mat image{};      // CV_8UC3 in BGR order, width = 2 * height
+  cv::Mat mask{};       // CV_8UC1 of the same size, 0 = not compared; empty: all is
+  cv::Mat distances{};  // CV_16UC1 in millimetres; empty: not known
 };
 
 // Reads columns file,x,y,z (metres; files relative to the list) and, where given, mask (an 8-bit
@@ -53,5 +52,34 @@ TrueView read_view(const ListedTruth& truth);
 // nearest and the farthest among them.
 std::vector<std::size_t> spread_over_distance(std::span<const ListedTruth> truths,
                                               std::size_t most);
+
+// {"psnr_db": over RGB, "ws_psnr_db": the same weighted by solid angle, "ssim", "fsim": on luma};
+// PSNRs are at most kMaxPsnrDb. Masked pixels are ignored: the PSNRs skip them; for SSIM and FSIM,
+// which compare neighbourhoods, the truth there is replaced by the view. Throws Error as the
+// metrics do (sizes differ, not CV_8UC3, nothing but masked pixels).
+nlohmann::ordered_json scores_of(const cv::Mat& view, const TrueView& truth);
+
+// The true image, with the view's own pixels where it is masked.
+cv::Mat truth_completed_by(const cv::Mat& view, const TrueView& truth);
+
+// Scores of the quarters of a view that face each of the lines around it: Fig. 13 of the paper
+// plots them over the distance from the line. A view between four lines is near one and far from
+// another, so its score as a whole does not belong to one distance. The quarter of the panorama
+// that faces a side is rendered from that side's line (up to the corners), at one distance straight
+// ahead: one view gives up to four points.
+//
+// A list of {"line_distance_m": from the viewpoint straight ahead to the line, "psnr_db", "ssim",
+// "fsim"}, one for every side that a line serves and that is not masked completely. FSIM assumes
+// that columns wrap around, which is not true of a quarter: the jump between its outermost columns
+// counts as a feature, in both images alike. Images are at least 32 pixels wide.
+nlohmann::ordered_json quarter_scores_of(const Grid& grid, const cv::Mat& view,
+                                         const TrueView& truth);
+
+// The 90 degrees around longitude `theta_rad` of a panorama whose width is a multiple of 4.
+cv::Mat quarter_of(const cv::Mat& panorama, double theta_rad);
+
+// Mean of a key over the rows where it is known; null where it is in none.
+nlohmann::ordered_json mean_of(std::span<const nlohmann::ordered_json> rows,
+                               const std::string& key);
 
 }  // namespace raywalk

@@ -161,22 +161,6 @@ DistanceVolume DistanceVolume::subset(std::span<const int> stations_of_line) con
   return part;
 }
 
-DistanceVolume DistanceVolume::with_maps(std::vector<int> stations, PanoramaSize size,
-                                         std::vector<float> distance_m,
-                                         std::vector<std::uint8_t> confidence) const {
-  DistanceVolume other = *this;
-  other.stored_.resize(stations.size());
-  std::iota(other.stored_.begin(), other.stored_.end(), 0);
-  other.stations_ = std::move(stations);
-  other.size_ = size;
-  other.deflated_.reset();
-  const auto distances = std::make_shared<const std::vector<float>>(std::move(distance_m));
-  const auto confidences = std::make_shared<const std::vector<std::uint8_t>>(std::move(confidence));
-  other.distance_m_ = {distances, distances->data()};
-  other.confidence_ = {confidences, confidences->data()};
-  return other;
-}
-
 std::vector<DistanceVolume> open_distance_volumes(const fs::path& folder, const Grid& grid) {
   std::vector<DistanceVolume> volumes;
   for (const Line& line : grid.lines) {

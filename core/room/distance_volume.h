@@ -65,12 +65,6 @@ class DistanceVolume {
   // mapping is shared.
   DistanceVolume subset(std::span<const int> stations_of_line) const;
 
-  // The same line with other maps, held in memory: of the given stations (increasing), [map][theta]
-  // [phi] as in the datasets. header_sha256() remains that of the file.
-  DistanceVolume with_maps(std::vector<int> stations, PanoramaSize size,
-                           std::vector<float> distance_m,
-                           std::vector<std::uint8_t> confidence) const;
-
   int maps() const { return static_cast<int>(stations_.size()); }
   // Station index of each map, increasing.
   std::span<const int> stations() const { return stations_; }

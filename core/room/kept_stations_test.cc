@@ -123,27 +123,6 @@ TEST_F(KeptStationsTest, WithDistancesReplacesTheMaps) {
   EXPECT_THROW(room_.with_distances(directory_ / "nowhere"), Error);
 }
 
-TEST_F(KeptStationsTest, MapsOfALineCanBeThoseInMemory) {
-  std::vector<float> distance_m(2 * 8 * 4, 1.5f);
-  std::vector<std::uint8_t> confidence(distance_m.size(), 200);
-  distance_m[static_cast<size_t>(8 * 4 + 3 * 4 + 2)] = 7.0f;  // of map 1, column 3, row 2
-  confidence[static_cast<size_t>(8 * 4 + 3 * 4 + 2)] = 9;
-  const Room room =
-      room_.with_distances(1, room_.distances(1).with_maps({3, 4}, {8, 4}, distance_m, confidence));
-  const DistanceVolume& maps = room.distances(1);
-  EXPECT_THAT(maps.stations(), ElementsAre(3, 4));
-  EXPECT_EQ(maps.size(), (PanoramaSize{8, 4}));
-  EXPECT_THAT(maps.distance_column(1, 3), ElementsAre(1.5f, 1.5f, 7.0f, 1.5f));
-  EXPECT_THAT(maps.confidence_column(1, 3), ElementsAre(200, 200, 9, 200));
-  EXPECT_THAT(maps.distance_column(0, 7), Each(1.5f));
-  EXPECT_THAT(maps.subset(std::vector<int>{4, 5}).distance_column(0, 3),
-              ElementsAre(1.5f, 1.5f, 7.0f, 1.5f));
-  EXPECT_EQ(room.distances(0).distance_column(0, 0).data(),
-            room_.distances(0).distance_column(0, 0).data())
-      << "other lines keep theirs";
-  EXPECT_THAT(room_.distances(1).stations(), ElementsAre(0, 2, 4, 6, 8));
-}
-
 TEST(NeededStations, LeaveNoGapWiderThanTheSpacing) {
   const Grid grid = line_of({0, 1, 2, 3, 4, 5, 6, 7});
   EXPECT_THAT(needed_stations(grid, 0, 1.0, {}), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7));

@@ -146,12 +146,6 @@ Room Room::with_distances(const fs::path& directory) const {
   return other;
 }
 
-Room Room::with_distances(int line, DistanceVolume distances) const {
-  Room other = *this;
-  other.distances_[static_cast<std::size_t>(line)] = std::move(distances);
-  return other;
-}
-
 bool Room::has_distances() const {
   return std::any_of(distances_.begin(), distances_.end(),
                      [](const DistanceVolume& volume) { return volume.maps() > 0; });

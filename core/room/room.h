@@ -92,8 +92,6 @@ class Room {
   // The room with its distance maps replaced by those in a folder with a volume for each line.
   // Throws Error as open() does.
   Room with_distances(const std::filesystem::path& directory) const;
-  // The same with other distances of one line.
-  Room with_distances(int line, DistanceVolume distances) const;
 
   const std::filesystem::path& directory() const { return directory_; }
   const RoomManifest& manifest() const { return manifest_; }

@@ -129,17 +129,6 @@ ViewPlan::ViewPlan(const Grid& grid, const Viewpoint& viewpoint, const Connectio
   }
 }
 
-ViewPlan::ViewPlan(const Grid& grid, const Eigen::Vector3d& position_m, const RaySource& between)
-    : grid_(grid), eye_{position_m}, lines_{between.line}, everywhere_(ColumnPlan()) {
-  for (const double fraction : {0.0, 1.0}) {
-    RaySource station = between;
-    station.fraction = fraction;
-    station.weight = fraction == 0.0 ? 1.0 - between.fraction : between.fraction;
-    if (station.weight == 0.0) continue;
-    everywhere_->front[static_cast<size_t>(everywhere_->front_count++)] = station;
-  }
-}
-
 void ViewPlan::plan_cell() {
   lines_.assign(cell_->line.begin(), cell_->line.end());
   for (int side = 0; side < 4; ++side) {
@@ -239,7 +228,6 @@ int ViewPlan::front_sources(PlanPoint from, double theta_rad, Sources& sources) 
 }
 
 ColumnPlan ViewPlan::column(double theta_rad) const {
-  if (everywhere_) return *everywhere_;
   const PlanPoint from = eye_.place(theta_rad);
   ColumnPlan plan;
   plan.front_count = front_sources(from, wrap_angle(theta_rad), plan.front);

@@ -60,17 +60,11 @@ class ViewPlan {
   ViewPlan(const Grid& grid, const Viewpoint& viewpoint, const ConnectionRule& rule,
            double eye_radius_m = 0.0);
 
-  // The view at `position_m`, which is read from one pair of neighbouring stations in every
-  // direction. Each of the two is a source of its own, with a share by nearness, so that points are
-  // read from one where the other does not see them: views of stations_mixed = 1. For re-creating a
-  // station that is left out.
-  ViewPlan(const Grid& grid, const Eigen::Vector3d& position_m, const RaySource& between);
-
   const EyeCircle& eye() const { return eye_; }
   // The circle's centre; without a circle the place of the eye.
   PlanPoint viewpoint() const { return {eye_.centre_m.x(), eye_.centre_m.z()}; }
   // Height of the view: the one asked for, else that of the lines that serve it, around the
-  // viewpoint (view_height.h), or of the position given.
+  // viewpoint (view_height.h).
   double height_m() const { return eye_.centre_m.y(); }
   // How far it is above the height of the lines; 0 where no height was asked for.
   double above_lines_m() const { return above_lines_m_; }
@@ -102,7 +96,6 @@ class ViewPlan {
   EyeCircle eye_;
   double above_lines_m_ = 0.0;
   std::vector<int> lines_;
-  std::optional<ColumnPlan> everywhere_;       // of all columns
   const Cell* cell_ = nullptr;                 // of the viewpoint; null in an open grid
   std::array<CornerConnection, 4> corners_{};  // corner i joins side i and side i + 1 of it
   int limited_corners_ = 0;

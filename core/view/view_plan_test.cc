@@ -161,29 +161,6 @@ TEST(ViewPlan, CountsTheCornersThatNeedMoreOverhang) {
   EXPECT_EQ(ViewPlan(square_grid(1.0, 1.0), {0.3, 0.1}, rule_of(45.0)).limited_corners(), 0);
 }
 
-TEST(ViewPlan, ViewBetweenTwoStationsReadsThemAllAround) {
-  const Grid grid = square_grid(1.0, 1.0);
-  for (const double fraction : {0.25, 0.0, 1.0}) {
-    const ViewPlan plan(grid, {7.0, 0.125, -3.0}, {.line = 2, .station = 0, .fraction = fraction});
-    EXPECT_EQ(plan.height_m(), 0.125) << "the position's own, wherever it is";
-    EXPECT_THAT(plan.lines(), testing::ElementsAre(2));
-    for (int degree = -180; degree < 180; degree += 15) {
-      const ColumnPlan column = plan.column(radians_from_degrees(degree));
-      EXPECT_EQ(column.behind_count, 0);
-      ASSERT_EQ(column.front_count, fraction == 0.25 ? 2 : 1);
-      for (std::size_t i = 0; i < static_cast<std::size_t>(column.front_count); ++i) {
-        const RaySource& source = column.front[i];
-        EXPECT_EQ(source.line, 2);
-        EXPECT_EQ(source.station, 0);
-        EXPECT_EQ(source.d_p_m, 0.0);
-        const double expected = fraction == 0.25 ? static_cast<double>(i) : fraction;
-        EXPECT_EQ(source.fraction, expected) << "one of the stations alone";
-        EXPECT_EQ(source.weight, fraction != 0.25 ? 1.0 : i == 0 ? 0.75 : 0.25);
-      }
-    }
-  }
-}
-
 TEST(LineCrossing, LiesOnTheRayAndOnAnObliqueLineUnlessParallel) {
   EXPECT_FALSE(cross_line(line_at(LineAxis::kZ, 0.5, {-1.0, 1.0}), {0.2, 0.0}, 0.0));
   Line line = line_at(LineAxis::kX, 0.5, {-1.0, 0.0, 1.0});

@@ -9,8 +9,8 @@
 #include "core/base/number_text.h"
 #include "core/base/pick_evenly.h"
 #include "core/base/progress.h"
+#include "core/evaluate/held_out.h"
 #include "core/evaluate/metrics.h"
-#include "core/evaluate/recreated_station.h"
 #include "core/room/kept_stations.h"
 #include "core/view/renderer.h"
 #include "render/web/station_pictures.h"
@@ -27,21 +27,6 @@ PlanPoint viewpoint_of(const Grid& grid, const HeldOutStation& station) {
   return {at_m.x(), at_m.z()};
 }
 
-// The stations left out where views can be rendered.
-std::vector<HeldOutStation> stations_left_out(const Grid& grid, const KeptStations& kept) {
-  const KeptStations left_out = stations_except(grid, kept);
-  std::vector<HeldOutStation> stations;
-  for (std::size_t line = 0; line < left_out.size(); ++line) {
-    for (const int index : left_out[line]) {
-      const HeldOutStation station{static_cast<int>(line), index};
-      if (grid.cells.empty() || find_cell(grid, viewpoint_of(grid, station))) {
-        stations.push_back(station);
-      }
-    }
-  }
-  return stations;
-}
-
 double psnr_at(const Room& room, const HeldOutStation& station, Renderer* renderer, int width) {
   const cv::Mat captured = captured_picture_at(room, station.line, station.station, width);
   const cv::Mat hidden = hidden_in_views(room, station.line, station.station, width);
@@ -55,7 +40,8 @@ double psnr_at(const Room& room, const HeldOutStation& station, Renderer* render
 
 std::optional<WebQuality> measure_web_quality(const Room& room, const KeptStations& kept,
                                               const ViewOptions& options) {
-  const std::vector<HeldOutStation> left_out = stations_left_out(room.grid(), kept);
+  const std::vector<HeldOutStation> left_out =
+      stations_with_views(room.grid(), stations_except(room.grid(), kept));
   if (left_out.empty()) return std::nullopt;
   const Room part = room.subset(kept);
   Renderer renderer(part, options);

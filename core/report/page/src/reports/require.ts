@@ -170,7 +170,7 @@ function stations(d: Json) {
       },
     ),
     table(spacing.held_out, {
-      caption: "The middle station of each gap, re-created from its two neighbours",
+      caption: "The middle station of each gap, rendered from the stations kept",
       columns: [
         { key: "stride", name: "every" },
         { key: "step_m", unit: "cm", factor: 100 },
@@ -181,7 +181,7 @@ function stations(d: Json) {
         },
         "psnr_without_depth_db",
         "psnr_of_tolerance_db",
-        { key: "hidden_share", name: "hidden from both" },
+        { key: "hidden_share", name: "occluded" },
       ],
     }),
     `With distances ${spacing.stations_needed_with_distances} of ${spacing.stations} stations suffice, including those at corners and ends. Without depth they may be at most ${length(spacing.needed_without_depth_m, "any distance")} apart, and the capture is ${enough ? "dense enough" : "not dense enough"}. The rule for distances ignores occlusion, reflections and resampling, which the re-created stations measure: the smaller of the two spacings is used.`,

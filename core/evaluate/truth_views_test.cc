@@ -1,5 +1,6 @@
-#include "core/evaluate/scores.h"
+#include "core/evaluate/truth_views.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -29,10 +30,7 @@ TEST(QuarterScores, AQuarterIsCentredOnItsDirection) {
   EXPECT_EQ(front.at<cv::Vec3b>(0, 0)[0], 24);
   EXPECT_EQ(front.at<cv::Vec3b>(0, 15)[0], 39);
   EXPECT_EQ(quarter_of(image, kHalfPi).at<cv::Vec3b>(0, 0)[0], 40);
-}
-
-TEST(QuarterScores, TheBackCrossesTheSeam) {
-  const cv::Mat back = quarter_of(numbered_columns(64), kPi);
+  const cv::Mat back = quarter_of(image, kPi);  // across the seam
   ASSERT_EQ(back.cols, 16);
   EXPECT_EQ(back.at<cv::Vec3b>(0, 0)[0], 56);
   EXPECT_EQ(back.at<cv::Vec3b>(0, 7)[0], 63);
@@ -42,11 +40,13 @@ TEST(QuarterScores, TheBackCrossesTheSeam) {
 
 TEST(QuarterScores, EverySideHasItsDistanceAndItsError) {
   const Grid grid = synthetic_grid({});
-  const cv::Mat truth = numbered_columns(64);
-  cv::Mat view = truth.clone();
+  TrueView truth;
+  truth.viewpoint = {0.3, 0.1};
+  truth.image = numbered_columns(64);
+  cv::Mat view = truth.image.clone();
   cv::Mat to_the_right = view.colRange(44, 50);
   cv::add(to_the_right, cv::Scalar::all(9), to_the_right);
-  const ordered_json scores = quarter_scores_of(grid, {0.3, 0.1}, view, truth);
+  const ordered_json scores = quarter_scores_of(grid, view, truth);
   ASSERT_EQ(scores.size(), 4U);
   EXPECT_NEAR(scores[0]["line_distance_m"].get<double>(), 0.4, 1e-9);
   EXPECT_NEAR(scores[1]["line_distance_m"].get<double>(), 0.2, 1e-9);
@@ -60,8 +60,10 @@ TEST(QuarterScores, EverySideHasItsDistanceAndItsError) {
 
 TEST(QuarterScores, ASingleLineServesTheSideItIsSeenOn) {
   const Grid grid = synthetic_grid({.cells_z = 0});
-  const cv::Mat image = numbered_columns(64);
-  const ordered_json scores = quarter_scores_of(grid, {0.0, -0.25}, image, image);
+  TrueView truth;
+  truth.viewpoint = {0.0, -0.25};
+  truth.image = numbered_columns(64);
+  const ordered_json scores = quarter_scores_of(grid, truth.image, truth);
   ASSERT_EQ(scores.size(), 1U);
   EXPECT_NEAR(scores[0]["line_distance_m"].get<double>(), 0.25, 1e-9);
 }
@@ -71,6 +73,13 @@ TEST(Scores, MeansAreOverTheRowsThatHaveThem) {
       {{"a", 1.0}, {"b", nullptr}}, {{"b", nullptr}}, {{"a", 4.0}}};
   EXPECT_EQ(mean_of(rows, "a"), 2.5);
   EXPECT_TRUE(mean_of(rows, "b").is_null());
+}
+
+TEST(TrueViews, FewAreSpreadOverTheDistanceFromTheLine) {
+  std::vector<ListedTruth> truths(9);
+  for (int i = 0; i < 9; ++i) truths[static_cast<std::size_t>(8 - i)].line_distance_m = 0.1 * i;
+  EXPECT_THAT(spread_over_distance(truths, 3), ::testing::ElementsAre(8, 4, 0));
+  EXPECT_EQ(spread_over_distance(truths, 20).size(), 9U);
 }
 
 }  // namespace
