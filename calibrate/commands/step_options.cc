@@ -152,10 +152,6 @@ void add_method_option(CLI::App* command, StepArguments* arguments) {
       ->capture_default_str();
 }
 
-void add_rectify_options(CLI::App* command, StepArguments* arguments) {
-  command->option_defaults()->group("Brightness");
-}
-
 CalibrationOptions options_of(const StepArguments& arguments) {
   CalibrationOptions options = arguments.options;
   options.input.directory = arguments.input;

@@ -85,8 +85,9 @@ class RectifySetTest : public ::testing::Test {
     const std::vector<Frame> frames = read_frame_list(in_out(list));
     for (std::size_t i = 0; i < frames.size(); ++i) {
       const cv::Mat truth = room_->panorama({(*poses_)[first + i]->position_m, {}}, kSize);
-      sum += psnr_db(truth, rotate_panorama(read_panorama(frames[i].path),
-                                            world_from_camera(frames[i].attitude.value())));
+      sum += psnr_db(truth,
+                     rotate_panorama(read_panorama(frames[i].path),
+                                     world_from_camera(frames[i].attitude.value_or(Attitude{}))));
     }
     return sum / static_cast<double>(frames.size());
   }
@@ -233,7 +234,7 @@ TEST_F(RectifySetTest, HeldOutFramesAreListedApartFromTheStations) {
   EXPECT_EQ(read_file(in_out("poses.csv")), stations);
   const std::vector<Frame> truth = read_frame_list(in_out("gt.csv"));
   ASSERT_EQ(truth.size(), static_cast<std::size_t>(kStations + 1));
-  EXPECT_EQ(truth.back().path, out_ / "t0.png");
+  EXPECT_TRUE(fs::equivalent(truth.back().path, out_ / "t0.png"));
   ASSERT_TRUE(truth.back().attitude);
   EXPECT_NEAR(truth.back().attitude->yaw_rad, 0.1, 1e-9);
   EXPECT_EQ(report()["frames"].size(), 3U * kStations + 1);
