@@ -15,8 +15,10 @@
 #include "core/evaluate/fsim.h"
 #include "core/evaluate/metrics.h"
 #include "core/files/csv.h"
+#include "core/files/frame_list.h"
 #include "core/files/image_file.h"
 #include "core/geometry/panorama_pixels.h"
+#include "core/panorama/panorama_rotation.h"
 #include "core/view/view_plan.h"
 
 namespace raywalk {
@@ -85,6 +87,7 @@ ListedTruth truth_at(const CsvTable& table, std::size_t row, const std::filesyst
   if (!mask.empty() && cv::countNonZero(mask) == 0) {
     throw Error(truth.mask_file.string() + " masks every pixel; remove this view from the list");
   }
+  truth.world_from_camera = world_from_camera(read_attitude(table, row));
   read_true_distances(truth);
   const double height_m = table.number(row, "y");
   const double off_height_m = std::abs(height_m - plan.height_m());
@@ -99,7 +102,8 @@ ListedTruth truth_at(const CsvTable& table, std::size_t row, const std::filesyst
 }  // namespace
 
 std::vector<ListedTruth> read_truth(const std::filesystem::path& list, const Room& room) {
-  const CsvTable table = CsvTable::read(list, {"file", "x", "y", "z"}, {"mask", "distance"});
+  const CsvTable table =
+      CsvTable::read(list, {"file", "x", "y", "z"}, {"yaw", "pitch", "roll", "mask", "distance"});
   std::vector<ListedTruth> truths;
   TurnedPictures turned;
   std::set<std::string> names;
@@ -124,7 +128,14 @@ std::vector<ListedTruth> read_truth(const std::filesystem::path& list, const Roo
 }
 
 TrueView read_view(const ListedTruth& truth) {
-  return {truth, read_panorama(truth.file), read_true_mask(truth), read_true_distances(truth)};
+  TrueView view{truth, read_panorama(truth.file), read_true_mask(truth),
+                read_true_distances(truth)};
+  const Eigen::Matrix3d& turn = truth.world_from_camera;
+  if (turn.isIdentity(0.0)) return view;
+  view.image = rotate_panorama(view.image, turn);
+  if (!view.mask.empty()) view.mask = rotate_mask(view.mask, turn);
+  if (!view.distances.empty()) view.distances = rotate_distance_map(view.distances, turn);
+  return view;
 }
 
 std::vector<std::size_t> spread_over_distance(std::span<const ListedTruth> truths,
