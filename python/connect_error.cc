@@ -25,11 +25,11 @@ py::array column(const nlohmann::ordered_json& rows, const char* key) {
 }
 
 // The fields of raywalk.ConnectError. No list of k means that of the command.
-py::dict connect_error(const Room& room, const std::string& generation, int viewpoints,
+py::dict connect_error(const Room& room, const std::string& method, int viewpoints,
                        double overlap_deg, const std::optional<std::vector<double>>& k_list_deg) {
   ConnectErrorOptions options{.viewpoints = viewpoints, .overlap_deg = overlap_deg};
   if (k_list_deg) options.k_list_deg = *k_list_deg;
-  const Generation wanted = generation_from_name(generation);
+  const ViewMethod wanted = method_from_name(method);
   const nlohmann::ordered_json measured =
       without_lock([&] { return measure_connect_error(room, wanted, options); });
   py::dict fields;

@@ -18,9 +18,9 @@ namespace py = pybind11;
 namespace raywalk::python {
 namespace {
 
-// The value of a dial as it is written in a settings file.
-std::string dial_text(const Dial& dial, const py::handle& value) {
-  const bool on_or_off = !dial.names.empty() && dial.names.data() == kOffOn.data();
+// The value of a parameter as it is written in a settings file.
+std::string parameter_text(const ViewParameter& parameter, const py::handle& value) {
+  const bool on_or_off = !parameter.names.empty() && parameter.names.data() == kOffOn.data();
   if (on_or_off && py::isinstance<py::bool_>(value)) return kOffOn.at(value.cast<bool>() ? 1 : 0);
   return py::str(value);
 }
@@ -54,7 +54,7 @@ std::string size_text(const py::handle& value) {
                                excerpt(std::string(py::str(value)))));
 }
 
-// A keyword argument that is no dial.
+// A keyword argument that is no parameter.
 struct Keyword {
   const char* key;
   void (*set)(const std::string& key, const py::handle& value, ViewRequest* request);
@@ -107,21 +107,21 @@ constexpr auto
 
 [[noreturn]] void throw_unknown(const std::string& key) {
   std::vector<std::string> known;
-  known.reserve(kDials.size() + kKeywords.size());
-  for (const Dial& dial : kDials) known.emplace_back(dial.key);
+  known.reserve(kViewParameters.size() + kKeywords.size());
+  for (const ViewParameter& parameter : kViewParameters) known.emplace_back(parameter.key);
   for (const Keyword& keyword : kKeywords) known.emplace_back(keyword.key);
   throw py::type_error("unexpected keyword argument " + excerpt(key) + suggestion(key, known));
 }
 
 // Whether or not it is given, a key has to be known.
 void set_argument(const std::string& key, const py::handle& value, ViewRequest* request) {
-  const auto* dial = std::ranges::find(kDials, key, &Dial::key);
+  const auto* parameter = std::ranges::find(kViewParameters, key, &ViewParameter::key);
   const auto* keyword = std::ranges::find(kKeywords, key, &Keyword::key);
-  const bool is_dial = dial != kDials.end();
-  if (!is_dial && keyword == kKeywords.end()) throw_unknown(key);
+  const bool is_parameter = parameter != kViewParameters.end();
+  if (!is_parameter && keyword == kKeywords.end()) throw_unknown(key);
   if (value.is_none()) return;
-  if (is_dial) {
-    request->flags.dials[key] = dial_text(*dial, value);
+  if (is_parameter) {
+    request->flags.parameters[key] = parameter_text(*parameter, value);
   } else {
     keyword->set(key, value, request);
   }

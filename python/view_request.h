@@ -18,11 +18,11 @@ struct ViewRequest {
   render::ViewFrame frame{};
 };
 
-// Keys are those of the dials (core/view/view_options.h), of the other settings of a view (preset,
-// connection, settings, budget_ms, min_psnr_db) and of ViewFrame (yaw_deg, pitch_deg, roll_deg,
-// fov_deg, size_px, stereo, ipd_mm); values that are None count as not given. Throws TypeError for
-// an unknown key, UsageError for values that are out of range or contradict each other, before any
-// work.
+// Keys are those of the parameters (core/view/view_options.h), of the other settings of a view
+// (preset, connection, settings, budget_ms, min_psnr_db) and of ViewFrame (yaw_deg, pitch_deg,
+// roll_deg, fov_deg, size_px, stereo, ipd_mm); values that are None count as not given. Throws
+// TypeError for an unknown key, UsageError for values that are out of range or contradict each
+// other, before any work.
 ViewRequest view_request(const pybind11::dict& arguments);
 
 // The settings of a request for a room, chosen as the programs do.

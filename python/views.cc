@@ -156,8 +156,8 @@ std::string write_path(const Room& room, const std::filesystem::path& table,
 }
 
 // As settings files and views.json have it.
-py::object dial_value(const Dial& dial, const ViewOptions& options) {
-  const nlohmann::ordered_json value = json_of(dial, options);
+py::object parameter_value(const ViewParameter& parameter, const ViewOptions& options) {
+  const nlohmann::ordered_json value = json_of(parameter, options);
   if (value.is_string()) return py::str(value.get<std::string>());
   if (value.is_number_integer()) return py::int_(value.get<int>());
   return py::float_(value.get<double>());
@@ -167,8 +167,8 @@ py::dict view_settings(const Room& room, const py::dict& arguments) {
   const ViewRequest request = view_request(arguments);
   const ChosenMode chosen = without_lock([&] { return chosen_mode(room, request); });
   py::dict settings;
-  for (const Dial& dial : kDials) {
-    settings[dial.key] = dial_value(dial, chosen.mode.options);
+  for (const ViewParameter& parameter : kViewParameters) {
+    settings[parameter.key] = parameter_value(parameter, chosen.mode.options);
   }
   settings["connection"] = chosen.mode.connection;
   settings["k_source"] = chosen.mode.k_source;

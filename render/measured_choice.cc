@@ -115,7 +115,7 @@ Preset demanded_settings(const ViewFlags& flags, const Demand& demand, const Roo
   Preset chosen = choose_setting(*measured, demand, time_of_remap_ms(measured->width_px, source));
   const double measured_k_deg = chosen.settings.options.k_deg;
   chosen.settings = view_settings(flags, chosen.settings);
-  if (!flags.dials.contains("k_deg") && chosen.settings.options.k_deg == measured_k_deg) {
+  if (!flags.parameters.contains("k_deg") && chosen.settings.options.k_deg == measured_k_deg) {
     chosen.k_source = "of the setting that trade measured";
   }
   return chosen;

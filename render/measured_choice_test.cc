@@ -24,7 +24,7 @@ using ::testing::Not;
 MeasuredSettings some_trade() {
   const auto choice = [](const char* name, double ratio, double psnr_db) {
     MeasuredChoice made{.name = name, .ratio = ratio, .psnr_db = psnr_db};
-    made.options.generation = generation_from_name(name);
+    made.options.method = method_from_name(name);
     return made;
   };
   return {"",
@@ -35,23 +35,23 @@ MeasuredSettings some_trade() {
 
 TEST(MeasuredChoiceTest, ChoosesTheBestWithinTheBudgetAndNamesTheNextBetter) {
   const Preset chosen = choose_setting(some_trade(), {.budget_ms = 25.0}, 10.0);
-  EXPECT_EQ(chosen.settings.options.generation, Generation::kHlfVd);
+  EXPECT_EQ(chosen.settings.options.method, ViewMethod::kHlfVd);
   EXPECT_THAT(chosen.reason, AllOf(HasSubstr("36.00 dB at 20 ms"), HasSubstr("within 25 ms"),
                                    HasSubstr("37.00 dB would take 40 ms (two-sided)")));
-  EXPECT_EQ(choose_setting(some_trade(), {.budget_ms = 1e6}, 10.0).settings.options.generation,
-            Generation::kTwoSided);
+  EXPECT_EQ(choose_setting(some_trade(), {.budget_ms = 1e6}, 10.0).settings.options.method,
+            ViewMethod::kTwoSided);
 }
 
 TEST(MeasuredChoiceTest, ASlowerMachineGetsAFasterSetting) {
-  EXPECT_EQ(choose_setting(some_trade(), {.budget_ms = 25.0}, 5.0).settings.options.generation,
-            Generation::kTwoSided);
-  EXPECT_EQ(choose_setting(some_trade(), {.budget_ms = 25.0}, 40.0).settings.options.generation,
-            Generation::kInitial);
+  EXPECT_EQ(choose_setting(some_trade(), {.budget_ms = 25.0}, 5.0).settings.options.method,
+            ViewMethod::kTwoSided);
+  EXPECT_EQ(choose_setting(some_trade(), {.budget_ms = 25.0}, 40.0).settings.options.method,
+            ViewMethod::kInitial);
 }
 
 TEST(MeasuredChoiceTest, ChoosesTheFastestThatReachesThePsnr) {
   const Preset chosen = choose_setting(some_trade(), {.min_psnr_db = 35.5}, 10.0);
-  EXPECT_EQ(chosen.settings.options.generation, Generation::kHlfVd);
+  EXPECT_EQ(chosen.settings.options.method, ViewMethod::kHlfVd);
   EXPECT_THAT(chosen.reason, HasSubstr("the fastest with at least 35.5 dB"));
 }
 
@@ -143,7 +143,7 @@ class DemandedSettingsTest : public ::testing::Test {
 TEST_F(DemandedSettingsTest, ComeFromTheRoomsTradeWithFlagsOnTop) {
   write_measured_settings(path_, one_setting(distances_sha256(room_)));
   ViewFlags flags;
-  flags.dials["distance_maps"] = "1";
+  flags.parameters["distance_maps"] = "1";
   const Preset chosen = demanded_settings(flags, {.min_psnr_db = 25.0}, room_);
   ViewSettings expected{.options = one_setting("").choices[0].options};
   expected.options.distance_maps = 1;
@@ -155,11 +155,11 @@ TEST_F(DemandedSettingsTest, ComeFromTheRoomsTradeWithFlagsOnTop) {
 TEST_F(DemandedSettingsTest, AKThatIsAskedForIsNotTheTrades) {
   write_measured_settings(path_, one_setting(distances_sha256(room_)));
   ViewFlags flags;
-  flags.dials["k_deg"] = "76.5";
+  flags.parameters["k_deg"] = "76.5";
   EXPECT_EQ(demanded_settings(flags, {.min_psnr_db = 25.0}, room_).k_source, "");
-  flags.dials["k_deg"] = "80";
+  flags.parameters["k_deg"] = "80";
   EXPECT_EQ(demanded_settings(flags, {.min_psnr_db = 25.0}, room_).k_source, "");
-  flags.dials.clear();
+  flags.parameters.clear();
   flags.connection = "lfu";
   EXPECT_EQ(demanded_settings(flags, {.min_psnr_db = 25.0}, room_).k_source, "");
 }

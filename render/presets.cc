@@ -42,12 +42,12 @@ Preset fast(const SceneNumbers& scene) {
   settings.options.second_side = SecondSide::kFaded;
   settings.options.station_fade = 0.125;
   if (parallax > 1.0) {
-    settings.options.generation = Generation::kHlfVd;
+    settings.options.method = ViewMethod::kHlfVd;
     return {settings, fmt::format("the nearest surfaces move by {:.0f} pixels over the reach of "
                                   "{:.2g} m, so views are corrected by distance",
                                   parallax, scene.reach_m)};
   }
-  settings.options.generation = Generation::kInitial;
+  settings.options.method = ViewMethod::kInitial;
   return {settings,
           fmt::format("over the reach of {:.2g} m nothing moves by more than a pixel ({:.2f}), so "
                       "nothing is corrected",
@@ -56,7 +56,7 @@ Preset fast(const SceneNumbers& scene) {
 
 Preset balanced() {
   ViewSettings settings;
-  settings.options.generation = Generation::kTwoSided;
+  settings.options.method = ViewMethod::kTwoSided;
   return {settings, "samples are linear, of one station on each side that sees the point"};
 }
 
@@ -90,7 +90,7 @@ Preset preset_of(const std::string& name, const SceneNumbers& scene) {
   }
   Preset preset = name == "fast" ? fast(scene) : name == "balanced" ? balanced() : accurate();
   if (!scene.has_distances) {
-    preset.settings.options.generation = Generation::kInitial;
+    preset.settings.options.method = ViewMethod::kInitial;
     preset.reason = "the room has no distances to correct by";
   }
   return preset;

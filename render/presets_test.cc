@@ -44,17 +44,17 @@ TEST(PresetsTest, RulesDoNotDependOnTheUnitOfLength) {
 
 TEST(PresetsTest, FarScenesNeedNoCorrectionAndNearOnesDo) {
   SceneNumbers scene = some_scene();
-  EXPECT_EQ(preset_of("fast", scene).settings.options.generation, Generation::kHlfVd);
+  EXPECT_EQ(preset_of("fast", scene).settings.options.method, ViewMethod::kHlfVd);
   scene.omega_max = 1.0 / 100.0;  // 0.5 m / 100 m * 1024 / 2 pi = 0.8 px
-  EXPECT_EQ(preset_of("fast", scene).settings.options.generation, Generation::kInitial);
+  EXPECT_EQ(preset_of("fast", scene).settings.options.method, ViewMethod::kInitial);
   scene.omega_max = 1.0 / 80.0;  // 1.02 px
-  EXPECT_EQ(preset_of("fast", scene).settings.options.generation, Generation::kHlfVd);
+  EXPECT_EQ(preset_of("fast", scene).settings.options.method, ViewMethod::kHlfVd);
 }
 
 TEST(PresetsTest, WithoutDistancesViewsAreInitial) {
   for (const char* name : kNames) {
     const Preset preset = preset_of(name, {.reach_m = 0.5, .width_px = 1024});
-    EXPECT_EQ(preset.settings.options.generation, Generation::kInitial);
+    EXPECT_EQ(preset.settings.options.method, ViewMethod::kInitial);
     EXPECT_THAT(preset.reason, HasSubstr("no distances"));
   }
   EXPECT_THROW(preset_of("best", some_scene()), UsageError);
@@ -84,15 +84,14 @@ TEST_F(PresetSettingsTest, NumbersAreThoseOfTheRoom) {
 TEST_F(PresetSettingsTest, FlagsAndFileOverrideThePreset) {
   const Preset plain = preset_settings({.preset = "accurate"}, room_);
   EXPECT_EQ(plain.settings.options.interpolation, Interpolation::kCubic);
-  EXPECT_EQ(plain.settings.options.generation, Generation::kTwoSided);
+  EXPECT_EQ(plain.settings.options.method, ViewMethod::kTwoSided);
   EXPECT_THAT(plain.reason, HasSubstr("preset accurate: "));
-  std::ofstream(directory_ / "view.yaml")
-      << "preset: accurate\ngeneration: hlf-vd\ndistance_maps: 3\n";
+  std::ofstream(directory_ / "view.yaml") << "preset: accurate\nmethod: hlf-vd\ndistance_maps: 3\n";
   ViewFlags flags{.settings = directory_ / "view.yaml"};
-  flags.dials["distance_maps"] = "2";
+  flags.parameters["distance_maps"] = "2";
   const Preset mixed = preset_settings(flags, room_);
   EXPECT_EQ(mixed.settings.options.interpolation, Interpolation::kCubic);
-  EXPECT_EQ(mixed.settings.options.generation, Generation::kHlfVd);
+  EXPECT_EQ(mixed.settings.options.method, ViewMethod::kHlfVd);
   EXPECT_EQ(mixed.settings.options.distance_maps, 2);
   EXPECT_TRUE(preset_settings({}, room_).settings == ViewSettings());
   EXPECT_TRUE(preset_settings({}, room_).reason.empty());

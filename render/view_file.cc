@@ -34,7 +34,7 @@ Viewpoint viewpoint_from_text(const std::string& text) {
 void require_writable_picture(const std::filesystem::path& file) { const AtomicFile probe(file); }
 
 std::string distances_used(const Room& room, const ViewMode& mode) {
-  return mode.options.generation == Generation::kInitial ? "none" : room.distances_origin();
+  return mode.options.method == ViewMethod::kInitial ? "none" : room.distances_origin();
 }
 
 ConnectionRule connection_rule(const ViewMode& mode) {
@@ -50,7 +50,7 @@ ViewDescription describe_view(const Room& room, const ViewMode& mode, const View
 
 std::string view_summary(const ViewMode& mode, const ViewReport& report) {
   std::string text =
-      fmt::format("{}, {} at k = {:g} degrees ({})", generation_name(mode.options.generation),
+      fmt::format("{}, {} at k = {:g} degrees ({})", method_name(mode.options.method),
                   mode.connection, mode.options.k_deg, mode.k_source);
   if (report.limited_corners > 0) {
     text +=

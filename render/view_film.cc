@@ -65,7 +65,7 @@ std::string write_film(const Room& room, const ViewMode& mode, const ViewFrame& 
         "interrupted; an unfinished film is not kept, the same command starts it anew");
   }
   return fmt::format("{}: {}, {}, {} at k = {:g} degrees ({}), distances {}", file.string(),
-                     rendered, generation_name(mode.options.generation), mode.connection,
+                     rendered, method_name(mode.options.method), mode.connection,
                      mode.options.k_deg, mode.k_source, distances_used(room, mode));
 }
 

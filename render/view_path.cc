@@ -32,7 +32,8 @@ json settings_of(const Room& room, const ViewMode& mode, const ViewFrame& frame,
                 {"room_sha256", room_fingerprint(room)},
                 {kDistances, distances_used(room, mode)},
                 {"connection", mode.connection}};
-  for (const Dial& dial : kDials) settings[dial.key] = json_of(dial, mode.options);
+  for (const ViewParameter& parameter : kViewParameters)
+    settings[parameter.key] = json_of(parameter, mode.options);
   if (const std::optional<Viewport> viewport = viewport_of(frame)) {
     settings["fov_deg"] = frame.fov_deg;
     settings["size_px"] = fmt::format("{}x{}", viewport->width, viewport->height);
@@ -217,7 +218,7 @@ void require_renderable(const Room& room, const ViewMode& mode, const ViewFrame&
   for (const PathView& view : views) {
     try {
       viewport_of(turned_as(view, frame));
-      require_viewpoint(view.viewpoint, mode.options.generation);
+      require_viewpoint(view.viewpoint, mode.options.method);
     } catch (const UsageError& e) {
       throw Error(fmt::format("{}: view '{}': {}", source.string(), view.name, e.what()));
     }
@@ -247,7 +248,7 @@ std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& 
       render_path(room, mode, frame, views, format, std::move(record), directory);
   if (replaces) move_into_place(directory, target);
   return fmt::format("{}: {}, {}, {} at k = {:g} degrees ({}), distances {}", out.string(),
-                     rendered, generation_name(mode.options.generation), mode.connection,
+                     rendered, method_name(mode.options.method), mode.connection,
                      mode.options.k_deg, mode.k_source, distances_used(room, mode));
 }
 

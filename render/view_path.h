@@ -34,7 +34,7 @@ std::vector<PathView> views_of(const PathRequest& request, const Room& room, con
 
 // Renders every view to `out`/<name>.png, or another format; the directory is created if it is
 // missing. `out`/views.json records the settings:
-//   {"format_version": 1, "room_sha256", "connection", every dial by its key, "enlargement",
+//   {"format_version": 1, "room_sha256", "connection", every parameter by its key, "enlargement",
 //    "views": [{"name", "x_m", "z_m"}]}
 // with "y_m" of views with a height.
 // "enlargement" is enlargement_of().

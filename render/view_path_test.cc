@@ -76,7 +76,7 @@ TEST_F(ViewPathTest, WritesEveryViewAndItsSettings) {
   const cv::Mat expected = renderer.render({0.25, -0.25}).image;
   EXPECT_EQ(cv::norm(read_panorama(out() / "b.png"), expected, cv::NORM_INF), 0.0);
   const auto record = nlohmann::json::parse(read_file(out() / "views.json"));
-  EXPECT_EQ(record["generation"], "hlf-vd");
+  EXPECT_EQ(record["method"], "hlf-vd");
   EXPECT_EQ(record["k_deg"], 80.0);
   EXPECT_EQ(record["enlargement"], 1.0);
   EXPECT_EQ(record["views"].size(), 2U);
@@ -97,7 +97,7 @@ TEST_F(ViewPathTest, SummariesNameTheDistancesInUse) {
   EXPECT_THAT(
       write_view(room_, {.options = {.k_deg = 80.0}}, {0.0, 0.0}, {}, directory_ / "view.png"),
       HasSubstr("distances given"));
-  EXPECT_EQ(distances_used(room_, {.options = {.generation = Generation::kInitial}}), "none");
+  EXPECT_EQ(distances_used(room_, {.options = {.method = ViewMethod::kInitial}}), "none");
 }
 
 TEST_F(ViewPathTest, EnlargedViewsSayByHowMuch) {
@@ -191,17 +191,17 @@ TEST_F(ViewPathTest, ForceReplacesViewsOfOtherSettingsButNoOtherFiles) {
   EXPECT_EQ(read_file(out() / "holiday.png"), "mine");
 }
 
-TEST_F(ViewPathTest, NoDialIsMixed) {
+TEST_F(ViewPathTest, NoParameterIsMixed) {
   const ViewOptions usual{.k_deg = 80.0};
   write_path(room_, {.options = usual}, {}, {path()}, {}, out());
-  for (const Dial& dial : kDials) {
-    const bool choice = dial.value.kind == DialKind::kChoice;
-    const double usual_value = dial.value.get(usual);
-    const double least = choice ? 0.0 : dial.least;
+  for (const ViewParameter& parameter : kViewParameters) {
+    const bool choice = parameter.value.kind == ParameterKind::kChoice;
+    const double usual_value = parameter.value.get(usual);
+    const double least = choice ? 0.0 : parameter.least;
     ViewOptions other = usual;
-    dial.value.set(&other, usual_value == least ? least + 1.0 : least);
+    parameter.value.set(&other, usual_value == least ? least + 1.0 : least);
     EXPECT_THAT(error_of([&] { write_path(room_, {.options = other}, {}, {path()}, {}, out()); }),
-                HasSubstr(std::string("rendered with another ") + dial.key));
+                HasSubstr(std::string("rendered with another ") + parameter.key));
   }
 }
 

@@ -13,16 +13,18 @@
 namespace raywalk::render {
 namespace {
 
-// A key for every dial, which sets its member of the options.
-void bind_dials(ViewOptions* options, SettingsSchema* schema) {
-  for (const Dial& dial : kDials) {
-    const bool takes_quoted = dial.value.kind == DialKind::kChoice || dial.zero != nullptr;
+// A key for every parameter, which sets its member of the options.
+void bind_parameters(ViewOptions* options, SettingsSchema* schema) {
+  for (const ViewParameter& parameter : kViewParameters) {
+    const bool takes_quoted =
+        parameter.value.kind == ParameterKind::kChoice || parameter.zero != nullptr;
     schema->scalar(
-        dial.key,
-        [options, &dial](const std::string& text) {
-          dial.value.set(options, value_of(dial, text));
+        parameter.key,
+        [options, &parameter](const std::string& text) {
+          parameter.value.set(options, value_of(parameter, text));
         },
-        [options, &dial] { return text_of(dial, dial.value.get(*options)); }, takes_quoted);
+        [options, &parameter] { return text_of(parameter, parameter.value.get(*options)); },
+        takes_quoted);
   }
 }
 
@@ -32,7 +34,7 @@ SettingsSchema schema_of(ViewSettings* settings) {
   SettingsSchema schema;
   schema.choice("preset", &settings->preset, presets)
       .choice("connection", &settings->connection, {kConnections.begin(), kConnections.end()});
-  bind_dials(&settings->options, &schema);
+  bind_parameters(&settings->options, &schema);
   return schema;
 }
 
@@ -43,11 +45,11 @@ void override_with(const std::optional<T>& flag, T* value) {
 
 void override_with(const std::map<std::string, std::string>& flags, ViewOptions* options) {
   for (const auto& [key, text] : flags) {
-    const Dial& dial = dial_of(key);
+    const ViewParameter& parameter = parameter_of(key);
     try {
-      dial.value.set(options, value_of(dial, text));
+      parameter.value.set(options, value_of(parameter, text));
     } catch (const std::invalid_argument& e) {
-      throw UsageError(fmt::format("{} is {}; it {}", dial.flag, excerpt(text), e.what()));
+      throw UsageError(fmt::format("{} is {}; it {}", parameter.flag, excerpt(text), e.what()));
     }
   }
 }
@@ -55,7 +57,7 @@ void override_with(const std::map<std::string, std::string>& flags, ViewOptions*
 // The k of the settings. Throws UsageError where one that is not the default contradicts the
 // connection.
 double k_deg_of(const ViewSettings& settings) {
-  const Dial& k = dial_of("k_deg");
+  const ViewParameter& k = parameter_of("k_deg");
   const double k_deg = settings.options.k_deg;
   if (settings.connection == "hybrid") return k_deg;
   const double own_k_deg = settings.connection == "lfu" ? k.least : k.most;
@@ -81,12 +83,12 @@ ViewSettings view_settings(const ViewFlags& flags, const ViewSettings& base) {
   // A connection named on the command line uses its own k: the file's k belongs to the file's
   // connection.
   const bool other_connection = flags.connection && *flags.connection != settings.connection;
-  if (other_connection && !flags.dials.contains("k_deg")) {
-    settings.options.k_deg = default_of(dial_of("k_deg"));
+  if (other_connection && !flags.parameters.contains("k_deg")) {
+    settings.options.k_deg = default_of(parameter_of("k_deg"));
   }
   override_with(flags.preset, &settings.preset);
   override_with(flags.connection, &settings.connection);
-  override_with(flags.dials, &settings.options);
+  override_with(flags.parameters, &settings.options);
   k_deg_of(settings);
   return settings;
 }
@@ -94,25 +96,25 @@ ViewSettings view_settings(const ViewFlags& flags, const ViewSettings& base) {
 ViewMode view_mode(const ViewSettings& settings) {
   ViewMode mode{.options = settings.options, .connection = settings.connection};
   mode.options.k_deg = k_deg_of(settings);
-  const bool is_default = mode.options.k_deg == default_of(dial_of("k_deg"));
+  const bool is_default = mode.options.k_deg == default_of(parameter_of("k_deg"));
   mode.k_source = settings.connection != "hybrid" ? "fixed by the connection"
                   : is_default                    ? "the default"
                                                   : "given";
   return mode;
 }
 
-std::vector<ViewMode> view_modes(ViewSettings settings, std::vector<std::string> generations,
+std::vector<ViewMode> view_modes(ViewSettings settings, std::vector<std::string> methods,
                                  const Room& room) {
-  if (generations.empty()) {
-    generations = {"initial"};
-    if (room.has_distances()) generations.insert(generations.end(), {"hlf-vd", "two-sided"});
+  if (methods.empty()) {
+    methods = {"initial"};
+    if (room.has_distances()) methods.insert(methods.end(), {"hlf-vd", "two-sided"});
   }
-  if (std::set(generations.begin(), generations.end()).size() != generations.size()) {
-    throw UsageError("a generation is named twice; name each once");
+  if (std::set(methods.begin(), methods.end()).size() != methods.size()) {
+    throw UsageError("a method is named twice; name each once");
   }
   std::vector<ViewMode> modes;
-  for (const std::string& generation : generations) {
-    settings.options.generation = generation_from_name(generation);
+  for (const std::string& method : methods) {
+    settings.options.method = method_from_name(method);
     modes.push_back(view_mode(settings));
   }
   return modes;

@@ -18,8 +18,8 @@ namespace raywalk::render {
 inline constexpr std::array<std::string_view, 3> kPresets{"fast", "balanced", "accurate"};
 inline constexpr std::array<std::string_view, 3> kConnections{"hybrid", "lfu", "rayspace360"};
 
-// The keys of the YAML file are `preset`, `connection` and those of the dials (kDials), which
-// configs/view.yaml explains one by one.
+// The keys of the YAML file are `preset`, `connection` and those of the parameters
+// (kViewParameters), which configs/view.yaml explains one by one.
 struct ViewSettings {
   // none, fast, balanced or accurate (presets.h): defaults for the other keys and flags.
   std::string preset = "none";
@@ -34,7 +34,7 @@ struct ViewFlags {
   std::optional<std::filesystem::path> settings{};
   std::optional<std::string> preset{};
   std::optional<std::string> connection{};
-  std::map<std::string, std::string> dials{};  // as written, by the dial's key
+  std::map<std::string, std::string> parameters{};  // as written, by the parameter's key
 };
 
 // The settings of the file, if one is given, on top of `base`, with the flags on top. Throws
@@ -45,9 +45,9 @@ ViewSettings view_settings(const ViewFlags& flags, const ViewSettings& base = {}
 // The settings with the k of their connection.
 ViewMode view_mode(const ViewSettings& settings);
 
-// The same for each of `generations`. An empty list means all generations that the room can be
+// The same for each of `methods`. An empty list means all methods that the room can be
 // rendered in; without distances that is initial alone. Throws UsageError where one is named twice.
-std::vector<ViewMode> view_modes(ViewSettings settings, std::vector<std::string> generations,
+std::vector<ViewMode> view_modes(ViewSettings settings, std::vector<std::string> methods,
                                  const Room& room);
 
 }  // namespace raywalk::render

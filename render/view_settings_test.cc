@@ -40,28 +40,32 @@ TEST_F(ViewSettingsTest, TheShippedFileHoldsTheDefaults) {
   EXPECT_TRUE(view_settings({.settings = RAYWALK_VIEW_YAML}) == ViewSettings());
 }
 
-TEST_F(ViewSettingsTest, TheShippedFileExplainsEveryDial) {
+TEST_F(ViewSettingsTest, TheShippedFileExplainsEveryParameter) {
   std::set<std::string> keys{"preset", "connection"};
-  for (const Dial& dial : kDials) keys.insert(dial.key);
+  for (const ViewParameter& parameter : kViewParameters) keys.insert(parameter.key);
   EXPECT_EQ(keys_of_yaml(RAYWALK_VIEW_YAML), keys);
 }
 
-// A value of a dial that is not its default.
-double other_value(const Dial& dial) {
-  if (dial.value.kind == DialKind::kChoice) return default_of(dial) == 0.0 ? 1.0 : 0.0;
-  return default_of(dial) == dial.least ? dial.most : dial.least;
+// A value of a parameter that is not its default.
+double other_value(const ViewParameter& parameter) {
+  if (parameter.value.kind == ParameterKind::kChoice)
+    return default_of(parameter) == 0.0 ? 1.0 : 0.0;
+  return default_of(parameter) == parameter.least ? parameter.most : parameter.least;
 }
 
-TEST_F(ViewSettingsTest, EveryDialCanBeSetInTheFileAndByFlag) {
-  for (const Dial& dial : kDials) {
-    const std::string text = text_of(dial, other_value(dial));
+TEST_F(ViewSettingsTest, EveryParameterCanBeSetInTheFileAndByFlag) {
+  for (const ViewParameter& parameter : kViewParameters) {
+    const std::string text = text_of(parameter, other_value(parameter));
     ViewSettings expected;
-    dial.value.set(&expected.options, other_value(dial));
-    ASSERT_FALSE(expected == ViewSettings()) << dial.key;
-    EXPECT_TRUE(view_settings(file_flags(dial.key + (": " + text))) == expected) << dial.key;
-    EXPECT_TRUE(view_settings({.dials = {{dial.key, text}}}) == expected) << dial.key;
+    parameter.value.set(&expected.options, other_value(parameter));
+    ASSERT_FALSE(expected == ViewSettings()) << parameter.key;
+    EXPECT_TRUE(view_settings(file_flags(parameter.key + (": " + text))) == expected)
+        << parameter.key;
+    EXPECT_TRUE(view_settings({.parameters = {{parameter.key, text}}}) == expected)
+        << parameter.key;
     // And it reaches the renderer.
-    EXPECT_EQ(dial.value.get(view_mode(expected).options), other_value(dial)) << dial.key;
+    EXPECT_EQ(parameter.value.get(view_mode(expected).options), other_value(parameter))
+        << parameter.key;
   }
 }
 
@@ -76,11 +80,10 @@ TEST_F(ViewSettingsTest, ParametersOutOfRangeAreRejected) {
 }
 
 TEST_F(ViewSettingsTest, FlagsOverrideTheFile) {
-  ViewFlags flags =
-      file_flags("generation: two-sided\nk_deg: 70\ndistance_maps: 3\noverlap_deg: 2\n");
-  flags.dials = {{"k_deg", "80"}, {"overlap_deg", "3"}};
+  ViewFlags flags = file_flags("method: two-sided\nk_deg: 70\ndistance_maps: 3\noverlap_deg: 2\n");
+  flags.parameters = {{"k_deg", "80"}, {"overlap_deg", "3"}};
   const ViewSettings settings = view_settings(flags);
-  EXPECT_EQ(settings.options.generation, Generation::kTwoSided);
+  EXPECT_EQ(settings.options.method, ViewMethod::kTwoSided);
   EXPECT_EQ(settings.options.k_deg, 80.0);
   EXPECT_EQ(settings.options.distance_maps, 3);
   EXPECT_EQ(settings.options.overlap_deg, 3.0);
@@ -95,7 +98,7 @@ TEST_F(ViewSettingsTest, AConnectionOnTheCommandLineDoesNotInheritTheFilesK) {
 TEST_F(ViewSettingsTest, MistakesInTheFileNameTheFile) {
   EXPECT_THAT(message_of(file_flags("overlap_dge: 5\n")),
               AllOf(HasSubstr("view.yaml:1"), HasSubstr("did you mean 'overlap_deg'")));
-  EXPECT_THAT(message_of(file_flags("generation: perfect\n")), HasSubstr("view.yaml:1"));
+  EXPECT_THAT(message_of(file_flags("method: perfect\n")), HasSubstr("view.yaml:1"));
   EXPECT_THAT(message_of(file_flags("k_deg: 30\n")),
               AllOf(HasSubstr("view.yaml"), HasSubstr("45..90")));
   EXPECT_THAT(message_of(file_flags("connection: lfu\nk_deg: 60\n")),
@@ -103,14 +106,16 @@ TEST_F(ViewSettingsTest, MistakesInTheFileNameTheFile) {
 }
 
 TEST_F(ViewSettingsTest, RejectsAKThatContradictsTheConnection) {
-  EXPECT_THAT(message_of({.connection = "lfu", .dials = {{"k_deg", "76"}}}), HasSubstr("k = 45"));
-  EXPECT_THAT(message_of({.connection = "rayspace360", .dials = {{"k_deg", "45"}}}),
+  EXPECT_THAT(message_of({.connection = "lfu", .parameters = {{"k_deg", "76"}}}),
+              HasSubstr("k = 45"));
+  EXPECT_THAT(message_of({.connection = "rayspace360", .parameters = {{"k_deg", "45"}}}),
               HasSubstr("k = 90"));
-  EXPECT_EQ(message_of({.connection = "lfu", .dials = {{"k_deg", "45"}}}), "no error");
-  EXPECT_EQ(message_of({.connection = "rayspace360", .dials = {{"k_deg", "90.0"}}}), "no error");
-  EXPECT_THAT(message_of({.dials = {{"k_deg", "44.9"}}}), HasSubstr("45..90"));
-  EXPECT_THAT(message_of({.dials = {{"k_deg", "nan"}}}), HasSubstr("45..90"));
-  EXPECT_THAT(message_of({.dials = {{"k_deg", "80x"}}}), HasSubstr("45..90"));
+  EXPECT_EQ(message_of({.connection = "lfu", .parameters = {{"k_deg", "45"}}}), "no error");
+  EXPECT_EQ(message_of({.connection = "rayspace360", .parameters = {{"k_deg", "90.0"}}}),
+            "no error");
+  EXPECT_THAT(message_of({.parameters = {{"k_deg", "44.9"}}}), HasSubstr("45..90"));
+  EXPECT_THAT(message_of({.parameters = {{"k_deg", "nan"}}}), HasSubstr("45..90"));
+  EXPECT_THAT(message_of({.parameters = {{"k_deg", "80x"}}}), HasSubstr("45..90"));
 }
 
 class ViewModeTest : public ViewSettingsTest {
@@ -126,26 +131,26 @@ class ViewModeTest : public ViewSettingsTest {
 TEST_F(ViewModeTest, TheThreeConnectionsAreOneRuleWithTheirOwnK) {
   EXPECT_EQ(view_mode({.connection = "lfu"}).options.k_deg, 45.0);
   EXPECT_EQ(view_mode({.connection = "rayspace360"}).options.k_deg, 90.0);
-  EXPECT_EQ(view_mode(view_settings({.dials = {{"k_deg", "76"}}})).options.k_deg, 76.0);
+  EXPECT_EQ(view_mode(view_settings({.parameters = {{"k_deg", "76"}}})).options.k_deg, 76.0);
   EXPECT_EQ(view_mode({}).options.k_deg, 90.0);
 }
 
 TEST(ViewSettingsRanges, NotANumberIsInNoRange) {
   for (const char* key : {"k_deg", "overlap_deg"}) {
-    EXPECT_THROW(view_settings({.dials = {{key, "nan"}}}), UsageError) << key;
+    EXPECT_THROW(view_settings({.parameters = {{key, "nan"}}}), UsageError) << key;
   }
 }
 
-TEST_F(ViewModeTest, AllGenerationsThatTheRoomSupports) {
+TEST_F(ViewModeTest, AllMethodsThatTheRoomSupports) {
   EXPECT_EQ(view_modes({}, {}, room_of(false)).size(), 1U);
   const std::vector<ViewMode> all = view_modes({}, {}, room_of(true));
   ASSERT_EQ(all.size(), 3U);
-  EXPECT_EQ(all[0].options.generation, Generation::kInitial);
-  EXPECT_EQ(all[1].options.generation, Generation::kHlfVd);
-  EXPECT_EQ(all[2].options.generation, Generation::kTwoSided);
+  EXPECT_EQ(all[0].options.method, ViewMethod::kInitial);
+  EXPECT_EQ(all[1].options.method, ViewMethod::kHlfVd);
+  EXPECT_EQ(all[2].options.method, ViewMethod::kTwoSided);
   const std::vector<ViewMode> named = view_modes({}, {"two-sided"}, room_of(true));
   ASSERT_EQ(named.size(), 1U);
-  EXPECT_EQ(named[0].options.generation, Generation::kTwoSided);
+  EXPECT_EQ(named[0].options.method, ViewMethod::kTwoSided);
   EXPECT_THROW(view_modes({}, {"initial", "initial"}, room_of(true)), UsageError);
 }
 

@@ -111,7 +111,7 @@ HeldOutFacts facts_of(const Room& room, const Thinned& thinned, double tolerance
                      .step_m = thinned.step_m,
                      .views = static_cast<int>(thinned.middles.size())};
   const Room part = room.subset(thinned.kept);
-  Renderer initial(part, {.generation = Generation::kInitial, .gains = false});
+  Renderer initial(part, {.method = ViewMethod::kInitial, .gains = false});
   std::unique_ptr<Renderer> corrected;
   if (part.has_distances()) {
     corrected = std::make_unique<Renderer>(part, ViewOptions{.gains = false});

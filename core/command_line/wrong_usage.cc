@@ -44,7 +44,7 @@ std::string unknown_flag(const std::string& word, const CLI::App& command) {
   for (const CLI::Option* option : command.get_options()) {
     names.insert(names.end(), option->get_lnames().begin(), option->get_lnames().end());
   }
-  // Also the beginning of a name, or more than one: "gen" and "output" mean generation and out.
+  // Also the beginning of a name, or more than one: "gen" and "output" mean method and out.
   auto meant = nearest_word(name, names);
   for (const std::string& other : names) {
     const bool begins = name.size() > 1 && (name.starts_with(other) || other.starts_with(name));

@@ -180,17 +180,17 @@ void require_connect_error_options(const ConnectErrorOptions& options) {
   }
 }
 
-ordered_json measure_connect_error(const Room& room, Generation generation,
+ordered_json measure_connect_error(const Room& room, ViewMethod method,
                                    const ConnectErrorOptions& options) {
   require_connect_error_options(options);
   if (room.grid().cells.empty()) {
     throw Error(room.directory().string() +
                 ": no four lines of the room close a cell, so there is no connection to measure");
   }
-  const ViewOptions view{.generation = generation, .overlap_deg = options.overlap_deg};
+  const ViewOptions view{.method = method, .overlap_deg = options.overlap_deg};
   Renderer renderer(room, view);
   const int per_cell = options.viewpoints * options.viewpoints;
-  Progress progress("connect-error " + generation_name(generation),
+  Progress progress("connect-error " + method_name(method),
                     std::ssize(room.grid().cells) * per_cell, "viewpoints");
   const size_t k_count = options.k_list_deg.size();
   // Over pairs (viewpoint, corner), of each k; those readable at every k; with a column.
@@ -226,7 +226,7 @@ ordered_json measure_connect_error(const Room& room, Generation generation,
   for (size_t k = 0; k < k_count; ++k) {
     rows.push_back({{"connection", connection_at(options.k_list_deg[k])},
                     {"k_deg", options.k_list_deg[k]},
-                    {"generation", generation_name(generation)},
+                    {"method", method_name(method)},
                     {"e_connect", mean_square(all[k], samples)},
                     {"e_connect_common", mean_square(common[k], samples)},
                     {"coverage", share(readable[k])}});
@@ -247,8 +247,8 @@ std::string connect_error_table(const ordered_json& measured) {
   const ordered_json &rows = measured["rows"], &connection = measured["connection"];
   const int viewpoints = connection["viewpoints"];
   std::string text = fmt::format("{} views, {} x {} viewpoints per cell, overlap {:g} degrees\n",
-                                 rows.front()["generation"].get<std::string>(), viewpoints,
-                                 viewpoints, number(connection, "overlap_deg"));
+                                 rows.front()["method"].get<std::string>(), viewpoints, viewpoints,
+                                 number(connection, "overlap_deg"));
   text += fmt::format("{:>6}  {:<11}  {:>10}  {:>17}  {:>8}\n", "k", "connection", "E_connect",
                       "at pairs common", "coverage");
   for (const ordered_json& row : rows) {

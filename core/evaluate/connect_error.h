@@ -13,7 +13,7 @@
 // without much overhang it is measured on other (viewpoint, corner) pairs than a k near 90:
 // `coverage` gives their share, and `e_connect_common` uses the same pairs for all k.
 //
-// A view "from one line" is, by generation:
+// A view "from one line" is, by method:
 //   initial    the vertical cut through the line;
 //   hlf-vd     the same corrected by (5), with hidden pixels filled as in any view;
 //   two-sided  the corrected view from the line and from what the plan has behind the viewpoint,
@@ -49,17 +49,17 @@ void require_connect_error_options(const ConnectErrorOptions& options);
 
 // Measured at all viewpoints, cell by cell, at the size of the room's panoramas; prints progress.
 // Does not depend on the number of threads. Throws UsageError for an option out of range; Error if
-// the room has no cell or lacks the distances that the generation needs; Interrupted.
+// the room has no cell or lacks the distances that the method needs; Interrupted.
 //
 // {"connection": {"viewpoints", "overlap_deg",
 //                 "common_share": of the (viewpoint, corner) pairs: readable at every k,
 //                 "comparable": whether these are enough},
 //  "rows": [for each k of the list, in its order:
-//           {"connection": "lfu", "hybrid" or "rayspace360", "k_deg", "generation", "e_connect",
+//           {"connection": "lfu", "hybrid" or "rayspace360", "k_deg", "method", "e_connect",
 //            "e_connect_common": over the pairs that are readable at every k,
 //            "coverage": share of the pairs with a column to compare}]}
 // Errors are in squared 8-bit levels, NaN where there was no column.
-nlohmann::ordered_json measure_connect_error(const Room& room, Generation generation,
+nlohmann::ordered_json measure_connect_error(const Room& room, ViewMethod method,
                                              const ConnectErrorOptions& options);
 
 // As a table of text, one line per k.

@@ -21,8 +21,8 @@ using ::testing::Each;
 using ::testing::HasSubstr;
 using ::testing::Lt;
 
-constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
-                                       Generation::kTwoSided};
+constexpr ViewMethod kViewMethods[] = {ViewMethod::kInitial, ViewMethod::kHlfVd,
+                                       ViewMethod::kTwoSided};
 
 class ConnectErrorTest : public ::testing::Test {
  protected:
@@ -30,9 +30,9 @@ class ConnectErrorTest : public ::testing::Test {
     write_synthetic_room(spec, directory_ / "room.lf");
     return Room::open(directory_ / "room.lf");
   }
-  ordered_json measure(const SyntheticRoomSpec& spec, Generation generation,
+  ordered_json measure(const SyntheticRoomSpec& spec, ViewMethod method,
                        const ConnectErrorOptions& options) const {
-    return measure_connect_error(room_of(spec), generation, options);
+    return measure_connect_error(room_of(spec), method, options);
   }
 
   TestDirectory directory_;
@@ -50,14 +50,14 @@ constexpr double kAmpleOverhang_m = 1.0;
 TEST_F(ConnectErrorTest, LinesAgreeOnPointsAtInfinity) {
   SyntheticRoomSpec spec{.overhang_m = kAmpleOverhang_m};
   spec.scene.infinitely_far = true;
-  for (const Generation generation : kGenerations) {
-    const ordered_json result = measure(spec, generation, {.viewpoints = 3});
+  for (const ViewMethod method : kViewMethods) {
+    const ordered_json result = measure(spec, method, {.viewpoints = 3});
     EXPECT_EQ(result["rows"].size(), default_k_list_deg().size());
     for (const ordered_json& row : result["rows"]) {
       EXPECT_EQ(row["coverage"].get<double>(), 1.0);
       // Fixed-point weights round the same picture by at most one level.
       EXPECT_LT(row["e_connect"].get<double>(), 0.1)
-          << generation_name(generation) << " at k = " << row["k_deg"].get<double>();
+          << method_name(method) << " at k = " << row["k_deg"].get<double>();
     }
   }
 }
@@ -71,9 +71,9 @@ SyntheticRoomSpec room_of_two_greys() {
 }
 
 TEST_F(ConnectErrorTest, KnownDifferenceIsMeasuredExactly) {
-  for (const Generation generation : {Generation::kInitial, Generation::kHlfVd}) {
-    const ordered_json result = measure(room_of_two_greys(), generation, {.viewpoints = 2});
-    EXPECT_THAT(column(result, "e_connect"), Each(32.0 * 32.0)) << generation_name(generation);
+  for (const ViewMethod method : {ViewMethod::kInitial, ViewMethod::kHlfVd}) {
+    const ordered_json result = measure(room_of_two_greys(), method, {.viewpoints = 2});
+    EXPECT_THAT(column(result, "e_connect"), Each(32.0 * 32.0)) << method_name(method);
     EXPECT_THAT(column(result, "e_connect_common"), Each(32.0 * 32.0));
   }
 }
@@ -82,7 +82,7 @@ TEST_F(ConnectErrorTest, KnownDifferenceIsMeasuredExactly) {
 // half of a two-sided column, the same half on both sides of the connection.
 TEST_F(ConnectErrorTest, TwoSidedViewsDifferByTheLineInFrontOnly) {
   const ordered_json result =
-      measure(room_of_two_greys(), Generation::kTwoSided, {.viewpoints = 1});
+      measure(room_of_two_greys(), ViewMethod::kTwoSided, {.viewpoints = 1});
   EXPECT_THAT(column(result, "e_connect"), Each(::testing::DoubleNear(16.0 * 16.0, 25.0)));
 }
 
@@ -119,7 +119,7 @@ double counted_coverage(const SyntheticRoomSpec& spec, int viewpoints, double k_
 TEST_F(ConnectErrorTest, CoverageCountsTheReadablePairs) {
   for (const double overhang_m : {0.0, 0.1, 0.25, 0.5}) {
     const SyntheticRoomSpec spec{.overhang_m = overhang_m, .width = 96, .distances = false};
-    const ordered_json result = measure(spec, Generation::kInitial, {.viewpoints = 7});
+    const ordered_json result = measure(spec, ViewMethod::kInitial, {.viewpoints = 7});
     for (const ordered_json& row : result["rows"]) {
       EXPECT_EQ(row["coverage"].get<double>(),
                 counted_coverage(spec, 7, row["k_deg"].get<double>()))
@@ -133,7 +133,7 @@ TEST_F(ConnectErrorTest, NeighbouringCellsLineServesAsOverhang) {
   const ConnectErrorOptions options{.viewpoints = 4, .k_list_deg = {45.0, 90.0}};
   const auto coverage = [&](int cells_x) {
     const SyntheticRoomSpec spec{.cells_x = cells_x, .distances = false};
-    return measure(spec, Generation::kInitial, options)["rows"].back()["coverage"].get<double>();
+    return measure(spec, ViewMethod::kInitial, options)["rows"].back()["coverage"].get<double>();
   };
   EXPECT_EQ(coverage(1), 0.0);
   EXPECT_GT(coverage(2), 0.2);
@@ -141,7 +141,7 @@ TEST_F(ConnectErrorTest, NeighbouringCellsLineServesAsOverhang) {
 
 TEST_F(ConnectErrorTest, CommonErrorIsOverThePairsOfTheMostDemandingK) {
   const SyntheticRoomSpec spec{.overhang_m = 0.25, .distances = false};
-  const ordered_json result = measure(spec, Generation::kInitial, {.viewpoints = 9});
+  const ordered_json result = measure(spec, ViewMethod::kInitial, {.viewpoints = 9});
   const ordered_json& lfu = result["rows"].front();
   const ordered_json& rayspace360 = result["rows"].back();
   ASSERT_LT(lfu["coverage"].get<double>(), rayspace360["coverage"].get<double>());
@@ -155,20 +155,20 @@ TEST_F(ConnectErrorTest, CorrectionRemovesTheError) {
   const SyntheticRoomSpec spec{.overhang_m = 0.25};
   const ConnectErrorOptions options{.viewpoints = 5};
   const double initial =
-      measure(spec, Generation::kInitial, options)["rows"].back()["e_connect"].get<double>();
-  for (const Generation generation : {Generation::kHlfVd, Generation::kTwoSided}) {
-    EXPECT_THAT(column(measure(spec, generation, options), "e_connect"), Each(Lt(0.2 * initial)))
-        << generation_name(generation);
+      measure(spec, ViewMethod::kInitial, options)["rows"].back()["e_connect"].get<double>();
+  for (const ViewMethod method : {ViewMethod::kHlfVd, ViewMethod::kTwoSided}) {
+    EXPECT_THAT(column(measure(spec, method, options), "e_connect"), Each(Lt(0.2 * initial)))
+        << method_name(method);
   }
 }
 
 TEST_F(ConnectErrorTest, ThreadsDoNotChangeTheResult) {
   const Room room = room_of({.overhang_m = 0.25});
-  for (const Generation generation : {Generation::kInitial, Generation::kTwoSided}) {
+  for (const ViewMethod method : {ViewMethod::kInitial, ViewMethod::kTwoSided}) {
     set_thread_count(1);
-    const ordered_json one = measure_connect_error(room, generation, {.viewpoints = 4});
+    const ordered_json one = measure_connect_error(room, method, {.viewpoints = 4});
     set_thread_count(3);
-    const ordered_json three = measure_connect_error(room, generation, {.viewpoints = 4});
+    const ordered_json three = measure_connect_error(room, method, {.viewpoints = 4});
     set_thread_count(0);
     EXPECT_EQ(one, three);
   }
@@ -186,27 +186,27 @@ TEST_F(ConnectErrorTest, OptionsOutOfRangeAreUsageErrors) {
                                        {.k_list_deg = {90.1}},
                                        {.k_list_deg = {std::nan("")}}};
   for (const ConnectErrorOptions& options : wrong) {
-    EXPECT_THROW(measure_connect_error(room, Generation::kInitial, options), UsageError);
+    EXPECT_THROW(measure_connect_error(room, ViewMethod::kInitial, options), UsageError);
   }
 }
 
 TEST_F(ConnectErrorTest, RoomWithoutCellsOrDistancesIsRefused) {
-  const auto error_of = [&](const SyntheticRoomSpec& spec, Generation generation) {
+  const auto error_of = [&](const SyntheticRoomSpec& spec, ViewMethod method) {
     try {
-      measure(spec, generation, {.viewpoints = 1});
+      measure(spec, method, {.viewpoints = 1});
     } catch (const Error& error) {
       return std::string(error.what());
     }
     return std::string("no error");
   };
-  EXPECT_THAT(error_of({.cells_z = 0}, Generation::kInitial), HasSubstr("close a cell"));
-  EXPECT_THAT(error_of({.distances = false}, Generation::kHlfVd), HasSubstr("no distances"));
+  EXPECT_THAT(error_of({.cells_z = 0}, ViewMethod::kInitial), HasSubstr("close a cell"));
+  EXPECT_THAT(error_of({.distances = false}, ViewMethod::kHlfVd), HasSubstr("no distances"));
 }
 
 // 130 is no width of a view.
 TEST_F(ConnectErrorTest, PanoramasOfAnyEvenWidthAreMeasured) {
   const auto error_at = [&](int width) {
-    return measure({.overhang_m = 0.25, .width = width}, Generation::kInitial,
+    return measure({.overhang_m = 0.25, .width = width}, ViewMethod::kInitial,
                    {.viewpoints = 2})["rows"]
         .back()["e_connect"]
         .get<double>();
@@ -220,7 +220,7 @@ TEST(ConnectErrorTableTest, NamesConnectionsAndHasADashForUnmeasuredErrors) {
   const auto row = [](const char* connection, double k_deg, double e_connect, double common,
                       double coverage) {
     return ordered_json{{"connection", connection},   {"k_deg", k_deg},
-                        {"generation", "hlf-vd"},     {"e_connect", e_connect},
+                        {"method", "hlf-vd"},         {"e_connect", e_connect},
                         {"e_connect_common", common}, {"coverage", coverage}};
   };
   const std::string table = connect_error_table(

@@ -17,21 +17,23 @@ using nlohmann::ordered_json;
 constexpr int kFormatVersion = 3;
 constexpr const char* kAdvice = "measure again with raywalk-render trade";
 
-double choice_from(const Dial& dial, const CheckedJson& json) {
+double choice_from(const ViewParameter& parameter, const CheckedJson& json) {
   const std::string name = json.text();
-  for (std::size_t i = 0; i < dial.names.size(); ++i) {
-    if (name == dial.names[i]) return static_cast<double>(i);
+  for (std::size_t i = 0; i < parameter.names.size(); ++i) {
+    if (name == parameter.names[i]) return static_cast<double>(i);
   }
-  json.fail(fmt::format("is none of {}", values_text(dial)));
+  json.fail(fmt::format("is none of {}", values_text(parameter)));
 }
 
 // What json_of() wrote, also refusing the width 0.
-double value_from(const Dial& dial, const CheckedJson& json) {
-  if (dial.value.kind == DialKind::kChoice) return choice_from(dial, json);
-  if (dial.value.kind == DialKind::kNumber) return json.number(dial.least, dial.most);
-  const int value = json.integer(static_cast<int>(dial.least), static_cast<int>(dial.most));
-  if (value % dial.multiple_of != 0) {
-    json.fail(fmt::format("{} is not a multiple of {}", value, dial.multiple_of));
+double value_from(const ViewParameter& parameter, const CheckedJson& json) {
+  if (parameter.value.kind == ParameterKind::kChoice) return choice_from(parameter, json);
+  if (parameter.value.kind == ParameterKind::kNumber)
+    return json.number(parameter.least, parameter.most);
+  const int value =
+      json.integer(static_cast<int>(parameter.least), static_cast<int>(parameter.most));
+  if (value % parameter.multiple_of != 0) {
+    json.fail(fmt::format("{} is not a multiple of {}", value, parameter.multiple_of));
   }
   return value;
 }
@@ -41,25 +43,26 @@ MeasuredChoice choice_from(const CheckedJson& json) {
   MeasuredChoice choice{.name = json.at("name").text(),
                         .ratio = json.at("ratio").number(0.0, kMostRatio),
                         .psnr_db = json.at("psnr_db").number(0.0, kMostPsnr_db)};
-  for (const Dial& dial : kDials) {
-    if (dial.sweep) dial.value.set(&choice.options, value_from(dial, json.at(dial.key)));
+  for (const ViewParameter& parameter : kViewParameters) {
+    if (parameter.sweep)
+      parameter.value.set(&choice.options, value_from(parameter, json.at(parameter.key)));
   }
   return choice;
 }
 
 }  // namespace
 
-ordered_json json_of(const Dial& dial, const ViewOptions& options) {
-  const double value = dial.value.get(options);
-  if (dial.value.kind == DialKind::kChoice) return text_of(dial, value);
-  if (dial.value.kind == DialKind::kInteger) return static_cast<int>(value);
+ordered_json json_of(const ViewParameter& parameter, const ViewOptions& options) {
+  const double value = parameter.value.get(options);
+  if (parameter.value.kind == ParameterKind::kChoice) return text_of(parameter, value);
+  if (parameter.value.kind == ParameterKind::kInteger) return static_cast<int>(value);
   return value;
 }
 
-ordered_json swept_dials_json(const ViewOptions& options) {
+ordered_json swept_parameters_json(const ViewOptions& options) {
   ordered_json json;
-  for (const Dial& dial : kDials) {
-    if (dial.sweep) json[dial.key] = json_of(dial, options);
+  for (const ViewParameter& parameter : kViewParameters) {
+    if (parameter.sweep) json[parameter.key] = json_of(parameter, options);
   }
   return json;
 }
@@ -74,7 +77,7 @@ void write_measured_settings(const fs::path& room, const MeasuredSettings& measu
                     {"settings", ordered_json::array()}};
   for (const MeasuredChoice& choice : measured.choices) {
     ordered_json setting{{"name", choice.name}};
-    setting.update(swept_dials_json(choice.options));
+    setting.update(swept_parameters_json(choice.options));
     setting.update(ordered_json{{"ratio", choice.ratio}, {"psnr_db", choice.psnr_db}});
     json["settings"].push_back(setting);
   }
@@ -89,7 +92,7 @@ std::optional<MeasuredSettings> read_measured_settings(const fs::path& room) {
   root.require_version(kFormatVersion);
   MeasuredSettings measured{
       .distances_sha256 = root.at("distances_sha256").text(),
-      .width_px = static_cast<int>(value_from(dial_of("width_px"), root.at("width_px")))};
+      .width_px = static_cast<int>(value_from(parameter_of("width_px"), root.at("width_px")))};
   for (const CheckedJson& setting : root.at("settings").items()) {
     measured.choices.push_back(choice_from(setting));
   }

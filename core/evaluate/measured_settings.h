@@ -19,11 +19,11 @@ namespace raywalk {
 using TimeSource = std::function<double(const std::function<void()>&)>;
 inline double wall_time_s(const std::function<void()>& work) { return times_of(work).wall_s; }
 
-// The value of a dial: choices by name, numbers as numbers.
-nlohmann::ordered_json json_of(const Dial& dial, const ViewOptions& options);
+// The value of a parameter: choices by name, numbers as numbers.
+nlohmann::ordered_json json_of(const ViewParameter& parameter, const ViewOptions& options);
 
-// The dials that a trade varies: {"generation": "hlf-vd", "k_deg": 76.0, ...}.
-nlohmann::ordered_json swept_dials_json(const ViewOptions& options);
+// The parameters that a trade varies: {"method": "hlf-vd", "k_deg": 76.0, ...}.
+nlohmann::ordered_json swept_parameters_json(const ViewOptions& options);
 
 // The largest PSNR of a measurement, which stands for all above it, also for an infinite one.
 inline constexpr double kMostPsnr_db = 100.0;
@@ -31,7 +31,7 @@ inline constexpr double kMostPsnr_db = 100.0;
 // One setting that was measured.
 struct MeasuredChoice {
   std::string name{};
-  ViewOptions options{};  // dials that a trade does not vary are as in ViewOptions()
+  ViewOptions options{};  // parameters that a trade does not vary are as in ViewOptions()
   double ratio = 0.0;     // its time per view divided by that of one cv::remap of the same size
   double psnr_db = 0.0;
 };

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 MeasuredChoice some_choice() {
   return {.name = "quick, k 76.5°",
-          .options = {.generation = Generation::kTwoSided,
+          .options = {.method = ViewMethod::kTwoSided,
                       .k_deg = 76.5,
                       .overlap_deg = 0.1,
                       .width = 32,
@@ -46,9 +46,9 @@ class MeasuredSettingsTest : public ::testing::Test {
   fs::path room_ = directory_ / "room.lf";
 };
 
-TEST(DialJson, HoldsTheSweptDialsUnderTheirKeys) {
-  EXPECT_EQ(swept_dials_json(some_choice().options).dump(),
-            R"({"generation":"two-sided","k_deg":76.5,"overlap_deg":0.1,"width_px":32,)"
+TEST(ViewParameterJson, HoldsTheSweptParametersUnderTheirKeys) {
+  EXPECT_EQ(swept_parameters_json(some_choice().options).dump(),
+            R"({"method":"two-sided","k_deg":76.5,"overlap_deg":0.1,"width_px":32,)"
             R"("interpolation":"cubic","stations_mixed":8,"station_fade":1.0,"distance_maps":3,)"
             R"("second_side":"faded"})");
 }

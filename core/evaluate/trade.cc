@@ -50,8 +50,8 @@ struct Trade {
 };
 
 // Some truths, spread over the distance from the lines. Throws Error unless all have one width.
-std::vector<TrueView> listed_views(const fs::path& list, const Room& room) {
-  const std::vector<ListedTruth> truths = read_truth(list, room);
+std::vector<TrueView> listed_views(const TradeOptions& options, const Room& room) {
+  const std::vector<ListedTruth> truths = read_truth(options.truth, room);
   for (const ListedTruth& truth : truths) {
     if (truth.width == truths.front().width) continue;
     throw Error(fmt::format(
@@ -62,6 +62,7 @@ std::vector<TrueView> listed_views(const fs::path& list, const Room& room) {
   std::vector<TrueView> views;
   for (const std::size_t i : spread_over_distance(truths, kViews)) {
     views.push_back(read_view(truths[i]));
+    views.back().own_exposure = options.match_exposure;
   }
   return views;
 }
@@ -77,7 +78,7 @@ void prepare_report(const fs::path& report, const fs::path& room) {
 
 Trade prepared(const Room& room, const TradeOptions& options) {
   Trade trade{.room = room, .options = options};
-  if (options.held_out == 0) trade.truth = {room, listed_views(options.truth, room)};
+  if (options.held_out == 0) trade.truth = {room, listed_views(options, room)};
   prepare_report(options.report, room.directory());
   if (options.held_out > 0) trade.truth = held_out_views(room, options.held_out, kViews);
   trade.width_px = trade.truth.views.front().image.cols;
@@ -94,7 +95,7 @@ Trade prepared(const Room& room, const TradeOptions& options) {
 }
 
 Viewpoint viewpoint_of(const TrueView& view, const TradeSetting& setting) {
-  return viewpoint_for(setting.options.generation, view.viewpoint, view.height_m);
+  return viewpoint_for(setting.options.method, view.viewpoint, view.height_m);
 }
 
 // {"ms", "ratio" to a remap, "remap_ms"}: medians over all runs of all views; and "remap_spread",
@@ -156,7 +157,7 @@ ordered_json measured(const TradeSetting& setting, const Trade& trade) {
   std::vector<ordered_json> scores(images.size());
   parallel_for(0, static_cast<int>(images.size()), 1, [&](int begin, int /*end*/) {
     const auto i = static_cast<std::size_t>(begin);
-    scores[i] = scores_of(images[i], truths[i]);
+    scores[i] = scores_of(exposed_as(truths[i], images[i]), truths[i]);
   });
   for (const auto& [key, value] : scores.front().items()) result[key] = mean_of(scores, key);
   return result;
@@ -176,8 +177,8 @@ std::string fingerprint_of(const Trade& trade) {
   std::string text = fmt::format("trade {} {} {} {}\n", trade.options.repetitions, thread_count(),
                                  cpu_name(), room_fingerprint(trade.room));
   for (const TrueView& view : trade.truth.views) {
-    text += fmt::format("{} {} {} {} {} {}\n", view.name, view.viewpoint.x_m,
-                        view.height_m.value_or(0.0), view.viewpoint.z_m,
+    text += fmt::format("{} {} {} {} {} {} {}\n", view.name, view.viewpoint.x_m,
+                        view.height_m.value_or(0.0), view.viewpoint.z_m, view.own_exposure,
                         sha256_of_pixels(view.image), sha256_of_pixels(view.mask));
   }
   return text;
@@ -226,13 +227,13 @@ ordered_json document_of(const Trade& trade, const std::vector<ordered_json>& ro
   const TradeOptions& options = trade.options;
   ordered_json views = ordered_json::array(), parameters = ordered_json::array();
   for (const TrueView& view : trade.truth.views) views.push_back(view.name);
-  for (const Dial& dial : kDials) {
-    if (!dial.sweep) continue;
-    parameters.push_back({{"key", dial.key},
-                          {"help", dial.help},
-                          {"values", values_text(dial)},
-                          {"default", text_of(dial, default_of(dial))},
-                          {"cost", dial.cost}});
+  for (const ViewParameter& parameter : kViewParameters) {
+    if (!parameter.sweep) continue;
+    parameters.push_back({{"key", parameter.key},
+                          {"help", parameter.help},
+                          {"values", values_text(parameter)},
+                          {"default", text_of(parameter, default_of(parameter))},
+                          {"cost", parameter.cost}});
   }
   return {
       {"format", "raywalk-trade"},

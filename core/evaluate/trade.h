@@ -21,10 +21,11 @@ struct NamedOptions {
 
 struct TradeOptions {
   std::filesystem::path truth{};   // gt.csv, views of one width
+  bool match_exposure = false;     // of views to these truths (exposed_as)
   int held_out = 0;                // instead of it: every n-th station is held out as a true view
   std::filesystem::path report{};  // directory, created if it is missing
   int repetitions = 3;             // of every view
-  // The central setting of every generation that the room can be rendered in: the sweep varies it.
+  // The central setting of every method that the room can be rendered in: the sweep varies it.
   std::vector<ViewOptions> centres{};
   std::vector<NamedOptions> presets{};  // measured beside the sweep, at the width of the truths
   TimeSource time_source = wall_time_s;

@@ -22,35 +22,36 @@ int width_of_share(int width_px, double share) {
   return std::max(4, 4 * static_cast<int>(std::lround(share * width_px / 4.0)));
 }
 
-// A parameter's value as part of a setting's name; threads are no dial.
+// A parameter's value as part of a setting's name; threads are no parameter.
 std::string phrase(const std::string& parameter, const ordered_json& value) {
   const std::string text =
       value.is_string() ? value.get<std::string>() : fmt::format("{:g}", value.get<double>());
   if (parameter == "threads") return "threads " + text;
-  return fmt::format(fmt::runtime(dial_of(parameter).phrase), text);
+  return fmt::format(fmt::runtime(parameter_of(parameter).phrase), text);
 }
 
-// The generation and the differences from its central setting.
+// The method and the differences from its central setting.
 std::string name_of(const TradeSetting& setting, const TradeSetting& centre) {
   const ordered_json parameters = parameters_of(setting), before = parameters_of(centre);
-  std::string name = generation_name(setting.options.generation);
+  std::string name = method_name(setting.options.method);
   for (const auto& [parameter, value] : parameters.items()) {
     if (value != before.at(parameter)) name += ", " + phrase(parameter, value);
   }
   return name;
 }
 
-// What is varied of the views of a generation.
-std::vector<Change> changes_of(Generation generation, int width_px) {
+// What is varied of the views of a method.
+std::vector<Change> changes_of(ViewMethod method, int width_px) {
   std::vector<Change> changes;
-  if (generation == Generation::kInitial) return changes;
-  const bool two_sided = generation == Generation::kTwoSided;
-  for (const Dial& dial : kDials) {
-    if (!dial.sweep || dial.sweep->of_two_sided_views != two_sided) continue;
-    for (const double value : dial.sweep->values) {
-      changes.emplace_back([&dial, value, width_px](TradeSetting* setting) {
-        dial.value.set(&setting->options,
-                       dial.sweep->of_truth_width ? width_of_share(width_px, value) : value);
+  if (method == ViewMethod::kInitial) return changes;
+  const bool two_sided = method == ViewMethod::kTwoSided;
+  for (const ViewParameter& parameter : kViewParameters) {
+    if (!parameter.sweep || parameter.sweep->of_two_sided_views != two_sided) continue;
+    for (const double value : parameter.sweep->values) {
+      changes.emplace_back([&parameter, value, width_px](TradeSetting* setting) {
+        parameter.value.set(&setting->options, parameter.sweep->of_truth_width
+                                                   ? width_of_share(width_px, value)
+                                                   : value);
       });
     }
   }
@@ -76,7 +77,7 @@ std::vector<Change> changes_of(Generation generation, int width_px) {
 }  // namespace
 
 ordered_json parameters_of(const TradeSetting& setting) {
-  ordered_json parameters = swept_dials_json(setting.options);
+  ordered_json parameters = swept_parameters_json(setting.options);
   parameters["threads"] = setting.threads;
   return parameters;
 }
@@ -93,16 +94,16 @@ std::vector<TradeSetting> trade_sweep(std::span<const ViewOptions> centres, int 
                                       int threads) {
   std::vector<TradeSetting> settings;
   for (const ViewOptions& options : centres) {
-    settings.push_back({generation_name(options.generation), options, threads});
+    settings.push_back({method_name(options.method), options, threads});
     settings.back().options.width = width_px;
   }
   for (std::size_t i = 0; i < centres.size(); ++i) {
     const TradeSetting centre = settings[i];
-    for (const Change& change : changes_of(centre.options.generation, width_px)) {
+    for (const Change& change : changes_of(centre.options.method, width_px)) {
       TradeSetting setting = centre;
       change(&setting);
       // Others have no second side.
-      if (centre.options.generation != Generation::kTwoSided) {
+      if (centre.options.method != ViewMethod::kTwoSided) {
         setting.options.second_side = centre.options.second_side;
       }
       setting.name = name_of(setting, centre);

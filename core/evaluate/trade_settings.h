@@ -16,16 +16,16 @@ struct TradeSetting {
   int threads = 1;        // at least 1
 };
 
-// Every parameter by name: {"generation": "hlf-vd", "k_deg": 76.0, ..., "threads": 2}. Two settings
+// Every parameter by name: {"method": "hlf-vd", "k_deg": 76.0, ..., "threads": 2}. Two settings
 // are the same where these are equal.
 nlohmann::ordered_json parameters_of(const TradeSetting& setting);
 
 // Adds a setting unless one of the same parameters is there; its position in either case.
 std::size_t add_setting(const TradeSetting& setting, std::vector<TradeSetting>* settings);
 
-// The central settings (one of each generation), variations of one dial at a time (Dial::sweep),
-// and useful combinations (all for speed, all for accuracy, a balance): about 25. Images are as
-// wide as the truths, `width_px`; `threads` are all that may be used.
+// The central settings (one of each method), variations of one parameter at a time
+// (ViewParameter::sweep), and useful combinations (all for speed, all for accuracy, a balance):
+// about 25. Images are as wide as the truths, `width_px`; `threads` are all that may be used.
 std::vector<TradeSetting> trade_sweep(std::span<const ViewOptions> centres, int width_px,
                                       int threads);
 

@@ -17,9 +17,9 @@ using testing::SizeIs;
 class TradeSweepTest : public ::testing::Test {
  protected:
   TradeSweepTest() {
-    for (const Generation generation :
-         {Generation::kInitial, Generation::kHlfVd, Generation::kTwoSided}) {
-      centres_.push_back({.generation = generation, .k_deg = 80.0});
+    for (const ViewMethod method :
+         {ViewMethod::kInitial, ViewMethod::kHlfVd, ViewMethod::kTwoSided}) {
+      centres_.push_back({.method = method, .k_deg = 80.0});
     }
   }
   std::vector<ViewOptions> centres_;

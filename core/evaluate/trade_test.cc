@@ -47,17 +47,17 @@ class TradeTest : public TruthTest {
     };
     // A few settings only, for speed.
     for (const ViewOptions& options :
-         {ViewOptions{.generation = Generation::kInitial}, ViewOptions{},
+         {ViewOptions{.method = ViewMethod::kInitial}, ViewOptions{},
           ViewOptions{.k_deg = 45.0, .stations_mixed = 4}, ViewOptions{.k_deg = 70.0},
-          ViewOptions{.generation = Generation::kTwoSided}}) {
+          ViewOptions{.method = ViewMethod::kTwoSided}}) {
       options_.presets.push_back(
           {std::to_string(options_.presets.size()), "it is measured", options});
     }
   }
-  void sweep(std::vector<Generation> generations) {
+  void sweep(std::vector<ViewMethod> methods) {
     options_.presets.clear();
-    for (const Generation generation : generations) {
-      options_.centres.push_back({.generation = generation, .k_deg = 80.0});
+    for (const ViewMethod method : methods) {
+      options_.centres.push_back({.method = method, .k_deg = 80.0});
     }
   }
   // The trade that a run writes, and what it says.
@@ -77,7 +77,7 @@ class TradeTest : public TruthTest {
 };
 
 TEST_F(TradeTest, WritesTheDocumentedFiles) {
-  sweep({Generation::kInitial, Generation::kHlfVd});
+  sweep({ViewMethod::kInitial, ViewMethod::kHlfVd});
   const json all = traded();
   EXPECT_THAT(said_, AllOf(HasSubstr("PSNR"), HasSubstr("index.html")));
   EXPECT_EQ(files(), (std::set<std::string>{"index.html", "trade.csv", "trade.json"}));
@@ -91,11 +91,11 @@ TEST_F(TradeTest, WritesTheDocumentedFiles) {
   EXPECT_GT(all["remap_ms"], 0.0);
   EXPECT_GT(all["settings"].size(), 15U);
   EXPECT_EQ(all["settings"][1]["number"], 2);
-  EXPECT_EQ(all["parameters"][0]["key"], "generation");
+  EXPECT_EQ(all["parameters"][0]["key"], "method");
   EXPECT_EQ(all["parameters"][0]["default"], "hlf-vd");
   EXPECT_EQ(
       keys_of(all["settings"][0]),
-      (std::set<std::string>{"number",       "name",          "generation",    "k_deg",
+      (std::set<std::string>{"number",       "name",          "method",        "k_deg",
                              "overlap_deg",  "width_px",      "interpolation", "stations_mixed",
                              "station_fade", "distance_maps", "second_side",   "threads",
                              "ms",           "ratio",         "remap_ms",      "remap_spread",
@@ -173,14 +173,14 @@ TEST_F(TradeTest, TheTableHoldsTheNumbersOfTheJson) {
 
 TEST_F(TradeTest, ARoomWithoutDistancesIsSweptInitialWithANote) {
   make_room({.overhang_m = 0.25, .width = 64, .distances = false});
-  sweep({Generation::kInitial});
+  sweep({ViewMethod::kInitial});
   const json all = traded();
   EXPECT_THAT(said_, HasSubstr("no distances"));
   EXPECT_EQ(all["distances"], "none");
   // It is stored in the room, for choosing views.
   EXPECT_EQ(all["distances_sha256"], distances_sha256(room_));
   EXPECT_FALSE(all["settings"].empty());
-  for (const json& setting : all["settings"]) EXPECT_EQ(setting["generation"], "initial");
+  for (const json& setting : all["settings"]) EXPECT_EQ(setting["method"], "initial");
 }
 
 TEST_F(TradeTest, RefusesBadInputBeforeAnyWork) {
@@ -239,7 +239,7 @@ TEST_F(TradeTest, ResumesAnInterruptedRun) {
 
 TEST_F(TradeTest, StationsReplaceTrueViews) {
   make_room({.spacing_m = 0.0625, .overhang_m = 0.25, .width = 64});
-  sweep({Generation::kInitial, Generation::kHlfVd});
+  sweep({ViewMethod::kInitial, ViewMethod::kHlfVd});
   options_.presets = {{"plain", "it is central", {.k_deg = 80.0}},
                       {"own", "it is not", {.k_deg = 55.0, .stations_mixed = 7}}};
   options_.truth.clear();

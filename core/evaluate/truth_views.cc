@@ -12,6 +12,7 @@
 #include <set>
 
 #include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/evaluate/fsim.h"
 #include "core/evaluate/metrics.h"
 #include "core/files/csv.h"
@@ -151,6 +152,29 @@ std::vector<std::size_t> spread_over_distance(std::span<const ListedTruth> truth
     chosen.push_back(order[count == 1 ? 0 : i * (order.size() - 1) / (count - 1)]);
   }
   return chosen;
+}
+
+cv::Mat exposed_as(const TrueView& truth, const cv::Mat& view) {
+  if (!truth.own_exposure) return view;
+  constexpr int kDark = 16, kClipped = 240;
+  cv::Scalar factors = cv::Scalar::all(1.0);
+  for (int colour = 0; colour < 3; ++colour) {
+    std::vector<double> ratios;
+    ratios.reserve(view.total());
+    for (int v = 0; v < view.rows; ++v) {
+      for (int u = 0; u < view.cols; ++u) {
+        if (!truth.mask.empty() && truth.mask.at<uchar>(v, u) == 0) continue;
+        const int shown = view.at<cv::Vec3b>(v, u)[colour];
+        const int level = truth.image.at<cv::Vec3b>(v, u)[colour];
+        if (std::min(shown, level) < kDark || std::max(shown, level) > kClipped) continue;
+        ratios.push_back(static_cast<double>(level) / shown);
+      }
+    }
+    if (!ratios.empty()) factors[colour] = median(std::move(ratios));
+  }
+  cv::Mat exposed;
+  cv::multiply(view, factors, exposed);
+  return exposed;
 }
 
 ordered_json scores_of(const cv::Mat& view, const TrueView& truth) {

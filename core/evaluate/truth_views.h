@@ -28,6 +28,7 @@ struct ListedTruth {
   std::filesystem::path distances_file{};  // true distance map; empty: not known
   // Plan distance to the nearest line that serves the view; vertical parallax grows with it.
   double line_distance_m = 0.0;
+  bool own_exposure = false;  // not that of the room: views take it before they are compared
 };
 
 // With its pictures: captured between the lines, or by a station that was held out, which has no
@@ -61,6 +62,12 @@ std::vector<std::size_t> spread_over_distance(std::span<const ListedTruth> truth
 // which compare neighbourhoods, the truth there is replaced by the view. Throws Error as the
 // metrics do (sizes differ, not CV_8UC3, nothing but masked pixels).
 nlohmann::ordered_json scores_of(const cv::Mat& view, const TrueView& truth);
+
+// The view, each colour times one factor that makes it as bright as its truth where that has an
+// exposure of its own; else the view itself. The factor is the median ratio of the levels of
+// unmasked pixels that are neither dark nor clipped in both, so that what is displaced or wrong in
+// the view hardly counts.
+cv::Mat exposed_as(const TrueView& truth, const cv::Mat& view);
 
 // The true image, with the view's own pixels where it is masked.
 cv::Mat truth_completed_by(const cv::Mat& view, const TrueView& truth);

@@ -8,6 +8,9 @@
 #include <vector>
 
 #include "core/evaluate/metrics.h"
+#include "core/files/atomic_output.h"
+#include "core/files/image_file.h"
+#include "core/files/test_directory.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {
@@ -20,6 +23,46 @@ cv::Mat numbered_columns(int width) {
   cv::Mat image(width / 2, width, CV_8UC3);
   for (int u = 0; u < width; ++u) image.col(u).setTo(cv::Scalar::all(u));
   return image;
+}
+
+// A camera that looks to +90 degrees sees the world's column u + width / 4 in its column u.
+TEST(ReadView, PicturesWithAnAttitudeAreTurnedToTheWorld) {
+  const TestDirectory directory;
+  write_synthetic_room({}, directory / "room.lf");
+  const Room room = Room::open(directory / "room.lf");
+  const cv::Mat world = numbered_columns(64);
+  const auto seen = [](const cv::Mat& image) {
+    cv::Mat turned;
+    cv::hconcat(image.colRange(16, 64), image.colRange(0, 16), turned);
+    return turned;
+  };
+  cv::Mat mask(32, 64, CV_8UC1, cv::Scalar(255)), map(32, 64, CV_16UC1);
+  mask.colRange(40, 50).setTo(0);
+  for (int u = 0; u < 64; ++u) map.col(u).setTo(cv::Scalar(1000 + u));
+  write_image(directory / "a.png", seen(world));
+  write_image(directory / "mask.png", seen(mask));
+  write_image(directory / "map.png", seen(map));
+  const std::filesystem::path list = directory / "gt.csv";
+  write_file_atomically(list, std::string("file,x,y,z,yaw,mask,distance\n"
+                                          "a.png,0.1,0,0.1,90,mask.png,map.png\n"));
+  const TrueView view = read_view(read_truth(list, room).at(0));
+  EXPECT_LE(cv::norm(view.image, world, cv::NORM_INF), 1.0);
+  EXPECT_EQ(cv::norm(view.distances, map, cv::NORM_INF), 0.0);
+  EXPECT_EQ(view.mask.at<uchar>(16, 45), 0);
+  EXPECT_EQ(view.mask.at<uchar>(16, 30), 255);
+}
+
+TEST(ExposedAs, IsTheTruthsExposureWhateverIsDisplaced) {
+  cv::Mat view(64, 128, CV_8UC3);
+  cv::randu(view, 40, 180);
+  TrueView truth;
+  cv::multiply(view, cv::Scalar(1.1, 0.95, 1.05), truth.image);
+  truth.image.colRange(0, 30).setTo(cv::Scalar::all(100));  // something else is there
+  EXPECT_EQ(exposed_as(truth, view).data, view.data);
+  truth.own_exposure = true;
+  const cv::Mat exposed = exposed_as(truth, view);
+  EXPECT_LE(cv::norm(exposed.colRange(30, 128), truth.image.colRange(30, 128), cv::NORM_INF), 1.0);
+  EXPECT_GT(cv::norm(exposed.colRange(0, 30), truth.image.colRange(0, 30), cv::NORM_INF), 20.0);
 }
 
 TEST(QuarterScores, AQuarterIsCentredOnItsDirection) {

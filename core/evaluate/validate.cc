@@ -42,7 +42,7 @@ constexpr std::array kScoreKeys{"psnr_db", "ws_psnr_db", "ssim", "fsim"};
 constexpr std::array kSilhouetteKeys{"psnr_near_silhouettes_db", "psnr_elsewhere_db",
                                      "near_silhouettes_share", "specks_per_megapixel"};
 
-std::string method_of(const ViewMode& mode) { return generation_name(mode.options.generation); }
+std::string method_of(const ViewMode& mode) { return method_name(mode.options.method); }
 
 // Renders the true views of a room; has a renderer for each width and mode.
 class TrueViewRenderer {
@@ -59,7 +59,7 @@ class TrueViewRenderer {
 
   RenderedView render(const TrueView& truth, std::size_t mode) {
     return of(truth.width, mode)
-        .render(viewpoint_for(modes_[mode].options.generation, truth.viewpoint, truth.height_m));
+        .render(viewpoint_for(modes_[mode].options.method, truth.viewpoint, truth.height_m));
   }
 
  private:
@@ -71,17 +71,17 @@ class TrueViewRenderer {
 // A row of metrics.json's "views", and those of "quarters".
 ordered_json measured(const Room& room, const TrueView& truth, const ViewMode& mode,
                       const RenderedView& rendered) {
-  const cv::Mat& image = rendered.image;
+  const cv::Mat image = exposed_as(truth, rendered.image);
   const ViewReport& report = rendered.report;
   ordered_json view{{"name", truth.name},
                     {"x_m", truth.viewpoint.x_m},
                     {"z_m", truth.viewpoint.z_m},
                     {"line_distance_m", truth.line_distance_m},
-                    {"generation", method_of(mode)},
+                    {"method", method_of(mode)},
                     {"connection", mode.connection},
                     {"k_deg", mode.options.k_deg},
                     {"enlargement", static_cast<double>(truth.width) / room.panorama().width}};
-  if (truth.height_m && mode.options.generation != Generation::kInitial) {
+  if (truth.height_m && mode.options.method != ViewMethod::kInitial) {
     view["y_m"] = *truth.height_m;
   }
   view.update(scores_of(image, truth));
@@ -100,7 +100,7 @@ ordered_json measured(const Room& room, const TrueView& truth, const ViewMode& m
                            {"render_ms", report.render_ms}});
   ordered_json quarters = ordered_json::array();
   for (const ordered_json& scores : quarter_scores_of(room.grid(), image, truth)) {
-    ordered_json quarter{{"name", truth.name}, {"generation", method_of(mode)}};
+    ordered_json quarter{{"name", truth.name}, {"method", method_of(mode)}};
     quarter.update(scores);
     quarters.push_back(std::move(quarter));
   }
@@ -114,10 +114,10 @@ std::string key_of(const Room& room, const ListedTruth& truth, ViewMode mode) {
   };
   mode.options.width = truth.width;
   return sha256_hex(
-      fmt::format("{} {} {} {} {} {} {} {} {} {} {}", kResultsVersion, room_fingerprint(room),
+      fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", kResultsVersion, room_fingerprint(room),
                   truth.name, truth.viewpoint.x_m, truth.viewpoint.z_m, truth.height_m ? 1 : 0,
                   truth.height_m.value_or(0.0), content(truth.file), content(truth.mask_file),
-                  content(truth.distances_file), text_of(mode.options)));
+                  content(truth.distances_file), truth.own_exposure, text_of(mode.options)));
 }
 
 // The results of truth by truth and within it mode by mode; those that are not kept are made.
@@ -139,7 +139,7 @@ std::vector<ordered_json> measured_results(const Room& room, std::span<const Lis
 
 // Means over the views of a mode.
 ordered_json mode_json(const ViewMode& mode, std::span<const ordered_json> views) {
-  ordered_json json{{"generation", method_of(mode)},
+  ordered_json json{{"method", method_of(mode)},
                     {"connection", mode.connection},
                     {"k_deg", mode.options.k_deg},
                     {"k_source", mode.k_source},
@@ -177,6 +177,7 @@ ordered_json document_of(const Room& room, std::span<const ListedTruth> truths,
           {"distances", room.distances_origin()},
           {"captured_width_px", room.panorama().width},
           {"truths", truths.size()},
+          {"exposure_matched", truths.front().own_exposure},
           {"widest_truth_px", std::ranges::max(truths, {}, &ListedTruth::width).width},
           {"modes", means},
           {"views", views},
@@ -194,10 +195,10 @@ void add_connect_errors(const Room& room, const ValidateOptions& options, KeptRe
         "{} connect-error {} {} {} {}", room_fingerprint(room), method_of(mode),
         options.connect.viewpoints, options.connect.overlap_deg, options.connect.k_list_deg));
     const ordered_json errors = kept->get(
-        key, [&] { return measure_connect_error(room, mode.options.generation, options.connect); });
+        key, [&] { return measure_connect_error(room, mode.options.method, options.connect); });
     ordered_json& rows = (*metrics)["connection_error"];
     rows.insert(rows.end(), errors["rows"].begin(), errors["rows"].end());
-    // The same of every generation.
+    // The same of every method.
     if ((*metrics)["connection"].is_null()) (*metrics)["connection"] = errors["connection"];
   }
 }
@@ -220,7 +221,7 @@ std::vector<ReportImage> images_of(std::span<const ListedTruth> truths,
     const TrueView truth = read_view(truths[i]);
     for (std::size_t mode = 0; mode < modes.size(); ++mode) {
       throw_if_interrupted();
-      const cv::Mat view = renderer->render(truth, mode).image;
+      const cv::Mat view = exposed_as(truth, renderer->render(truth, mode).image);
       cv::Mat error;
       cv::absdiff(view, truth_completed_by(view, truth), error);
       error.convertTo(error, -1, kErrorGain);
@@ -248,7 +249,7 @@ std::string validation_summary(const ordered_json& metrics, const fs::path& repo
     const auto value = [&](const char* key) {
       return mode[key].is_number() ? mode[key].get<double>() : std::nan("");
     };
-    const std::string name = mode["generation"].get<std::string>();
+    const std::string name = mode["method"].get<std::string>();
     text += fmt::format("{:<10} PSNR {:6.2f} dB  WS-PSNR {:6.2f} dB  SSIM {:.4f}  FSIM {:.4f}\n",
                         name, value("psnr_db"), value("ws_psnr_db"), value("ssim"), value("fsim"));
     if (!mode.contains(kSilhouetteKeys[0])) continue;
@@ -273,7 +274,8 @@ std::string validation_summary(const ordered_json& metrics, const fs::path& repo
 }  // namespace
 
 std::string validate(const Room& room, const ValidateOptions& options) {
-  const std::vector<ListedTruth> truths = read_truth(options.truth, room);
+  std::vector<ListedTruth> truths = read_truth(options.truth, room);
+  for (ListedTruth& truth : truths) truth.own_exposure = options.match_exposure;
   TrueViewRenderer renderer(room, options.modes);
   for (std::size_t mode = 0; mode < options.modes.size(); ++mode) {
     renderer.of(truths.front().width, mode);  // checks what they need before any work

@@ -14,6 +14,7 @@ namespace raywalk {
 
 struct ValidateOptions {
   std::filesystem::path truth{};   // gt.csv
+  bool match_exposure = false;     // of views to their truths (exposed_as)
   std::filesystem::path report{};  // directory, created if it is missing
   std::vector<ViewMode> modes{};   // each is rendered at the truths' widths
   ConnectErrorOptions connect{};

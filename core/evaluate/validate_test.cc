@@ -30,11 +30,11 @@ class ValidateTest : public TruthTest {
     options_.truth = truth_;
     options_.report = report_;
     options_.connect = {.viewpoints = 2, .k_list_deg = {45.0, 76.0, 90.0}};
-    options_.modes = {mode(Generation::kInitial), mode(Generation::kHlfVd),
-                      mode(Generation::kTwoSided)};
+    options_.modes = {mode(ViewMethod::kInitial), mode(ViewMethod::kHlfVd),
+                      mode(ViewMethod::kTwoSided)};
   }
-  static ViewMode mode(Generation generation) {
-    return {.options = {.generation = generation, .k_deg = 80.0}, .k_source = "given"};
+  static ViewMode mode(ViewMethod method) {
+    return {.options = {.method = method, .k_deg = 80.0}, .k_source = "given"};
   }
   // The metrics that a run writes, and what it says.
   json validated() {
@@ -56,21 +56,22 @@ class ValidateTest : public TruthTest {
 TEST_F(ValidateTest, WritesTheDocumentedMetrics) {
   make_room({.overhang_m = 0.25, .width = 128});
   const json all = validated();
-  EXPECT_EQ(keys_of(all), (std::set<std::string>{"volume", "distances", "captured_width_px",
-                                                 "truths", "widest_truth_px", "modes", "views",
-                                                 "quarters", "connection", "connection_error"}));
+  EXPECT_EQ(keys_of(all),
+            (std::set<std::string>{"volume", "distances", "captured_width_px", "truths",
+                                   "exposure_matched", "widest_truth_px", "modes", "views",
+                                   "quarters", "connection", "connection_error"}));
   EXPECT_EQ(all["distances"], "given");
   EXPECT_EQ(all["volume"], room_.directory().string());
   const json &views = all["views"], &modes = all["modes"], &errors = all["connection_error"];
   ASSERT_EQ(views.size(), 6U);
   EXPECT_EQ(keys_of(views[0]),
-            (std::set<std::string>{"name", "x_m", "z_m", "line_distance_m", "generation",
-                                   "connection", "k_deg", "enlargement", "psnr_db", "ws_psnr_db",
-                                   "ssim", "fsim", "limited_corners", "filled_share",
-                                   "unseen_share", "empty_share", "render_ms"}));
+            (std::set<std::string>{"name", "x_m", "z_m", "line_distance_m", "method", "connection",
+                                   "k_deg", "enlargement", "psnr_db", "ws_psnr_db", "ssim", "fsim",
+                                   "limited_corners", "filled_share", "unseen_share", "empty_share",
+                                   "render_ms"}));
   EXPECT_EQ(views[0]["name"], "near");
   EXPECT_EQ(views[0]["x_m"], 0.4);
-  EXPECT_EQ(views[5]["generation"], "two-sided");
+  EXPECT_EQ(views[5]["method"], "two-sided");
   EXPECT_EQ(views[5]["connection"], "hybrid");
   ASSERT_EQ(modes.size(), 3U);
   const double sum = views[0]["psnr_db"].get<double>() + views[3]["psnr_db"].get<double>();
@@ -80,11 +81,11 @@ TEST_F(ValidateTest, WritesTheDocumentedMetrics) {
   EXPECT_EQ(errors[0]["connection"], "lfu");
   EXPECT_EQ(errors[1]["connection"], "hybrid");
   EXPECT_EQ(errors[2]["connection"], "rayspace360");
-  EXPECT_EQ(errors[3]["generation"], "hlf-vd");
+  EXPECT_EQ(errors[3]["method"], "hlf-vd");
   EXPECT_GE(errors[0]["e_connect"], 0.0);
-  // Each view has four quarters, the same of each generation.
+  // Each view has four quarters, the same of each method.
   ASSERT_EQ(all["quarters"].size(), 24U);
-  EXPECT_EQ(all["quarters"][4]["generation"], "hlf-vd");
+  EXPECT_EQ(all["quarters"][4]["method"], "hlf-vd");
   EXPECT_EQ(all["quarters"][4]["line_distance_m"], all["quarters"][0]["line_distance_m"]);
 }
 

@@ -16,7 +16,7 @@ ColumnSources column_sources(const ColumnPlan& plan, const ViewOptions& options)
     }
   };
   add(plan.front, plan.front_count);
-  if (options.generation == Generation::kTwoSided) add(plan.behind, plan.behind_count);
+  if (options.method == ViewMethod::kTwoSided) add(plan.behind, plan.behind_count);
   const std::span used(sources.source.data(), sources.count);
 
   double total = 0.0, behind = 0.0;
@@ -29,7 +29,7 @@ ColumnSources column_sources(const ColumnPlan& plan, const ViewOptions& options)
     if (used[i].behind()) behind += share[i];
   }
   behind /= total;
-  const bool faded = options.generation == Generation::kTwoSided &&
+  const bool faded = options.method == ViewMethod::kTwoSided &&
                      options.second_side == SecondSide::kFaded && behind > 0.0;
   for (std::size_t i = 0; i < used.size(); ++i) {
     double part = share[i] / total;

@@ -22,7 +22,7 @@ double share_behind(double front_m, double behind_m, SecondSide second_side) {
   plan.front[0] = {.line = 0, .d_p_m = front_m};
   plan.behind[0] = {.line = 2, .d_p_m = -behind_m};
   const ColumnSources sources =
-      column_sources(plan, {.generation = Generation::kTwoSided, .second_side = second_side});
+      column_sources(plan, {.method = ViewMethod::kTwoSided, .second_side = second_side});
   EXPECT_EQ(sources.count, 2U);
   EXPECT_TRUE(sources.source[1].behind());
   return sources.source[1].share;
@@ -39,9 +39,9 @@ TEST(ColumnSourcesProperty, SharesAddUpToOneAtAnyViewpoint) {
                          scale * (view % 9 == 0 ? -0.5 : place(random))};
       const ViewPlan plan(grid, at, {radians_from_degrees(k_deg(random)), 0.2});
       const ViewOptions options{
-          .generation = view % 2 == 0 ? Generation::kTwoSided : Generation::kHlfVd,
+          .method = view % 2 == 0 ? ViewMethod::kTwoSided : ViewMethod::kHlfVd,
           .second_side = view % 4 < 2 ? SecondSide::kEverywhere : SecondSide::kFaded};
-      const bool both = options.generation == Generation::kTwoSided;
+      const bool both = options.method == ViewMethod::kTwoSided;
       for (int degree = 0; degree < 360; ++degree) {
         const ColumnPlan column = plan.column(radians_from_degrees(degree + 0.1));
         const ColumnSources sources = column_sources(column, options);

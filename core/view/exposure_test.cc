@@ -97,15 +97,15 @@ TEST(Exposure, GainsUndoWhatLinesWereExposedBy) {
     const float exposed = std::array{0.8f, 1.1f, 0.7f, 0.95f}[static_cast<std::size_t>(line)];
     return GainField{.whole = ColourGain::all(1.0f / exposed)};
   });
-  for (const Generation generation : kGenerations) {
+  for (const ViewMethod method : kViewMethods) {
     for (const bool gains : {true, false}) {
-      const ViewOptions options{.generation = generation, .gains = gains};
+      const ViewOptions options{.method = method, .gains = gains};
       const cv::Mat view = Renderer(room.room(), options).render(PlanPoint{0.1, -0.2}).image;
       const cv::Mat expected = plain.image(options, {0.1, -0.2});
       cv::Mat difference;
       cv::absdiff(view, expected, difference);
       const int differ = cv::countNonZero(difference.reshape(1) > 4);
-      EXPECT_EQ(differ <= 3, gains) << generation_name(generation) << ": " << differ;
+      EXPECT_EQ(differ <= 3, gains) << method_name(method) << ": " << differ;
     }
   }
 }
@@ -121,14 +121,14 @@ TEST(Exposure, ViewsOfASkyShowTheGainsOfEveryDirection) {
     field.local.row(theta) = cv::Scalar::all(1.0 + 0.4 * std::cos((theta + 0.5) / 48 * kTwoPi));
   }
   const RoomWithGains room(spec, [&](int, int) { return field; });
-  for (const Generation generation : kGenerations) {
+  for (const ViewMethod method : kViewMethods) {
     const cv::Mat view =
-        Renderer(room.room(), {.generation = generation}).render(PlanPoint{0.3, 0.31}).image;
+        Renderer(room.room(), {.method = method}).render(PlanPoint{0.3, 0.31}).image;
     for (int u = 0; u < view.cols; ++u) {
       const double expected = 128.0 * gain_at(field.local, u, 20.0, {96, 48}, 0);
       for (int v = 0; v < view.rows; ++v) {
         ASSERT_NEAR(view.at<cv::Vec3b>(v, u)[1], expected, 1.0)
-            << generation_name(generation) << ' ' << u << ", " << v;
+            << method_name(method) << ' ' << u << ", " << v;
       }
     }
   }

@@ -74,7 +74,7 @@ std::vector<MapStation> PreparedView::choose_maps() {
 
 void PreparedView::prepare(const Viewpoint& viewpoint) {
   plan_eye(viewpoint, 0.0);
-  if (options_.generation == Generation::kInitial) return;
+  if (options_.method == ViewMethod::kInitial) return;
   distances_.compute(choose_maps(), plan_->eye().centre_m);
 }
 
@@ -82,7 +82,7 @@ void PreparedView::prepare_stereo(const Viewpoint& viewpoint, double eyes_apart_
                                   PreparedView* left, PreparedView* right) {
   left->plan_eye(viewpoint, 0.5 * eyes_apart_m);
   right->plan_eye(viewpoint, -0.5 * eyes_apart_m);
-  if (left->options_.generation == Generation::kInitial) return;
+  if (left->options_.method == ViewMethod::kInitial) return;
   const auto maps = left->choose_maps();
   right->fill_ = left->fill_;
   DistanceView::compute_stereo(maps, left->plan_->eye(), &left->distances_, &right->distances_);
@@ -93,7 +93,7 @@ void PreparedView::look_at(const PanoramaPart& part, Visibility::Sources sources
   sources_ = sources ? std::move(sources) : [this](double theta_rad) {
     return column_sources(plan_->column(theta_rad), options_);
   };
-  if (options_.generation == Generation::kInitial) return;
+  if (options_.method == ViewMethod::kInitial) return;
   constexpr int kMargin = 2;  // columns around are looked at too
   const int width = distances_.size().width;
   const double per_output = static_cast<double>(width) / output_.width;

@@ -57,7 +57,7 @@ Reach reach_of(const MixedView& view, int theta, int line, int station) {
 }  // namespace
 
 void read_ahead(const MixedView& view, const PanoramaPart& part) {
-  const bool initial = view.options.generation == Generation::kInitial;
+  const bool initial = view.options.method == ViewMethod::kInitial;
   const double captured_per_output =
       static_cast<double>(view.room.panorama().width) / view.output.width;
   parallel_for(0, (part.columns + kColumns - 1) / kColumns, 1, [&](int begin, int end) {

@@ -42,31 +42,31 @@ PanoramaSize size_as_captured(const Room& room) {
   return {width, width / 2};
 }
 
-void require_viewpoint(const Viewpoint& viewpoint, Generation generation) {
+void require_viewpoint(const Viewpoint& viewpoint, ViewMethod method) {
   const double height_m = viewpoint.height_m.value_or(0.0);
   if (!std::isfinite(viewpoint.plan.x_m) || !std::isfinite(viewpoint.plan.z_m) ||
       !std::isfinite(height_m)) {
     throw UsageError("the viewpoint must be finite numbers in metres");
   }
-  if (viewpoint.height_m && generation == Generation::kInitial) {
+  if (viewpoint.height_m && method == ViewMethod::kInitial) {
     throw UsageError(
         "initial views do not know distances and cannot be moved up or down; leave the height out, "
-        "or use --generation hlf-vd or two-sided");
+        "or use --method hlf-vd or two-sided");
   }
 }
 
-Viewpoint viewpoint_for(Generation generation, PlanPoint plan, std::optional<double> height_m) {
-  return generation == Generation::kInitial ? Viewpoint(plan) : Viewpoint(plan, height_m);
+Viewpoint viewpoint_for(ViewMethod method, PlanPoint plan, std::optional<double> height_m) {
+  return method == ViewMethod::kInitial ? Viewpoint(plan) : Viewpoint(plan, height_m);
 }
 
 Renderer::Renderer(const Room& room, const ViewOptions& options) : room_(room), options_(options) {
   if (options_.width == 0) options_.width = size_as_captured(room).width;
   require_view_options(options_);
-  if (options.generation != Generation::kInitial && !room_.has_distances()) {
+  if (options.method != ViewMethod::kInitial && !room_.has_distances()) {
     throw Error(fmt::format(
         "{}: the room has no distances, which {} needs; estimate them with raywalk-build-lf depth, "
-        "give them to raywalk-build-lf pack --distance DIR, or use --generation initial",
-        room_.directory().string(), generation_name(options.generation)));
+        "give them to raywalk-build-lf pack --distance DIR, or use --method initial",
+        room_.directory().string(), method_name(options.method)));
   }
   if (options_.gains && !room_.gains().empty()) exposure_ = std::make_unique<Exposure>(room_);
   // A panorama much smaller than the captured ones is rendered larger and averaged down, so that
@@ -84,7 +84,7 @@ Renderer::Renderer(const Room& room, const ViewOptions& options) : room_(room), 
 Renderer::~Renderer() = default;
 
 PreparedView& Renderer::prepare(const Viewpoint& viewpoint) {
-  require_viewpoint(viewpoint, options_.generation);
+  require_viewpoint(viewpoint, options_.method);
   eye_->prepare(viewpoint);
   return *eye_;
 }
@@ -99,7 +99,7 @@ RenderedView Renderer::render(const Viewpoint& viewpoint, RenderedView view) {
 RenderedView Renderer::render_stereo(const Viewpoint& viewpoint, double eyes_apart_m,
                                      RenderedView view) {
   const auto start = Clock::now();
-  require_viewpoint(viewpoint, options_.generation);
+  require_viewpoint(viewpoint, options_.method);
   PreparedView::prepare_stereo(viewpoint, eyes_apart_m, eye_.get(), right_eye_.get());
   render_eyes(std::array{eye_.get(), right_eye_.get()}, &view);
   view.report.render_ms = ms_since(start);

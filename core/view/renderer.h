@@ -49,16 +49,16 @@ PanoramaSize size_as_captured(const Room& room);
 
 // Throws UsageError unless all coordinates are finite, and for a height in an initial view, which
 // does not know how far what it shows would move.
-void require_viewpoint(const Viewpoint& viewpoint, Generation generation);
+void require_viewpoint(const Viewpoint& viewpoint, ViewMethod method);
 
-// The viewpoint to compare a generation's views from: without the height in an initial view.
-Viewpoint viewpoint_for(Generation generation, PlanPoint plan, std::optional<double> height_m);
+// The viewpoint to compare a method's views from: without the height in an initial view.
+Viewpoint viewpoint_for(ViewMethod method, PlanPoint plan, std::optional<double> height_m);
 
 // Renders views of one room, one at a time (each view uses all threads). Memory use does not depend
 // on the size of the volumes.
 class Renderer {
  public:
-  // Throws UsageError on options out of range; Error if the generation needs distances and the room
+  // Throws UsageError on options out of range; Error if the method needs distances and the room
   // has none. The room must outlive the renderer.
   Renderer(const Room& room, const ViewOptions& options);
   ~Renderer();

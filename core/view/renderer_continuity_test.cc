@@ -23,12 +23,12 @@ TEST(RendererContinuity, InfinitelyFarRoomLooksTheSameFromEverywhere) {
     spec.distance_width = distance_width;
     const TestRoom room(spec);
     const cv::Mat truth = room.truth({0.0, 0.0});
-    for (const Generation generation : kGenerations) {
+    for (const ViewMethod method : kViewMethods) {
       for (const double k_deg : kAnglesDeg) {
         for (const PlanPoint at : {PlanPoint{0.0, 0.0}, {0.3, -0.17}, {0.5, 0.2}, {-0.5, -0.5}}) {
-          const cv::Mat view = room.image({.generation = generation, .k_deg = k_deg}, at);
+          const cv::Mat view = room.image({.method = method, .k_deg = k_deg}, at);
           EXPECT_LE(largest_difference(view, truth), 1.0)
-              << generation_name(generation) << " k " << k_deg << " at " << at.x_m << ',' << at.z_m
+              << method_name(method) << " k " << k_deg << " at " << at.x_m << ',' << at.z_m
               << ", maps of " << distance_width;
         }
       }
@@ -121,7 +121,7 @@ TEST(RendererContinuity, TwoSidedViewDoesNotJump) {
   for (const double k_deg : kAnglesDeg) {
     for (const SecondSide second_side : {SecondSide::kEverywhere, SecondSide::kFaded}) {
       const ViewOptions options{
-          .generation = Generation::kTwoSided, .k_deg = k_deg, .second_side = second_side};
+          .method = ViewMethod::kTwoSided, .k_deg = k_deg, .second_side = second_side};
       const Jump jump = largest_jump(plain, options, all_places());
       EXPECT_LT(jump.mean, 0.02);
       EXPECT_LE(jump.most, 1.0);
@@ -136,8 +136,8 @@ TEST(RendererContinuity, HlfVdJumpsByNoMoreThanItsResampling) {
   // level, a twentieth of the initial view's jump, and nowhere more than 30 levels of 180.
   const TestRoom room(grid_room());
   for (const double k_deg : kAnglesDeg) {
-    const ViewOptions initial{.generation = Generation::kInitial, .k_deg = k_deg};
-    const ViewOptions corrected{.generation = Generation::kHlfVd, .k_deg = k_deg};
+    const ViewOptions initial{.method = ViewMethod::kInitial, .k_deg = k_deg};
+    const ViewOptions corrected{.method = ViewMethod::kHlfVd, .k_deg = k_deg};
     const Jump jump = largest_jump(room, corrected, all_places());
     EXPECT_LT(jump.mean, 1.0);
     EXPECT_LT(jump.most, 30.0);
@@ -147,18 +147,17 @@ TEST(RendererContinuity, HlfVdJumpsByNoMoreThanItsResampling) {
 
 TEST(RendererContinuity, NothingJumpsInACellOrOntoTheOuterLines) {
   const TestRoom room(grid_room());
-  for (const Generation generation : kGenerations) {
+  for (const ViewMethod method : kViewMethods) {
     for (const double k_deg : kAnglesDeg) {
-      const ViewOptions options{.generation = generation, .k_deg = k_deg};
+      const ViewOptions options{.method = method, .k_deg = k_deg};
       EXPECT_LE(largest_jump(room, options, onto_outer_lines()).most, 1.0)
-          << generation_name(generation) << " k " << k_deg;
+          << method_name(method) << " k " << k_deg;
     }
     for (const int stations : {1, 2, 8}) {
-      const ViewOptions options{
-          .generation = generation, .k_deg = 76.0, .stations_mixed = stations};
+      const ViewOptions options{.method = method, .k_deg = 76.0, .stations_mixed = stations};
       EXPECT_LT(largest_jump(room, options, {{{0.1 - kStepM, 0.17}, {0.1 + kStepM, 0.17}}}).mean,
                 0.02)
-          << generation_name(generation);
+          << method_name(method);
     }
   }
 }

@@ -49,11 +49,10 @@ TEST(RendererExtremes, WrongDistancesNeverGiveInvalidPictures) {
     spec.distance_width = 48;
     spec.stored_distance = stored;
     const TestRoom room(spec);
-    for (const Generation generation : kCorrected) {
+    for (const ViewMethod method : kCorrected) {
       for (const int stations : {1, 3, 16}) {
         for (const int width : {0, 20, 100}) {
-          const ViewOptions options{
-              .generation = generation, .width = width, .stations_mixed = stations};
+          const ViewOptions options{.method = method, .width = width, .stations_mixed = stations};
           for (const PlanPoint at : {PlanPoint{0.1, 0.2}, {0.5, -0.5}, {-0.5, 0.0}}) {
             const RenderedView view = room.view(options, at);
             const cv::Point2d levels = levels_of(view.image);
@@ -63,9 +62,8 @@ TEST(RendererExtremes, WrongDistancesNeverGiveInvalidPictures) {
             EXPECT_LE(view.report.filled_share + view.report.unseen_share, 1.0) << name;
           }
         }
-        ViewOptions cubic{.generation = generation,
-                          .interpolation = Interpolation::kCubic,
-                          .stations_mixed = stations};
+        ViewOptions cubic{
+            .method = method, .interpolation = Interpolation::kCubic, .stations_mixed = stations};
         EXPECT_EQ(largest_difference(room.image(cubic, {0.1, 0.2}), room.image(cubic, {0.1, 0.2})),
                   0.0)
             << name;
@@ -77,17 +75,17 @@ TEST(RendererExtremes, WrongDistancesNeverGiveInvalidPictures) {
 // Without parallax there is nothing to correct, whichever way the maps say so. Where nothing is
 // known the two neighbours are mixed, as in an initial view.
 TEST(RendererExtremes, UnknownEverywhereIsInfinitelyFar) {
-  const auto view_of = [](float stored, Generation generation) {
+  const auto view_of = [](float stored, ViewMethod method) {
     SyntheticRoomSpec spec = box_room(96);
     spec.stored_distance = [stored](int, int, double) { return stored; };
-    return TestRoom(spec).image({.generation = generation}, {0.13, -0.21});
+    return TestRoom(spec).image({.method = method}, {0.13, -0.21});
   };
-  for (const Generation generation : kCorrected) {
-    const cv::Mat infinite = view_of(std::numeric_limits<float>::infinity(), generation);
-    EXPECT_LE(largest_difference(view_of(1e8f, generation), infinite), 1.0);
+  for (const ViewMethod method : kCorrected) {
+    const cv::Mat infinite = view_of(std::numeric_limits<float>::infinity(), method);
+    EXPECT_LE(largest_difference(view_of(1e8f, method), infinite), 1.0);
   }
   EXPECT_LE(
-      largest_difference(view_of(0.0f, Generation::kHlfVd), view_of(0.0f, Generation::kInitial)),
+      largest_difference(view_of(0.0f, ViewMethod::kHlfVd), view_of(0.0f, ViewMethod::kInitial)),
       1.0);
 }
 

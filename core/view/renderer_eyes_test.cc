@@ -34,47 +34,47 @@ const TestRoom& plain_room() {
 }
 
 TEST(RendererHeight, ViewsMatchTheTruthAboveAndBelowTheLines) {
-  for (const Generation generation : kCorrected) {
-    Renderer renderer(plain_room().room(), {.generation = generation});
+  for (const ViewMethod method : kCorrected) {
+    Renderer renderer(plain_room().room(), {.method = method});
     for (const double y_m : {0.01, 0.2, 0.8, -0.2, -0.6}) {
       const Viewpoint at(kEyesAt, y_m);
       EXPECT_GT(psnr_db(renderer.render(at).image, truth_at(plain_room(), at)), 42.0)
-          << generation_name(generation) << ' ' << y_m;
+          << method_name(method) << ' ' << y_m;
     }
   }
 }
 
 TEST(RendererHeight, WithAnOccluderASmallOneLosesLittleAndTheLinesOwnNothing) {
-  for (const Generation generation : kCorrected) {
-    Renderer renderer(pillar_room().room(), {.generation = generation});
+  for (const ViewMethod method : kCorrected) {
+    Renderer renderer(pillar_room().room(), {.method = method});
     const auto view = [&](double y_m) { return renderer.render({{-0.1, -0.15}, y_m}).image; };
     const auto psnr = [&](double y_m) {
       return psnr_db(view(y_m), truth_at(pillar_room(), {{-0.1, -0.15}, y_m}));
     };
     EXPECT_EQ(largest_difference(view(0.0), renderer.render({-0.1, -0.15}).image), 0.0);
     for (const double y_m : {0.05, -0.05}) {
-      EXPECT_GT(psnr(y_m), psnr(0.0) - 1.0) << generation_name(generation) << ' ' << y_m;
+      EXPECT_GT(psnr(y_m), psnr(0.0) - 1.0) << method_name(method) << ' ' << y_m;
     }
   }
 }
 
 TEST(RendererHeight, AnyFiniteOneRendersButNoneInAnInitialView) {
-  for (const Generation generation : kCorrected) {
-    Renderer renderer(plain_room().room(), {.generation = generation});
+  for (const ViewMethod method : kCorrected) {
+    Renderer renderer(plain_room().room(), {.method = method});
     for (const double y_m : {-5.0, 1e-12, 40.0, 1e9}) {
       EXPECT_EQ(renderer.render({kEyesAt, y_m}).image.cols, kEyesWidth) << "also outside the room";
     }
     EXPECT_THROW(renderer.render({kEyesAt, std::nan("")}), UsageError);
   }
-  Renderer renderer(plain_room().room(), {.generation = Generation::kInitial});
+  Renderer renderer(plain_room().room(), {.method = ViewMethod::kInitial});
   EXPECT_THROW(renderer.render({kEyesAt, 0.1}), UsageError);
   EXPECT_THROW(renderer.render_stereo({kEyesAt, 0.1}, kEyesApart_m), UsageError);
 }
 
 TEST(RendererStereo, BothEyesMatchTheTruthAndAtOnePlaceTheViewFromThere) {
   const cv::Mat truth = stereo_truth(plain_room(), kEyesAt, kEyesApart_m);
-  for (const Generation generation : kCorrected) {
-    Renderer renderer(plain_room().room(), {.generation = generation});
+  for (const ViewMethod method : kCorrected) {
+    Renderer renderer(plain_room().room(), {.method = method});
     const cv::Mat both = renderer.render_stereo(kEyesAt, kEyesApart_m).image;
     ASSERT_EQ(both.size(), cv::Size(kEyesWidth, kEyesWidth));
     const cv::Mat one = renderer.render(kEyesAt).image;
@@ -82,7 +82,7 @@ TEST(RendererStereo, BothEyesMatchTheTruthAndAtOnePlaceTheViewFromThere) {
     for (const int row : {0, kEyesWidth / 2}) {
       const cv::Range eye(row, row + kEyesWidth / 2);
       EXPECT_GT(psnr_db(both.rowRange(eye), truth.rowRange(eye)), 44.0)
-          << generation_name(generation) << ' ' << row;
+          << method_name(method) << ' ' << row;
       EXPECT_LT(mean_difference(together.rowRange(eye), one), 0.02);
     }
   }
@@ -92,11 +92,11 @@ TEST(RendererStereo, BothEyesMatchTheTruthAndAtOnePlaceTheViewFromThere) {
 TEST(RendererStereo, LosesNothingBehindAnOccluder) {
   const PlanPoint at{-0.1, -0.15};
   const cv::Mat truth = stereo_truth(pillar_room(), at, kEyesApart_m);
-  for (const Generation generation : kCorrected) {
-    Renderer renderer(pillar_room().room(), {.generation = generation});
+  for (const ViewMethod method : kCorrected) {
+    Renderer renderer(pillar_room().room(), {.method = method});
     EXPECT_GT(psnr_db(renderer.render_stereo(at, kEyesApart_m).image, truth),
               psnr_db(renderer.render(at).image, truth_at(pillar_room(), at)) - 1.5)
-        << generation_name(generation);
+        << method_name(method);
   }
 }
 
@@ -104,7 +104,7 @@ TEST(RendererStereo, TheCircleMayReachOverALineAndMustNotLeaveTheRoom) {
   SyntheticRoomSpec spec = box_room(kEyesWidth);
   spec.cells_x = 2;
   const TestRoom room(spec);
-  Renderer renderer(room.room(), {.generation = Generation::kTwoSided});
+  Renderer renderer(room.room(), {.method = ViewMethod::kTwoSided});
   // The cells meet at x = 0 and end at x = 1.
   for (const PlanPoint at : {PlanPoint{0.01, 0.2}, PlanPoint{-0.0315, 0.0}, PlanPoint{0.0, 0.3}}) {
     EXPECT_GT(psnr_db(renderer.render_stereo(at, kEyesApart_m).image,

@@ -61,7 +61,7 @@ TEST(PoorDistances, NoViewIsWorseThanCrossFadingTheNearestStations) {
                             : std::vector<PlanPoint>{{0.1, 0.2}, {-0.3, 0.45}, {0.4, -0.1}};
     for (const PlanPoint at : places) {
       const cv::Mat truth = room.truth(at);
-      EXPECT_GT(room.psnr({.generation = Generation::kTwoSided}, at),
+      EXPECT_GT(room.psnr({.method = ViewMethod::kTwoSided}, at),
                 psnr_db(cross_fade(room, at), truth))
           << cells_z << " cells, at " << at.x_m << ',' << at.z_m;
     }
@@ -85,7 +85,7 @@ TEST(PoorDistances, DoNotSpoilWhatIsConfident) {
   spec.stored_confidence = {};
   const TestRoom exact(spec);
   const PlanPoint at{0.02, -0.03};
-  const ViewOptions options{.generation = Generation::kTwoSided};
+  const ViewOptions options{.method = ViewMethod::kTwoSided};
   // Away from the border between them.
   const cv::Range good(kRoomWidth / 8, 3 * kRoomWidth / 8);
   EXPECT_GT(psnr_db(room.image(options, at).colRange(good).clone(),

@@ -18,11 +18,11 @@ SyntheticRoomSpec textured_room(int width = 192) {
 
 TEST(RendererInterpolation, CubicIsCloserToTheTruthThanLinear) {
   const TestRoom room(textured_room());
-  for (const Generation generation : kCorrected) {
+  for (const ViewMethod method : kCorrected) {
     for (const PlanPoint at : {PlanPoint{0.13, -0.21}, {-0.31, 0.17}}) {
-      const ViewOptions linear{.generation = generation};
-      const ViewOptions cubic{.generation = generation, .interpolation = Interpolation::kCubic};
-      EXPECT_GT(room.psnr(cubic, at), room.psnr(linear, at) + 1.0) << generation_name(generation);
+      const ViewOptions linear{.method = method};
+      const ViewOptions cubic{.method = method, .interpolation = Interpolation::kCubic};
+      EXPECT_GT(room.psnr(cubic, at), room.psnr(linear, at) + 1.0) << method_name(method);
     }
   }
 }
@@ -31,12 +31,12 @@ TEST(RendererInterpolation, InitialViewsAndFlatPicturesAreResampledWithIt) {
   SyntheticRoomSpec spec = textured_room();
   spec.scene.infinitely_far = true;
   const TestRoom room(spec);
-  const ViewOptions linear{.generation = Generation::kInitial, .width = 300};
+  const ViewOptions linear{.method = ViewMethod::kInitial, .width = 300};
   ViewOptions cubic = linear;
   cubic.interpolation = Interpolation::kCubic;
   EXPECT_GT(room.psnr(cubic, {0.1, 0.2}), room.psnr(linear, {0.1, 0.2}) + 1.0);
   // At the captured width columns are copied either way.
-  const ViewOptions copied{.generation = Generation::kInitial};
+  const ViewOptions copied{.method = ViewMethod::kInitial};
   cubic.width = 0;
   EXPECT_EQ(largest_difference(room.image(copied, {0.1, 0.2}), room.image(cubic, {0.1, 0.2})), 0.0);
   // Across the seam, over the zenith, and straight: parts of the panorama and all of it.
@@ -62,13 +62,12 @@ TEST(RendererInterpolation, InitialViewsAndFlatPicturesAreResampledWithIt) {
 TEST(RendererStations, AnyNumberOfThemStaysCloseToTheTruth) {
   const TestRoom room(textured_room());
   const PlanPoint at{0.13, -0.21};
-  for (const Generation generation : kCorrected) {
-    const double one_db = room.psnr({.generation = generation}, at);
+  for (const ViewMethod method : kCorrected) {
+    const double one_db = room.psnr({.method = method}, at);
     EXPECT_GT(one_db, 30.0);
     for (const int stations : {2, 5, 16}) {
-      EXPECT_NEAR(room.psnr({.generation = generation, .stations_mixed = stations}, at), one_db,
-                  3.0)
-          << generation_name(generation) << ' ' << stations;
+      EXPECT_NEAR(room.psnr({.method = method, .stations_mixed = stations}, at), one_db, 3.0)
+          << method_name(method) << ' ' << stations;
     }
   }
 }

@@ -86,10 +86,10 @@ TEST(RendererLarge, PanoramasOf16384ColumnsAreReadAtTheRightPositions) {
   const double disk_bytes = static_cast<double>(std::filesystem::space(directory.path()).available);
   if (disk_bytes < 1e9) GTEST_SKIP() << "needs 1 GB of disk";
   const Room room = write_large_room(directory / "room.lf");
-  for (const Generation generation : {Generation::kInitial, Generation::kHlfVd}) {
+  for (const ViewMethod method : {ViewMethod::kInitial, ViewMethod::kHlfVd}) {
     // From the last station, which is read in all directions: ahead, across the seam, to the last
     // rows.
-    Renderer renderer(room, {.generation = generation});
+    Renderer renderer(room, {.method = method});
     for (const auto& [yaw_deg, pitch_deg] :
          {std::pair{0.3, 0.2}, {-180.0, 5.0}, {179.0, -83.0}, {-70.0, 88.0}}) {
       // About as fine as the panorama.
@@ -107,7 +107,7 @@ TEST(RendererLarge, PanoramasOf16384ColumnsAreReadAtTheRightPositions) {
                             std::abs(bgr[2] - exact.red)});
         }
       }
-      EXPECT_LE(worst, 2) << generation_name(generation) << " yaw " << yaw_deg;
+      EXPECT_LE(worst, 2) << method_name(method) << " yaw " << yaw_deg;
     }
   }
 }

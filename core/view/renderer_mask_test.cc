@@ -85,11 +85,11 @@ class Recoloured {
 TEST(RendererMask, WhatIsMaskedNeverShows) {
   for (const CameraCompanion& companion : {hiding_cone(kConeDeg), dolly_with_operator()}) {
     const Recoloured rooms(with(companion));
-    for (const Generation generation : kGenerations) {
+    for (const ViewMethod method : kViewMethods) {
       for (const PlanPoint at : kMaskViewpoints) {
         for (const double k_deg : {45.0, 90.0}) {
-          EXPECT_EQ(rooms.difference({.generation = generation, .k_deg = k_deg}, at), 0.0)
-              << generation_name(generation) << " at " << at.x_m << ',' << at.z_m;
+          EXPECT_EQ(rooms.difference({.method = method, .k_deg = k_deg}, at), 0.0)
+              << method_name(method) << " at " << at.x_m << ',' << at.z_m;
         }
       }
     }
@@ -104,14 +104,12 @@ TEST(RendererMask, NorAtAnyWidthHoweverItIsRead) {
   spec.distance_width = 48;
   spec.distance_every = 3;
   const Recoloured rooms(spec);
-  for (const Generation generation : kGenerations) {
+  for (const ViewMethod method : kViewMethods) {
     for (const int width : {64, 96, 200}) {
       for (const int stations : {1, 3}) {
         for (const Interpolation way : {Interpolation::kLinear, Interpolation::kCubic}) {
-          const ViewOptions options{.generation = generation,
-                                    .width = width,
-                                    .interpolation = way,
-                                    .stations_mixed = stations};
+          const ViewOptions options{
+              .method = method, .width = width, .interpolation = way, .stations_mixed = stations};
           EXPECT_EQ(rooms.difference(options, {0.45, -0.2}), 0.0) << text_of(options);
         }
       }
@@ -121,13 +119,13 @@ TEST(RendererMask, NorAtAnyWidthHoweverItIsRead) {
 
 TEST(RendererMask, TheFloorBelowIsNearlyAsGoodAsWithoutADolly) {
   const TestRoom empty(box_room()), masked(with(hiding_cone(kConeDeg), box_room()));
-  for (const Generation generation : kCorrected) {
+  for (const ViewMethod method : kCorrected) {
     for (const PlanPoint at : kMaskViewpoints) {
-      const ViewOptions options{.generation = generation};
+      const ViewOptions options{.method = method};
       const cv::Mat truth = empty.truth(at);
       const RenderedView view = masked.view(options, at);
       EXPECT_GT(psnr_db(view.image.rowRange(84, 96), truth.rowRange(84, 96)), 52.0)
-          << generation_name(generation) << " at " << at.x_m << ',' << at.z_m;
+          << method_name(method) << " at " << at.x_m << ',' << at.z_m;
       EXPECT_GT(psnr_db(view.image, truth),
                 std::min(55.0, psnr_db(empty.image(options, at), truth)) - 0.3);
       EXPECT_EQ(view.report.unseen_share, 0.0);
@@ -143,12 +141,12 @@ TEST(RendererMask, CellsSmallerThanTheDollyAreFilledFromLinesBeyondThem) {
   spec.spacing_m = 0.1;
   spec.overhang_m = 0.2;
   const TestRoom masked(with(hiding_cone(kConeDeg), spec));
-  for (const Generation generation : kCorrected) {
-    const RenderedView view = masked.view({.generation = generation}, {0.05, 0.02});
-    EXPECT_EQ(view.report.unseen_share, 0.0) << generation_name(generation);
+  for (const ViewMethod method : kCorrected) {
+    const RenderedView view = masked.view({.method = method}, {0.05, 0.02});
+    EXPECT_EQ(view.report.unseen_share, 0.0) << method_name(method);
     EXPECT_GT(psnr_db(view.image.rowRange(57, 64), masked.truth({0.05, 0.02}).rowRange(57, 64)),
               45.0)
-        << generation_name(generation);
+        << method_name(method);
   }
 }
 
@@ -156,11 +154,11 @@ TEST(RendererMask, CellsSmallerThanTheDollyAreFilledFromLinesBeyondThem) {
 TEST(RendererMask, WhatNoStationSeesIsFilledSmoothlyAndCounted) {
   for (const double cone_deg : {kConeDeg, 70.0, 180.0}) {
     const Recoloured rooms(with(hiding_cone(cone_deg)));
-    for (const Generation generation : kGenerations) {
+    for (const ViewMethod method : kViewMethods) {
       // Of corrected views, other stations see what a narrow cone hides.
-      const bool seen = cone_deg == kConeDeg && generation != Generation::kInitial;
-      const ViewOptions options{.generation = generation};
-      EXPECT_EQ(rooms.difference(options, {0.1, 0.2}), 0.0) << generation_name(generation);
+      const bool seen = cone_deg == kConeDeg && method != ViewMethod::kInitial;
+      const ViewOptions options{.method = method};
+      EXPECT_EQ(rooms.difference(options, {0.1, 0.2}), 0.0) << method_name(method);
       const RenderedView view = rooms.room().view(options, {0.1, 0.2});
       EXPECT_NEAR(view.report.unseen_share, seen ? 0.0 : cone_deg / 180.0, 0.03) << cone_deg;
       EXPECT_TRUE(seen || largest_step_along(view.image.row(view.image.rows - 2)) < 12.0);
@@ -175,11 +173,11 @@ TEST(RendererLeftOut, VisitorsDoNotShowWhereTheyAreRecorded) {
     const Recoloured rooms(spec);
     spec.companion.reset();
     const TestRoom nobody(spec);
-    for (const Generation generation : kCorrected) {
+    for (const ViewMethod method : kCorrected) {
       for (const PlanPoint at : kMaskViewpoints) {
-        const ViewOptions options{.generation = generation};
+        const ViewOptions options{.method = method};
         EXPECT_EQ(rooms.difference(options, at), 0.0)
-            << generation_name(generation) << " at " << at.x_m << ',' << at.z_m;
+            << method_name(method) << " at " << at.x_m << ',' << at.z_m;
         EXPECT_GT(rooms.room().psnr(options, at), std::min(nobody.psnr(options, at), 60.0) - 1.0);
       }
     }
@@ -194,8 +192,8 @@ TEST(RendererLeftOut, VisitorsShowWhereNoOtherStationSeesThePlace) {
   everywhere.masked = false;
   everywhere.left_out = true;
   const TestRoom room(with(everywhere));
-  for (const Generation generation : kCorrected) {
-    const RenderedView view = room.view({.generation = generation}, {0.1, 0.1});
+  for (const ViewMethod method : kCorrected) {
+    const RenderedView view = room.view({.method = method}, {0.1, 0.1});
     EXPECT_EQ(view.report.unseen_share, 0.0);
     EXPECT_EQ(view.image.at<cv::Vec3b>(view.image.rows - 4, 10), cv::Vec3b(255, 0, 255));
   }

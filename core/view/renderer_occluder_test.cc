@@ -60,15 +60,15 @@ SyntheticRoomSpec room_with_chest() {
 // wrongly, and hlf-vd views of either room lose 4 to 7 dB.
 void expect_not_painted(const SyntheticRoomSpec& spec, double most_share, double least_psnr_db) {
   const Repainted rooms(spec);
-  for (const Generation generation : kCorrected) {
+  for (const ViewMethod method : kCorrected) {
     double share = 0.0, psnr_db = 0.0;
     for (const PlanPoint at : {PlanPoint{0.0, 0.0}, {-0.31, 0.12}}) {
-      const ViewOptions options{.generation = generation};
+      const ViewOptions options{.method = method};
       share += rooms.painted_pixels(options, at) / (0.5 * spec.width * spec.width) / 2.0;
       psnr_db += rooms.room().psnr(options, at) / 2.0;
     }
-    EXPECT_LE(share, most_share) << generation_name(generation);
-    EXPECT_GE(psnr_db, least_psnr_db) << generation_name(generation);
+    EXPECT_LE(share, most_share) << method_name(method);
+    EXPECT_GE(psnr_db, least_psnr_db) << method_name(method);
   }
 }
 

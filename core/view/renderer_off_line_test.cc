@@ -37,8 +37,8 @@ const std::vector<PlanPoint> kUnevenViewpoints = {{0.0, 0.0},    {0.23, 0.31},  
                                                   {-0.2, -0.35}, {0.12, -0.18}, {0.37, -0.07}};
 
 // Against the truth at the height of the views, which is that of the stations around.
-double mean_psnr(const TestRoom& room, Generation generation) {
-  Renderer renderer(room.room(), {.generation = generation});
+double mean_psnr(const TestRoom& room, ViewMethod method) {
+  Renderer renderer(room.room(), {.method = method});
   double sum_db = 0.0;
   for (const PlanPoint at : kUnevenViewpoints) {
     SyntheticRoomSpec there = room.spec();
@@ -51,12 +51,12 @@ double mean_psnr(const TestRoom& room, Generation generation) {
 TEST(RendererOffLine, ViewsAreAsGoodAsFromStationsOnTheLines) {
   const TestRoom on_line(uneven_room(0.0, 0.0)), beside(uneven_room(0.1, 0.0)),
       above(uneven_room(0.0, 0.1)), far_off(uneven_room(0.2, 0.2));
-  for (const Generation generation : kCorrected) {
-    const double on_line_db = mean_psnr(on_line, generation);
+  for (const ViewMethod method : kCorrected) {
+    const double on_line_db = mean_psnr(on_line, method);
     EXPECT_GT(on_line_db, 41.0);
-    EXPECT_GT(mean_psnr(beside, generation), on_line_db - 0.7);
-    EXPECT_GT(mean_psnr(above, generation), on_line_db - 0.7);
-    EXPECT_GT(mean_psnr(far_off, generation), on_line_db - 3.0);
+    EXPECT_GT(mean_psnr(beside, method), on_line_db - 0.7);
+    EXPECT_GT(mean_psnr(above, method), on_line_db - 0.7);
+    EXPECT_GT(mean_psnr(far_off, method), on_line_db - 3.0);
   }
 }
 

@@ -11,7 +11,7 @@
 namespace raywalk {
 namespace {
 
-const ViewOptions kInitial{.generation = Generation::kInitial};
+const ViewOptions kInitial{.method = ViewMethod::kInitial};
 
 // A pillar beyond the front right corner, which hides different parts of the walls from every
 // viewpoint.
@@ -32,10 +32,10 @@ TEST(RendererQuality, CorrectedViewsMatchTheTruthWhereInitialOnesDoNot) {
   const TestRoom room(spec);
   for (const PlanPoint at : kQualityViewpoints) {
     EXPECT_LT(room.psnr(kInitial, at), 25.0);
-    for (const Generation generation : kCorrected) {
+    for (const ViewMethod method : kCorrected) {
       for (const double k_deg : {45.0, 76.0, 90.0}) {
-        EXPECT_GT(room.psnr({.generation = generation, .k_deg = k_deg}, at), 45.0)
-            << generation_name(generation) << " at " << at.x_m << ',' << at.z_m << ", k " << k_deg;
+        EXPECT_GT(room.psnr({.method = method, .k_deg = k_deg}, at), 45.0)
+            << method_name(method) << " at " << at.x_m << ',' << at.z_m << ", k " << k_deg;
       }
     }
   }
@@ -46,9 +46,9 @@ TEST(RendererQuality, SoDoThoseOnTheBordersOfSeveralCells) {
   spec.cells_x = spec.cells_z = 2;
   const TestRoom room(spec);
   for (const PlanPoint at : {PlanPoint{0.0, 0.0}, {1.0, 1.0}, {0.0, -0.7}, {0.3, -1e-9}}) {
-    for (const Generation generation : kCorrected) {
-      EXPECT_GT(room.psnr({.generation = generation, .k_deg = 76.0}, at), 35.0)
-          << generation_name(generation) << " at " << at.x_m << ',' << at.z_m;
+    for (const ViewMethod method : kCorrected) {
+      EXPECT_GT(room.psnr({.method = method, .k_deg = 76.0}, at), 35.0)
+          << method_name(method) << " at " << at.x_m << ',' << at.z_m;
     }
   }
 }
@@ -66,10 +66,9 @@ SyntheticRoomSpec scaled_room(double scale) {
 }
 
 TEST(RendererQuality, CellsOfMicrometresAndKilometresRenderAsOneOfAMetreDoes) {
-  for (const Generation generation : kCorrected) {
+  for (const ViewMethod method : kCorrected) {
     const auto psnr = [&](double scale) {
-      return TestRoom(scaled_room(scale))
-          .psnr({.generation = generation}, {0.1 * scale, -0.2 * scale});
+      return TestRoom(scaled_room(scale)).psnr({.method = method}, {0.1 * scale, -0.2 * scale});
     };
     const double at_one_metre = psnr(1.0);
     EXPECT_GT(at_one_metre, 35.0);
@@ -81,7 +80,7 @@ TEST(RendererQuality, CellsOfMicrometresAndKilometresRenderAsOneOfAMetreDoes) {
     tiny.side_m = 8e-6;
     tiny.spacing_m = 1e-6;
     tiny.overhang_m = 0.0;
-    EXPECT_GT(TestRoom(tiny).psnr({.generation = generation}, {1.3e-6, -2.1e-6}), 45.0);
+    EXPECT_GT(TestRoom(tiny).psnr({.method = method}, {1.3e-6, -2.1e-6}), 45.0);
   }
 }
 
@@ -92,9 +91,9 @@ TEST(RendererQuality, SparseAndSmallDistanceMapsSuffice) {
     spec.distance_every = 5;
     spec.distance_width = width;
     const TestRoom room(spec);
-    for (const Generation generation : kCorrected) {
+    for (const ViewMethod method : kCorrected) {
       for (const PlanPoint at : kQualityViewpoints) {
-        EXPECT_GT(room.psnr({.generation = generation}, at), 34.0)
+        EXPECT_GT(room.psnr({.method = method}, at), 34.0)
             << width << " at " << at.x_m << ',' << at.z_m;
       }
     }
@@ -107,8 +106,8 @@ TEST(RendererQuality, LinesWithoutDistancesUseThoseOfOtherLines) {
   write_synthetic_room(spec, directory / "room.lf");
   for (const char* line : {"x1", "z0", "z1"}) remove_distances(directory / "room.lf", line);
   const Room room = Room::open(directory / "room.lf");
-  for (const Generation generation : kCorrected) {
-    Renderer renderer(room, {.generation = generation});
+  for (const ViewMethod method : kCorrected) {
+    Renderer renderer(room, {.method = method});
     const PlanPoint far_from_maps{0.3, 0.45};
     EXPECT_GT(psnr_db(renderer.render(far_from_maps).image,
                       render_truth(spec, far_from_maps, spec.width)),
@@ -119,17 +118,17 @@ TEST(RendererQuality, LinesWithoutDistancesUseThoseOfOtherLines) {
 TEST(RendererQuality, OccludedViewsStayCloseToTheTruthAndTwoSidedOnesFillLess) {
   const TestRoom room(room_with_pillar());
   for (const PlanPoint at : kQualityViewpoints) {
-    const RenderedView front = room.view({.generation = Generation::kHlfVd}, at);
-    const RenderedView both = room.view({.generation = Generation::kTwoSided}, at);
+    const RenderedView front = room.view({.method = ViewMethod::kHlfVd}, at);
+    const RenderedView both = room.view({.method = ViewMethod::kTwoSided}, at);
     EXPECT_LE(both.report.filled_share, front.report.filled_share);
     for (const RenderedView* view : {&front, &both}) {
       EXPECT_GT(psnr_db(view->image, room.truth(at)), 40.0) << at.x_m << ',' << at.z_m;
     }
   }
-  const auto filled = [&](Generation generation) {
-    return room.view({.generation = generation}, {0.0, 0.0}).report.filled_share;
+  const auto filled = [&](ViewMethod method) {
+    return room.view({.method = method}, {0.0, 0.0}).report.filled_share;
   };
-  EXPECT_LT(filled(Generation::kTwoSided), filled(Generation::kHlfVd));
+  EXPECT_LT(filled(ViewMethod::kTwoSided), filled(ViewMethod::kHlfVd));
 }
 
 // A pixel of the output lies beside one of the distances, and is read from other stations than it.
@@ -137,16 +136,16 @@ TEST(RendererQuality, NothingIsLeftBlackWhereStationsSeeDifferentThings) {
   SyntheticRoomSpec spec = pillar_spec();
   spec.distance_every = 3;
   const TestRoom room(spec);
-  for (const Generation generation : kCorrected) {
+  for (const ViewMethod method : kCorrected) {
     for (const int stations : {1, 3}) {
       for (const int width : {100, 256}) {
         for (const PlanPoint at : {PlanPoint{0.1, -0.05}, {-0.35, -0.34}, {0.05, -0.39}}) {
-          const cv::Mat view = room.image(
-              {.generation = generation, .width = width, .stations_mixed = stations}, at);
+          const cv::Mat view =
+              room.image({.method = method, .width = width, .stations_mixed = stations}, at);
           cv::Mat black;
           cv::inRange(view, cv::Scalar::all(0), cv::Scalar::all(30), black);
           EXPECT_EQ(cv::countNonZero(black), 0)
-              << generation_name(generation) << ' ' << stations << " of " << width << " px";
+              << method_name(method) << ' ' << stations << " of " << width << " px";
         }
       }
     }

@@ -46,27 +46,27 @@ TEST_F(RendererTest, RefusesCorrectionWithoutDistancesAndNamesTheRemedy) {
   SyntheticRoomSpec bare = box_room(64);
   bare.distances = false;
   const TestRoom room(bare);
-  for (const Generation generation : kCorrected) {
-    EXPECT_THAT(error_of([&] { Renderer(room.room(), {.generation = generation}); }),
+  for (const ViewMethod method : kCorrected) {
+    EXPECT_THAT(error_of([&] { Renderer(room.room(), {.method = method}); }),
                 HasSubstr("raywalk-build-lf depth"));
   }
-  EXPECT_NO_THROW(room.view({.generation = Generation::kInitial}, {0.0, 0.0}));
+  EXPECT_NO_THROW(room.view({.method = ViewMethod::kInitial}, {0.0, 0.0}));
 }
 
 TEST_F(RendererTest, AtAStationViewsAreItsFrame) {
   // At k = 90 the front line serves -90..90 degrees less half the blend.
   const cv::Range in_front(128 / 4 + 2, 3 * 128 / 4 - 2);
   for (const double x : {-0.375, 0.125}) {
-    for (const Generation generation : kGenerations) {
-      const cv::Mat view = room_.image({.generation = generation}, {x, 0.5});
+    for (const ViewMethod method : kViewMethods) {
+      const cv::Mat view = room_.image({.method = method}, {x, 0.5});
       EXPECT_LE(largest_difference(view.colRange(in_front), front_frame(x).colRange(in_front)),
-                generation == Generation::kInitial ? 0.0 : 1.0)
-          << generation_name(generation);
+                method == ViewMethod::kInitial ? 0.0 : 1.0)
+          << method_name(method);
     }
   }
   // Station and corner coincide at (0.5, 0.5); the rays into the cell, -180..-90 degrees, are read
   // from the lines opposite.
-  const cv::Mat view = room_.image({.generation = Generation::kInitial}, {0.5, 0.5});
+  const cv::Mat view = room_.image({.method = ViewMethod::kInitial}, {0.5, 0.5});
   const cv::Range out_of_cell(128 / 4 + 2, 126);
   EXPECT_EQ(largest_difference(view.colRange(out_of_cell), front_frame(0.5).colRange(out_of_cell)),
             0.0);
@@ -76,7 +76,7 @@ TEST_F(RendererTest, InitialViewBetweenStationsIsTheirMean) {
   const cv::Range in_front(128 / 4 + 2, 3 * 128 / 4 - 2);
   cv::Mat mean;
   cv::addWeighted(front_frame(0.0), 0.5, front_frame(0.125), 0.5, 0.0, mean);
-  const cv::Mat view = room_.image({.generation = Generation::kInitial}, {0.0625, 0.5});
+  const cv::Mat view = room_.image({.method = ViewMethod::kInitial}, {0.0625, 0.5});
   EXPECT_LE(largest_difference(view.colRange(in_front), mean.colRange(in_front)), 1.0);
 }
 
@@ -92,11 +92,11 @@ SyntheticRoomSpec room_of_everything() {
 
 TEST(RendererThreads, PicturesDoNotDependOnThemOrOnWhatWasRenderedBefore) {
   const TestRoom room(room_of_everything());
-  std::vector<ViewOptions> all{{.generation = Generation::kInitial}};
-  for (const Generation generation : kCorrected) {
+  std::vector<ViewOptions> all{{.method = ViewMethod::kInitial}};
+  for (const ViewMethod method : kCorrected) {
     for (const int stations : {1, 8}) {
       for (const Interpolation interpolation : {Interpolation::kLinear, Interpolation::kCubic}) {
-        all.push_back({.generation = generation,
+        all.push_back({.method = method,
                        .k_deg = 76.0,
                        .interpolation = interpolation,
                        .stations_mixed = stations});
@@ -123,8 +123,8 @@ TEST(RendererThreads, PicturesDoNotDependOnThemOrOnWhatWasRenderedBefore) {
 }
 
 TEST(PreparedView, OfThePlansOwnLinesIsTheViewAndBlackWithoutLines) {
-  for (const Generation generation : kGenerations) {
-    const ViewOptions options{.generation = generation, .k_deg = 76.0};
+  for (const ViewMethod method : kViewMethods) {
+    const ViewOptions options{.method = method, .k_deg = 76.0};
     Renderer renderer(pillar_room().room(), options);
     const cv::Mat view = renderer.render({-0.1, -0.15}).image;
     PreparedView& prepared = renderer.prepare({-0.1, -0.15});
@@ -139,16 +139,16 @@ TEST(PreparedView, OfThePlansOwnLinesIsTheViewAndBlackWithoutLines) {
     PreparedView::render(std::array{&prepared}, whole, &image, &unread, &counts);
     const cv::Range left(0, view.cols / 2), right(view.cols / 2, view.cols);
     EXPECT_EQ(largest_difference(image.colRange(left), view.colRange(left)), 0.0)
-        << generation_name(generation);
-    EXPECT_EQ(cv::norm(image.colRange(right)), 0.0) << generation_name(generation);
+        << method_name(method);
+    EXPECT_EQ(cv::norm(image.colRange(right)), 0.0) << method_name(method);
   }
 }
 
 TEST_F(RendererTest, SmallerPictureIsTheFullOneAveragedAndALargerOneShowsTheSame) {
-  for (const Generation generation : kGenerations) {
-    const cv::Mat full = room_.image({.generation = generation}, {0.1, 0.1});
+  for (const ViewMethod method : kViewMethods) {
+    const cv::Mat full = room_.image({.method = method}, {0.1, 0.1});
     for (const int width : {64, 32, 320}) {
-      const cv::Mat view = room_.image({.generation = generation, .width = width}, {0.1, 0.1});
+      const cv::Mat view = room_.image({.method = method, .width = width}, {0.1, 0.1});
       ASSERT_EQ(view.size(), cv::Size(width, width / 2));
       const cv::Size least(std::min(width, 128), std::min(width, 128) / 2);
       cv::Mat reduced, full_reduced;
@@ -165,11 +165,11 @@ TEST(RendererSizes, TinyMapsPanoramasAndPicturesRender) {
     spec.scene.contrast = 0.0;
     spec.distance_width = width / 2;
     const TestRoom room(spec);
-    for (const Generation generation : kGenerations) {
+    for (const ViewMethod method : kViewMethods) {
       for (const Interpolation interpolation : {Interpolation::kLinear, Interpolation::kCubic}) {
         for (const int out : {4, 8, 40}) {
           const cv::Mat view = room.image(
-              {.generation = generation, .width = out, .interpolation = interpolation}, {0.1, 0.5});
+              {.method = method, .width = out, .interpolation = interpolation}, {0.1, 0.5});
           const cv::Mat grey(out / 2, out, CV_8UC3, cv::Scalar::all(128));
           EXPECT_EQ(largest_difference(view, grey), 0.0) << width << " to " << out;
         }
@@ -177,8 +177,7 @@ TEST(RendererSizes, TinyMapsPanoramasAndPicturesRender) {
     }
   }
   const TestRoom room(box_room(128));
-  const RenderedView large =
-      room.view({.generation = Generation::kInitial, .width = 8192}, {0.1, 0.2});
+  const RenderedView large = room.view({.method = ViewMethod::kInitial, .width = 8192}, {0.1, 0.2});
   EXPECT_EQ(large.image.size(), cv::Size(8192, 4096));
   EXPECT_EQ(large.report.empty_share, 0.0);
 }
@@ -201,23 +200,23 @@ class SingleLineRoom : public testing::Test {
 TEST_F(SingleLineRoom, CountsAndFillsTheColumnsItsLineDoesNotServe) {
   const double served = std::atan(1.5) / kPi;
   const cv::Mat truth = room_.truth({0.0, -0.5});
-  for (const Generation generation : kGenerations) {
-    const RenderedView view = room_.view({.generation = generation}, {0.0, -0.5});
-    const double shown = generation == Generation::kTwoSided ? 2.0 * served : served;
+  for (const ViewMethod method : kViewMethods) {
+    const RenderedView view = room_.view({.method = method}, {0.0, -0.5});
+    const double shown = method == ViewMethod::kTwoSided ? 2.0 * served : served;
     EXPECT_NEAR(view.report.empty_share, 1.0 - shown, 2.0 / 128.0);
-    if (generation == Generation::kInitial) {
+    if (method == ViewMethod::kInitial) {
       EXPECT_LT(largest_difference(view.image.col(2), view.image.col(3)), 8.0);
       continue;
     }
     const cv::Range ahead(46, 82);
     EXPECT_GT(psnr_db(view.image.colRange(ahead), truth.colRange(ahead)), 35.0);
-    EXPECT_GT(psnr_db(view.image, truth), 25.0) << generation_name(generation);
+    EXPECT_GT(psnr_db(view.image, truth), 25.0) << method_name(method);
   }
 }
 
 TEST_F(SingleLineRoom, ServesEverythingFromTheLineItselfAndNothingInLineWithIt) {
-  for (const Generation generation : kGenerations) {
-    const RenderedView view = room_.view({.generation = generation}, {0.125, 0.0});
+  for (const ViewMethod method : kViewMethods) {
+    const RenderedView view = room_.view({.method = method}, {0.125, 0.0});
     EXPECT_EQ(view.report.empty_share, 0.0);
     EXPECT_LE(largest_difference(view.image, room_.truth({0.125, 0.0})), 1.0);
   }

@@ -33,13 +33,13 @@ SyntheticRoomSpec spec_of(RayForm::Kind kind, bool masked) {
 
 std::vector<ViewOptions> all_options(int width) {
   std::vector<ViewOptions> all;
-  for (const Generation generation : kGenerations) {
+  for (const ViewMethod method : kViewMethods) {
     for (const Interpolation interpolation : {Interpolation::kLinear, Interpolation::kCubic}) {
-      all.push_back({.generation = generation, .width = width, .interpolation = interpolation});
+      all.push_back({.method = method, .width = width, .interpolation = interpolation});
     }
   }
-  all.push_back({.generation = Generation::kTwoSided, .width = 4 * width / 3});
-  all.push_back({.generation = Generation::kHlfVd, .width = width, .stations_mixed = 8});
+  all.push_back({.method = ViewMethod::kTwoSided, .width = 4 * width / 3});
+  all.push_back({.method = ViewMethod::kHlfVd, .width = width, .stations_mixed = 8});
   return all;
 }
 
@@ -54,7 +54,7 @@ TEST_P(TiledViewsTest, ShowLosslessRaysAsTheRawOnes) {
     for (const ViewOptions& options : all_options(raw.spec().width)) {
       for (const PlanPoint place : kPlaces) {
         EXPECT_EQ(largest_difference(tiled.image(options, place), raw.image(options, place)), 0.0)
-            << limit << ' ' << generation_name(options.generation);
+            << limit << ' ' << method_name(options.method);
       }
     }
     const TileCounts after = TileCache::of_process().counts();

@@ -62,21 +62,21 @@ class ViewportRoom : public testing::Test {
 // And the panorama, up to interpolation.
 TEST_F(ViewportRoom, PicturesMatchACameraAndThePanorama) {
   const PlanPoint at{0.12, -0.2};
-  for (const Generation generation : kGenerations) {
-    const ViewOptions options{.generation = generation, .k_deg = 76.0};
+  for (const ViewMethod method : kViewMethods) {
+    const ViewOptions options{.method = method, .k_deg = 76.0};
     const cv::Mat panorama = room_.image(options, at);
     for (const Viewport& viewport : viewports_) {
       const cv::Mat picture = flat(options, at, viewport);
       EXPECT_GT(psnr_db(picture, cut_from(panorama, viewport)), 40.0)
-          << generation_name(generation) << " yaw " << viewport.attitude.yaw_rad;
-      if (generation == Generation::kInitial) continue;
+          << method_name(method) << " yaw " << viewport.attitude.yaw_rad;
+      if (method == ViewMethod::kInitial) continue;
       EXPECT_GT(psnr_db(picture, true_picture(spec(), at, viewport)), 36.0);
     }
   }
 }
 
 TEST_F(ViewportRoom, ACoarsePictureIsAFineOneAveraged) {
-  const ViewOptions options{.generation = Generation::kHlfVd};
+  const ViewOptions options{.method = ViewMethod::kHlfVd};
   const Viewport fine = looking(20, 5, 3, 90, 80, 64);
   const Viewport coarse = looking(20, 5, 3, 90, 40, 32);
   cv::Mat averaged;
@@ -85,7 +85,7 @@ TEST_F(ViewportRoom, ACoarsePictureIsAFineOneAveraged) {
 }
 
 TEST_F(ViewportRoom, OneRendererAlternatesPanoramasAndPictures) {
-  Renderer renderer(room_.room(), {.generation = Generation::kTwoSided});
+  Renderer renderer(room_.room(), {.method = ViewMethod::kTwoSided});
   const cv::Mat panorama = renderer.render({0.2, 0.1}).image;
   const cv::Mat first = renderer.render({0.2, 0.1}, viewports_[2]).image;
   renderer.render({-0.4, 0.1}, viewports_[3]);
@@ -110,14 +110,14 @@ SyntheticRoomSpec masked_below(double y) {
 // panorama.
 TEST(ViewportMasks, WhatNoStationShowsIsFilledAsInThePanorama) {
   const TestRoom room(masked_below(-0.4));
-  for (const Generation generation : kGenerations) {
-    Renderer renderer(room.room(), {.generation = generation});
+  for (const ViewMethod method : kViewMethods) {
+    Renderer renderer(room.room(), {.method = method});
     const cv::Mat panorama = renderer.render({0.1, 0.2}).image;
     for (const double pitch_deg : {-90.0, -55.0, -30.0}) {
       const Viewport viewport = looking(30, pitch_deg, 0, 50, 60, 60);
       EXPECT_GT(psnr_db(renderer.render({0.1, 0.2}, viewport).image, cut_from(panorama, viewport)),
                 40.0)
-          << generation_name(generation) << pitch_deg;
+          << method_name(method) << pitch_deg;
     }
   }
 }

@@ -73,7 +73,7 @@ class StationMixing {
   struct Placed;
   struct Scratch;
 
-  bool is_initial() const { return view_.options.generation == Generation::kInitial; }
+  bool is_initial() const { return view_.options.method == ViewMethod::kInitial; }
   void prepare(int u, Column* column);
   // Rows of all columns, into Scratch::tile.
   void render_tile(int count, RowRun rows);

@@ -12,9 +12,9 @@
 
 namespace raywalk {
 
-inline constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
-                                              Generation::kTwoSided};
-inline constexpr Generation kCorrected[] = {Generation::kHlfVd, Generation::kTwoSided};
+inline constexpr ViewMethod kViewMethods[] = {ViewMethod::kInitial, ViewMethod::kHlfVd,
+                                              ViewMethod::kTwoSided};
+inline constexpr ViewMethod kCorrected[] = {ViewMethod::kHlfVd, ViewMethod::kTwoSided};
 
 // The synthetic scene's own room with stations beyond the corners.
 inline SyntheticRoomSpec box_room(int width = 192) {

@@ -10,52 +10,53 @@
 namespace raywalk {
 namespace {
 
-void require_in_range(const Dial& dial, const ViewOptions& options) {
-  const double value = dial.value.get(options);
-  const bool unresolved = dial.zero != nullptr && value == 0.0;
+void require_in_range(const ViewParameter& parameter, const ViewOptions& options) {
+  const double value = parameter.value.get(options);
+  const bool unresolved = parameter.zero != nullptr && value == 0.0;
   const std::optional<std::string> fault =
-      unresolved ? "must be chosen before a view is rendered" : fault_of(dial, value);
-  if (fault) throw UsageError(fmt::format("{} is {}; it {}", dial.key, value, *fault));
+      unresolved ? "must be chosen before a view is rendered" : fault_of(parameter, value);
+  if (fault) throw UsageError(fmt::format("{} is {}; it {}", parameter.key, value, *fault));
 }
 
 }  // namespace
 
-const Dial& dial_of(std::string_view key) {
-  for (const Dial& dial : kDials) {
-    if (key == dial.key) return dial;
+const ViewParameter& parameter_of(std::string_view key) {
+  for (const ViewParameter& parameter : kViewParameters) {
+    if (key == parameter.key) return parameter;
   }
-  throw std::out_of_range(fmt::format("no dial {}", key));
+  throw std::out_of_range(fmt::format("no parameter {}", key));
 }
 
 ViewOptions default_options() {
   ViewOptions options;
-  for (const Dial& dial : kDials) dial.value.set(&options, default_of(dial));
+  for (const ViewParameter& parameter : kViewParameters)
+    parameter.value.set(&options, default_of(parameter));
   return options;
 }
 
 std::string text_of(const ViewOptions& options) {
   std::string text;
-  const auto add = [&](const Dial& dial) {
-    text += fmt::format("{}={} ", dial.key, text_of(dial, dial.value.get(options)));
+  const auto add = [&](const ViewParameter& parameter) {
+    text += fmt::format("{}={} ", parameter.key, text_of(parameter, parameter.value.get(options)));
   };
-  for (const Dial& dial : kDials) add(dial);
+  for (const ViewParameter& parameter : kViewParameters) add(parameter);
   return text;
 }
 
-std::string generation_name(Generation generation) {
-  return kGenerationNames[static_cast<std::size_t>(generation)];
+std::string method_name(ViewMethod method) {
+  return kViewMethodNames[static_cast<std::size_t>(method)];
 }
 
-Generation generation_from_name(const std::string& name) {
-  for (std::size_t i = 0; i < kGenerationNames.size(); ++i) {
-    if (name == kGenerationNames[i]) return static_cast<Generation>(i);
+ViewMethod method_from_name(const std::string& name) {
+  for (std::size_t i = 0; i < kViewMethodNames.size(); ++i) {
+    if (name == kViewMethodNames[i]) return static_cast<ViewMethod>(i);
   }
   throw UsageError(
-      fmt::format("unknown generation '{}'; use {}", name, fmt::join(kGenerationNames, ", ")));
+      fmt::format("unknown method '{}'; use {}", name, fmt::join(kViewMethodNames, ", ")));
 }
 
 void require_view_options(const ViewOptions& options) {
-  for (const Dial& dial : kDials) require_in_range(dial, options);
+  for (const ViewParameter& parameter : kViewParameters) require_in_range(parameter, options);
 }
 
 }  // namespace raywalk

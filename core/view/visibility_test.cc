@@ -128,7 +128,7 @@ TEST(Visibility, EveryStationSeesAllOfAConvexRoom) {
   SyntheticRoomSpec spec = pillar_spec(32);
   spec.scene.obstacle.reset();
   const TestRoom room(spec);
-  const SeenView view(room, {-0.1, -0.15}, {.generation = Generation::kTwoSided});
+  const SeenView view(room, {-0.1, -0.15}, {.method = ViewMethod::kTwoSided});
   const Found found = compare_with_truth(view, room, 1);
   EXPECT_EQ(found.hidden, 0);
   EXPECT_GT(found.seen, 5000);
@@ -146,7 +146,7 @@ TEST_P(VisibilityAtHeights, IsThatOfTheRoomBehindAPillar) {
   static const TestRoom room(pillar_spec(32));
   for (const int mixed : {1, 4}) {
     const SeenView view(room, {PlanPoint{-0.1, -0.15}, GetParam()},
-                        {.generation = Generation::kTwoSided, .stations_mixed = mixed});
+                        {.method = ViewMethod::kTwoSided, .stations_mixed = mixed});
     const Found found = compare_with_truth(view, room, mixed);
     EXPECT_GT(found.hidden, 100);
     EXPECT_GT(found.seen, 5000);

@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
   try {
     const raywalk::Room room = raywalk::Room::open(argv[1]);
     raywalk::ViewOptions options;
-    options.generation = raywalk::Generation::kTwoSided;
+    options.method = raywalk::ViewMethod::kTwoSided;
     options.width = raywalk::size_as_captured(room).width;
     raywalk::Renderer renderer(room, options);
     const raywalk::RenderedView view = renderer.render({std::stod(argv[2]), std::stod(argv[3])});

@@ -19,14 +19,14 @@ from ._native import (
     write_picture,
 )
 from ._room import Cell, ConnectError, DistanceMap, Line, Path, Room
-from .view_settings import Generation, ViewSettings
+from .view_settings import ViewMethod, ViewSettings
 
 __all__ = [
     "Cell",
     "ConnectError",
     "DistanceMap",
     "Error",
-    "Generation",
+    "ViewMethod",
     "Line",
     "Path",
     "Room",

@@ -56,7 +56,7 @@ def write_path(
 ) -> str: ...
 def connect_error(
     room: Room,
-    generation: str,
+    method: str,
     viewpoints: int,
     overlap_deg: float,
     k_list_deg: Optional[Sequence[float]],

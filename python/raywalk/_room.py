@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from .view_settings import Generation, ViewSettings
+from .view_settings import ViewMethod, ViewSettings
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -288,7 +288,7 @@ class Room:
 
     def connect_error(
         self,
-        generation: Generation = "initial",
+        method: ViewMethod = "initial",
         *,
         viewpoints: int = 49,
         overlap_deg: float = 5.0,
@@ -301,5 +301,5 @@ class Room:
         """
         k_list = None if k_list_deg is None else [float(k_deg) for k_deg in k_list_deg]
         return ConnectError(
-            **_native.connect_error(self._room, generation, viewpoints, overlap_deg, k_list)
+            **_native.connect_error(self._room, method, viewpoints, overlap_deg, k_list)
         )

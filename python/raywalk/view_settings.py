@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Literal, Tuple, TypedDict, Union
 
-Generation = Literal["initial", "hlf-vd", "two-sided"]
+ViewMethod = Literal["initial", "hlf-vd", "two-sided"]
 
 
 class ViewSettings(TypedDict, total=False):
@@ -25,7 +25,7 @@ class ViewSettings(TypedDict, total=False):
     min_psnr_db: float
     """Take the fastest setting that reached this PSNR in that measurement, dB."""
 
-    generation: Generation
+    method: ViewMethod
     """Vertical cut, corrected by distance, or corrected from both sides."""
     k_deg: float
     """Largest incidence angle of the hybrid connection, 45 to 90 degrees."""

@@ -39,11 +39,11 @@ def test_frames_are_what_h5py_reads(compressed):
 
 
 def test_views_are_the_same_with_any_cache(room_folder, compressed):
-    raw = raywalk.Room(room_folder).view(0.1, 0.1, generation="two-sided")
+    raw = raywalk.Room(room_folder).view(0.1, 0.1, method="two-sided")
     try:
         for megabytes in (1000, 1):
             raywalk.set_cache_mb(megabytes)
-            view = raywalk.Room(compressed / "lossless").view(0.1, 0.1, generation="two-sided")
+            view = raywalk.Room(compressed / "lossless").view(0.1, 0.1, method="two-sided")
             assert np.array_equal(view, raw)
         with pytest.raises(raywalk.UsageError):
             raywalk.set_cache_mb(0)

@@ -57,5 +57,5 @@ def test_figure_13(folder):
     names = {}
     exec(code("# fig13.py"), names)
     assert names["z_cm"] == pytest.approx([80, 60, 40, 20])
-    psnr_db = {generation: np.array(all)[:, 0] for generation, all in names["scores"].items()}
+    psnr_db = {method: np.array(all)[:, 0] for method, all in names["scores"].items()}
     assert (psnr_db["hlf-vd"] > psnr_db["initial"] + 3.0).all()

@@ -92,13 +92,13 @@ def test_error_curves_are_those_of_the_program(render, tmp_path):
 
 def test_connect_error_is_that_of_the_program(room, room_folder, render):
     measured = [
-        room.connect_error(generation, viewpoints=2, k_list_deg=[60, 80, 90])
-        for generation in ("initial", "hlf-vd")
+        room.connect_error(method, viewpoints=2, k_list_deg=[60, 80, 90])
+        for method in ("initial", "hlf-vd")
     ]
     table = render(
         "connect-error",
         room_folder,
-        "--generation",
+        "--method",
         "initial,hlf-vd",
         "--viewpoints",
         "2",
@@ -128,7 +128,7 @@ def test_metrics_are_those_of_the_program(room, room_folder, render, tmp_path):
         room_folder,
         "--truth",
         tmp_path / "gt.csv",
-        "--generation",
+        "--method",
         "hlf-vd",
         "--viewpoints",
         "1",
@@ -138,7 +138,7 @@ def test_metrics_are_those_of_the_program(room, room_folder, render, tmp_path):
     stated = json.loads((tmp_path / "report" / "metrics.json").read_text())
     scores = stated["views"][0]
     truth = raywalk.read_picture(SCENE / "gt" / f"{name}.png")
-    view = room.view(0.25, 0.25, generation="hlf-vd")
+    view = room.view(0.25, 0.25, method="hlf-vd")
     assert metrics.psnr_db(view, truth) == scores["psnr_db"]
     assert metrics.ws_psnr_db(view, truth) == scores["ws_psnr_db"]
     assert metrics.ssim(view, truth) == scores["ssim"]

@@ -20,11 +20,11 @@ def pixels_by_ffmpeg(picture, shape):
 
 VIEWS = {
     "two-sided": (
-        {"generation": "two-sided", "width_px": 256},
-        ["--generation", "two-sided", "--width", "256"],
+        {"method": "two-sided", "width_px": 256},
+        ["--method", "two-sided", "--width", "256"],
     ),
     "preset": ({"preset": "fast", "width_px": 256}, ["--preset", "fast", "--width", "256"]),
-    "dials": (
+    "parameters": (
         {
             "k_deg": 76,
             "overlap_deg": 7.5,
@@ -59,7 +59,7 @@ VIEWS = {
     "flat": (
         {
             "connection": "lfu",
-            "generation": "initial",
+            "method": "initial",
             "yaw_deg": -70,
             "fov_deg": 90,
             "size_px": (96, 128),
@@ -67,7 +67,7 @@ VIEWS = {
         [
             "--connection",
             "lfu",
-            "--generation",
+            "--method",
             "initial",
             "--yaw-deg",
             "-70",
@@ -107,7 +107,7 @@ def test_heights_and_stereo_are_those_of_the_program(room, room_folder, render, 
 
 
 def test_a_settings_file_is_used_and_overridden(room, room_folder, render, tmp_path):
-    (tmp_path / "view.yaml").write_text("generation: two-sided\nk_deg: 80\nwidth_px: 128\n")
+    (tmp_path / "view.yaml").write_text("method: two-sided\nk_deg: 80\nwidth_px: 128\n")
     render(
         "view",
         room_folder,
@@ -123,7 +123,7 @@ def test_a_settings_file_is_used_and_overridden(room, room_folder, render, tmp_p
     room.write_view(tmp_path / "module.png", 0.0, 0.1, settings=tmp_path / "view.yaml", k_deg=60)
     assert (tmp_path / "module.png").read_bytes() == (tmp_path / "program.png").read_bytes()
     used = room.view_settings(settings=tmp_path / "view.yaml", k_deg=60.0)
-    assert used["generation"] == "two-sided" and used["k_deg"] == 60.0
+    assert used["method"] == "two-sided" and used["k_deg"] == 60.0
     assert used["width_px"] == 128 and used["k_source"] == "given"
 
 
@@ -157,7 +157,7 @@ def test_a_path_is_what_the_program_writes(room, room_folder, render, tmp_path):
 
 
 def test_a_path_keeps_its_room(room_folder):
-    path = raywalk.Room(room_folder).path([[0.0, 0.1], [0.1, 0.1]], generation="initial")
+    path = raywalk.Room(room_folder).path([[0.0, 0.1], [0.1, 0.1]], method="initial")
     assert [picture.shape for picture in path] == [(256, 512, 3)] * 2
 
 
@@ -167,7 +167,7 @@ def test_wrong_settings_are_refused_before_any_work(room, tmp_path):
     for settings, words in [
         ({"k_deg": 44}, "--k is '44'; it must be in 45..90 degrees"),
         ({"width_px": 66}, "--width is '66'; it must be 0 or a multiple of 4 in 4..32768"),
-        ({"generation": "best"}, "--generation is 'best'; it is not a valid choice"),
+        ({"method": "best"}, "--method is 'best'; it is not a valid choice"),
         ({"connection": "lfuu"}, "connection is 'lfuu'; did you mean 'lfu'"),
         ({"connection": "lfu", "k_deg": 80}, "connection lfu is k = 45 degrees"),
         ({"size_px": (64, 64)}, "give --fov-deg too"),
@@ -208,7 +208,7 @@ def test_other_threads_go_on_while_a_view_is_rendered(room):
 
     def work():
         started.set()
-        room.view(0.1, 0.1, generation="two-sided", width_px=4096)
+        room.view(0.1, 0.1, method="two-sided", width_px=4096)
 
     worker = threading.Thread(target=work)
     worker.start()

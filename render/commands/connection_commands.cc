@@ -19,21 +19,21 @@ namespace {
 
 struct ConnectErrorArguments {
   std::string room{};
-  std::vector<std::string> generations{};
+  std::vector<std::string> methods{};
   ConnectErrorOptions options{};
   int threads = 0;
 };
 
 void run(const ConnectErrorArguments& arguments) {
   set_thread_count(arguments.threads);
-  std::vector<Generation> generations;
-  for (const std::string& name : arguments.generations) {
-    generations.push_back(generation_from_name(name));
+  std::vector<ViewMethod> methods;
+  for (const std::string& name : arguments.methods) {
+    methods.push_back(method_from_name(name));
   }
-  if (generations.empty()) generations.push_back(Generation::kInitial);
+  if (methods.empty()) methods.push_back(ViewMethod::kInitial);
   const Room room = Room::open(arguments.room);
-  for (const Generation generation : generations) {
-    std::cout << connect_error_table(measure_connect_error(room, generation, arguments.options))
+  for (const ViewMethod method : methods) {
+    std::cout << connect_error_table(measure_connect_error(room, method, arguments.options))
               << std::flush;
   }
   std::cout << "distances in use: " << room.distances_origin() << '\n';
@@ -47,10 +47,10 @@ void add_connect_error(CLI::App* app) {
   auto arguments = std::make_shared<ConnectErrorArguments>();
   ConnectErrorOptions* options = &arguments->options;
   add_room(command, &arguments->room);
-  command->add_option("--generation", arguments->generations, "Generations to measure")
+  command->add_option("--method", arguments->methods, "Methods to measure")
       ->delimiter(',')
       ->check(
-          CLI::IsMember(std::vector<std::string>(kGenerationNames.begin(), kGenerationNames.end())))
+          CLI::IsMember(std::vector<std::string>(kViewMethodNames.begin(), kViewMethodNames.end())))
       ->default_str("initial");
   command->add_option("--viewpoints", options->viewpoints, "Viewpoints per side of a cell")
       ->check(CLI::Range(1, 250))
@@ -62,7 +62,7 @@ void add_connect_error(CLI::App* app) {
       ->delimiter(',')
       ->capture_default_str();
   add_threads_option(command, &arguments->threads);
-  command->footer("Example:\n  raywalk-render connect-error room.lf --generation initial,hlf-vd");
+  command->footer("Example:\n  raywalk-render connect-error room.lf --method initial,hlf-vd");
   command->callback([arguments] { run(*arguments); });
 }
 

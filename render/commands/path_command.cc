@@ -174,7 +174,7 @@ void add_path(CLI::App* app) {
   add_threads_option(command, &arguments->threads);
   add_movement_flags(command, arguments.get());
   command->footer(
-      "Examples:\n  raywalk-render path room.lf path.csv --generation two-sided --out views\n"
+      "Examples:\n  raywalk-render path room.lf path.csv --method two-sided --out views\n"
       "  raywalk-render path room.lf path.csv --stereo ods --out stereo\n"
       "  raywalk-render path room.lf path.csv --smooth eased --seconds 10 --video walk.mp4\n"
       "  raywalk-render path room.lf path.csv --smooth constant --fov-deg 90 --size 1920x1080 "

@@ -59,6 +59,7 @@ void add_trade(CLI::App* app) {
       ->add_option("--held-out", options->held_out,
                    "Hold out every n-th station and use it as a true view, instead of --truth")
       ->check(CLI::Range(2, 1'000'000));
+  add_match_exposure(command, &options->match_exposure);
   add_report(command, &options->report,
              "Directory for index.html, trade.json and trade.csv, created if it is missing "
              "(default: <room>-trade)");

@@ -19,7 +19,7 @@ namespace {
 struct ValidateArguments {
   std::string room{};
   ViewFlags flags{};
-  std::vector<std::string> generations{};
+  std::vector<std::string> methods{};
   ValidateOptions options{};
   int viewpoints = 0;  // per side of a cell; 0: as the number of cells allows
   int threads = 0;
@@ -35,7 +35,7 @@ void run(const ValidateArguments& arguments) {
       arguments.viewpoints > 0 ? arguments.viewpoints : viewpoints_for(room.grid().cells.size());
   options.connect.overlap_deg = settings.options.overlap_deg;
   options.report = report_of(options.report, arguments.room, "validate");
-  options.modes = view_modes(settings, arguments.generations, room);
+  options.modes = view_modes(settings, arguments.methods, room);
   fmt::print("{}\n", validate(room, options));
 }
 
@@ -52,15 +52,16 @@ void add_validate(CLI::App* app) {
                    "(pictures, 0 = not compared) and distance (true distance maps, for scores at "
                    "silhouettes)")
       ->required();
+  add_match_exposure(command, &arguments->options.match_exposure);
   add_report(command, &arguments->options.report,
              "Directory for index.html and metrics.json, created if it is missing (default: "
              "<room>-validate)");
   command
-      ->add_option("--generation", arguments->generations,
-                   "Generations to render (default: all that the room supports)")
+      ->add_option("--method", arguments->methods,
+                   "Methods to render (default: all that the room supports)")
       ->delimiter(',')
       ->check(CLI::IsMember(
-          std::vector<std::string>(kGenerationNames.begin(), kGenerationNames.end())));
+          std::vector<std::string>(kViewMethodNames.begin(), kViewMethodNames.end())));
   command
       ->add_option("--viewpoints", arguments->viewpoints,
                    "Viewpoints per side of a cell for the connection error; 0 = 49, fewer in rooms "

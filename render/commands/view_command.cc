@@ -71,7 +71,7 @@ void add_view(CLI::App* app) {
       "Examples:\n  raywalk-render view room.lf --at -0.1,0.25 -o view.png\n"
       "  raywalk-render view room.lf --at -0.1,0.25 --yaw-deg 40 --pitch-deg -10 --fov-deg 90 "
       "--size 1440x1600 --out eye.png\n"
-      "  raywalk-render view room.lf --at -0.1,0.05,0.25 --generation two-sided --stereo ods -o "
+      "  raywalk-render view room.lf --at -0.1,0.05,0.25 --method two-sided --stereo ods -o "
       "ods.png\n"
       "  raywalk-render view room.lf --at -0.1,0.25 --quality 90 -o view.jpg\n"
       "Pictures say what they show: Photo Sphere metadata in panoramas, the focal length in flat "

@@ -21,39 +21,40 @@ CLI::IsMember one_of(const Names& names) {
   return CLI::IsMember(std::vector<std::string>(names.begin(), names.end()));
 }
 
-// What a value on the command line has to be. A dial with a word for 0 checks the text itself.
-void add_check(const Dial& dial, CLI::Option* option) {
-  if (dial.value.kind == DialKind::kChoice) {
-    option->check(one_of(dial.names));
-  } else if (dial.zero != nullptr) {
-    const bool is_word = !parse_finite_number(dial.zero);
-    option->type_name(is_word ? fmt::format("NUMBER|{}", dial.zero) : "NUMBER");
-  } else if (dial.value.kind == DialKind::kInteger) {
+// What a value on the command line has to be. A parameter with a word for 0 checks the text itself.
+void add_check(const ViewParameter& parameter, CLI::Option* option) {
+  if (parameter.value.kind == ParameterKind::kChoice) {
+    option->check(one_of(parameter.names));
+  } else if (parameter.zero != nullptr) {
+    const bool is_word = !parse_finite_number(parameter.zero);
+    option->type_name(is_word ? fmt::format("NUMBER|{}", parameter.zero) : "NUMBER");
+  } else if (parameter.value.kind == ParameterKind::kInteger) {
     option->type_name("INT")->check(
-        CLI::Range(static_cast<int>(dial.least), static_cast<int>(dial.most)));
+        CLI::Range(static_cast<int>(parameter.least), static_cast<int>(parameter.most)));
   } else {
-    option->type_name("FLOAT")->check(CLI::Range(dial.least, dial.most));
+    option->type_name("FLOAT")->check(CLI::Range(parameter.least, parameter.most));
   }
 }
 
-void add_dial(CLI::App* command, const Dial& dial, ViewFlags* flags) {
-  const std::string key = dial.key;
-  if (dial.flag_sets != nullptr) {
-    const std::string value = dial.flag_sets;
+void add_parameter(CLI::App* command, const ViewParameter& parameter, ViewFlags* flags) {
+  const std::string key = parameter.key;
+  if (parameter.flag_sets != nullptr) {
+    const std::string value = parameter.flag_sets;
     command->add_flag_callback(
-        dial.flag, [flags, key, value] { flags->dials[key] = value; }, dial.help);
+        parameter.flag, [flags, key, value] { flags->parameters[key] = value; }, parameter.help);
     return;
   }
   const std::string help =
-      fmt::format("{}; default {}", dial.help, text_of(dial, default_of(dial)));
-  add_check(dial, command->add_option_function<std::string>(
-                      dial.flag,
-                      [flags, key](const std::string& text) { flags->dials[key] = text; }, help));
+      fmt::format("{}; default {}", parameter.help, text_of(parameter, default_of(parameter)));
+  add_check(parameter,
+            command->add_option_function<std::string>(
+                parameter.flag,
+                [flags, key](const std::string& text) { flags->parameters[key] = text; }, help));
 }
 
-void add_dials(CLI::App* command, DialGroup group, ViewFlags* flags) {
-  for (const Dial& dial : kDials) {
-    if (dial.group == group) add_dial(command, dial, flags);
+void add_parameters(CLI::App* command, ParameterGroup group, ViewFlags* flags) {
+  for (const ViewParameter& parameter : kViewParameters) {
+    if (parameter.group == group) add_parameter(command, parameter, flags);
   }
 }
 
@@ -86,9 +87,9 @@ void add_connection_flags(CLI::App* command, ViewFlags* flags) {
       ->add_option("--connection", flags->connection,
                    "Where lines connect: hybrid (default), lfu (k = 45) or rayspace360 (k = 90)")
       ->check(one_of(kConnections));
-  add_dials(command, DialGroup::kConnection, flags);
+  add_parameters(command, ParameterGroup::kConnection, flags);
   command->option_defaults()->group(kTradeGroup);
-  add_dials(command, DialGroup::kTrade, flags);
+  add_parameters(command, ParameterGroup::kTrade, flags);
 }
 
 void add_demand_flags(CLI::App* command, Demand* demand) {
@@ -104,7 +105,7 @@ void add_demand_flags(CLI::App* command, Demand* demand) {
 }
 
 void add_view_flags(CLI::App* command, ViewFlags* flags) {
-  add_dials(command, DialGroup::kView, flags);
+  add_parameters(command, ParameterGroup::kView, flags);
   add_connection_flags(command, flags);
 }
 

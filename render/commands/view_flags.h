@@ -20,10 +20,10 @@ namespace raywalk::render {
 // The room directory, a positional argument.
 void add_room(CLI::App* command, std::string* room);
 
-// --generation, --width and those of add_connection_flags.
+// --method, --width and those of add_connection_flags.
 void add_view_flags(CLI::App* command, ViewFlags* flags);
 
-// --settings, --preset, --connection and the flags of all other dials.
+// --settings, --preset, --connection and the flags of all other parameters.
 void add_connection_flags(CLI::App* command, ViewFlags* flags);
 
 // --budget-ms and --min-psnr-db, for rooms that a trade was measured on.

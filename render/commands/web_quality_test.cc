@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-ViewOptions options_of(int width) { return {.generation = Generation::kTwoSided, .width = width}; }
+ViewOptions options_of(int width) { return {.method = ViewMethod::kTwoSided, .width = width}; }
 
 TEST(WebQuality, IsNotMeasuredWhereNothingIsLeftOut) {
   const TestRoom room(box_room(64));

@@ -18,7 +18,7 @@ namespace raywalk::render {
 namespace {
 
 constexpr std::array<std::string_view, 12> kParameters{
-    "x", "y", "z", "yaw", "pitch", "roll", "fov", "width", "height", "generation", "k", "format"};
+    "x", "y", "z", "yaw", "pitch", "roll", "fov", "width", "height", "method", "k", "format"};
 
 constexpr std::array<std::string_view, 2> kFormats{"jpg", "png"};
 
@@ -124,8 +124,8 @@ ViewRequest parse_view_request(const Query& query) {
   request.frame.pitch_deg = number_of(query, "pitch", kTurns).value_or(0.0);
   request.frame.roll_deg = number_of(query, "roll", kTurns).value_or(0.0);
   read_size(query, &request);
-  if (const auto name = choice_of(query, "generation", kGenerationNames)) {
-    request.generation = generation_from_name(*name);
+  if (const auto name = choice_of(query, "method", kViewMethodNames)) {
+    request.method = method_from_name(*name);
   }
   request.k_deg = number_of(query, "k", {45.0, 90.0});
   request.png = choice_of(query, "format", kFormats).value_or("jpg") == "png";

@@ -14,7 +14,7 @@ TEST(ViewRequest, IsAPanoramaWithoutAFieldOfView) {
   EXPECT_EQ(request.viewpoint.z_m, -0.1);
   EXPECT_EQ(request.frame.fov_deg, 0.0);
   EXPECT_EQ(request.panorama_width_px, 0);
-  EXPECT_FALSE(request.generation);
+  EXPECT_FALSE(request.method);
   EXPECT_FALSE(request.k_deg);
   EXPECT_FALSE(request.png);
   EXPECT_EQ(view_of("x=0&z=0&width=2048&y=0").panorama_width_px, 2048);
@@ -22,7 +22,7 @@ TEST(ViewRequest, IsAPanoramaWithoutAFieldOfView) {
 
 TEST(ViewRequest, IsFlatWithOne) {
   const ViewRequest request = view_of(
-      "x=0&z=0&y=-0.25&yaw=400&pitch=-10&roll=2.5&fov=90&width=640&height=480&generation=hlf-vd&k="
+      "x=0&z=0&y=-0.25&yaw=400&pitch=-10&roll=2.5&fov=90&width=640&height=480&method=hlf-vd&k="
       "76&"
       "format=png");
   EXPECT_EQ(request.up_m, -0.25);
@@ -31,7 +31,7 @@ TEST(ViewRequest, IsFlatWithOne) {
   EXPECT_EQ(request.frame.roll_deg, 2.5);
   EXPECT_EQ(request.frame.fov_deg, 90.0);
   EXPECT_EQ(request.frame.size, "640x480");
-  EXPECT_EQ(request.generation, Generation::kHlfVd);
+  EXPECT_EQ(request.method, ViewMethod::kHlfVd);
   EXPECT_EQ(request.k_deg, 76.0);
   EXPECT_TRUE(request.png);
   EXPECT_EQ(view_of("x=0&z=0&fov=90").frame.size, "1280x720");
@@ -62,8 +62,8 @@ TEST(ViewRequest, RefusesEachWrongParameterByName) {
       {"height", "x=0&z=0&fov=90&height=4097"},
       {"height", "x=0&z=0&fov=90&height=0"},
       {"width x height", "x=0&z=0&fov=90&width=4096&height=4096"},
-      {"generation", "x=0&z=0&generation=three"},
-      {"generation", "x=0&z=0&generation="},
+      {"method", "x=0&z=0&method=three"},
+      {"method", "x=0&z=0&method="},
       {"k", "x=0&z=0&k=44.9"},
       {"k", "x=0&z=0&k=90.1"},
       {"k", "x=0&z=0&k=auto"},

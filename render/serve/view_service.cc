@@ -18,24 +18,24 @@
 namespace raywalk::render {
 namespace {
 
-// Renderers that are kept: of the three generations, and one more that somebody compares with.
+// Renderers that are kept: of the three methods, and one more that somebody compares with.
 constexpr std::size_t kMostPrepared = 4;
 constexpr int kJpegQuality = 95;
 constexpr const char* kRetryAfter_s = "1";
 
-Generation generation_of(const ViewRequest& request, const Room& room) {
-  const Generation best = room.has_distances() ? Generation::kTwoSided : Generation::kInitial;
-  const Generation chosen = request.generation.value_or(best);
-  if (chosen != Generation::kInitial && !room.has_distances()) {
-    throw HttpFault(400, fmt::format("generation {} needs distances, which the room does not have",
-                                     generation_name(chosen)));
+ViewMethod method_of(const ViewRequest& request, const Room& room) {
+  const ViewMethod best = room.has_distances() ? ViewMethod::kTwoSided : ViewMethod::kInitial;
+  const ViewMethod chosen = request.method.value_or(best);
+  if (chosen != ViewMethod::kInitial && !room.has_distances()) {
+    throw HttpFault(400, fmt::format("method {} needs distances, which the room does not have",
+                                     method_name(chosen)));
   }
   return chosen;
 }
 
 ViewSettings settings_of(const ViewRequest& request, const Room& room) {
   ViewSettings settings;
-  settings.options.generation = generation_of(request, room);
+  settings.options.method = method_of(request, room);
   if (request.k_deg) settings.options.k_deg = *request.k_deg;
   settings.options.width = request.panorama_width_px;
   if (request.frame.fov_deg == 0.0 && request.panorama_width_px == 0) {

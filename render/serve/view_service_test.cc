@@ -26,11 +26,11 @@ cv::Mat picture_of(const Reply& reply) {
 }
 
 // The picture that `raywalk-render view` makes.
-cv::Mat expected_picture(const Room& room, const std::string& generation,
-                         const Viewpoint& viewpoint, const ViewFrame& frame, int width = 0) {
+cv::Mat expected_picture(const Room& room, const std::string& method, const Viewpoint& viewpoint,
+                         const ViewFrame& frame, int width = 0) {
   ViewFlags flags;
-  flags.dials["generation"] = generation;
-  if (width > 0) flags.dials["width_px"] = std::to_string(width);
+  flags.parameters["method"] = method;
+  if (width > 0) flags.parameters["width_px"] = std::to_string(width);
   Renderer renderer(room, view_mode(view_settings(flags)).options);
   return render_framed(&renderer, viewpoint, frame).image;
 }
@@ -57,16 +57,14 @@ TEST_F(ViewServiceTest, RendersWhatTheProgramRenders) {
   EXPECT_THAT(reply.fields,
               Contains(Pair("X-Raywalk-View", HasSubstr("two-sided, hybrid at k = "))));
   EXPECT_EQ(largest_difference(picture_of(reply), flat), 0.0);
-  for (const char* generation : {"initial", "hlf-vd", "two-sided"}) {
-    const cv::Mat panorama =
-        expected_picture(room(), generation, {0.1, 0.2}, {.yaw_deg = 30.0}, 64);
-    EXPECT_EQ(
-        largest_difference(
-            picture_of(service_.answer(view_of(
-                std::string("x=0.1&z=0.2&yaw=30&width=64&format=png&generation=") + generation))),
-            panorama),
-        0.0)
-        << generation;
+  for (const char* method : {"initial", "hlf-vd", "two-sided"}) {
+    const cv::Mat panorama = expected_picture(room(), method, {0.1, 0.2}, {.yaw_deg = 30.0}, 64);
+    EXPECT_EQ(largest_difference(
+                  picture_of(service_.answer(view_of(
+                      std::string("x=0.1&z=0.2&yaw=30&width=64&format=png&method=") + method))),
+                  panorama),
+              0.0)
+        << method;
   }
 }
 
@@ -78,7 +76,7 @@ TEST_F(ViewServiceTest, GoesUpFromTheHeightOfTheLines) {
   const cv::Mat above = expected_picture(raised.room(), "two-sided", {{0.1, 0.2}, 0.3}, {});
   const Reply reply = service.answer(view_of("x=0.1&y=0.1&z=0.2&format=png"));
   EXPECT_LE(largest_difference(picture_of(reply), above), 1.0);
-  const ViewRequest initial = view_of("x=0.1&y=0.1&z=0.2&generation=initial");
+  const ViewRequest initial = view_of("x=0.1&y=0.1&z=0.2&method=initial");
   EXPECT_EQ(fault_of([&] { service.answer(initial); }), 400);
 }
 
@@ -114,8 +112,8 @@ TEST_F(ViewServiceTest, NeedsDistancesForCorrectedViews) {
   const TestRoom plain(spec);
   ViewService service(plain.room());
   std::string message;
-  EXPECT_EQ(fault_of([&] { service.answer(view_of("x=0&z=0&generation=hlf-vd")); }, &message), 400);
-  EXPECT_THAT(message, HasSubstr("generation"));
+  EXPECT_EQ(fault_of([&] { service.answer(view_of("x=0&z=0&method=hlf-vd")); }, &message), 400);
+  EXPECT_THAT(message, HasSubstr("method"));
   EXPECT_THAT(service.answer(view_of("x=0&z=0")).fields,
               Contains(Pair("X-Raywalk-View", testing::StartsWith("initial"))));
 }

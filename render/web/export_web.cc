@@ -81,7 +81,7 @@ void copy_page(const fs::path& page, const fs::path& folder) {
 // How views of the room are rendered.
 ViewOptions view_options(const Room& room, const WebExportOptions& options) {
   ViewOptions view = default_options();
-  view.generation = room.has_distances() ? Generation::kTwoSided : Generation::kInitial;
+  view.method = room.has_distances() ? ViewMethod::kTwoSided : ViewMethod::kInitial;
   if (options.k_deg) view.k_deg = *options.k_deg;
   return view;
 }

@@ -85,10 +85,9 @@ TEST_F(ExportWebTest, TheManifestDescribesTheRoom) {
   EXPECT_EQ(m["panorama"], json({{"width_px", 192}, {"coarse_width_px", 96}}));
   EXPECT_EQ(m["distances"]["width_px"], 192);
   EXPECT_FLOAT_EQ(m["distances"]["surface_tolerance"], surface_tolerance_of(192));
-  EXPECT_EQ(m["view"], json({{"generation", "two-sided"},
-                             {"k_deg", 80.0},
-                             {"overlap_deg", 5.0},
-                             {"distance_maps", 8}}));
+  EXPECT_EQ(
+      m["view"],
+      json({{"method", "two-sided"}, {"k_deg", 80.0}, {"overlap_deg", 5.0}, {"distance_maps", 8}}));
   EXPECT_EQ(m["start"], json({{"x_m", 0.125}, {"z_m", -0.25}, {"yaw_deg", 0.0}}));
   EXPECT_EQ(m["vertical_range_m"], 0.5) << "nothing is hidden in an empty room";
   EXPECT_TRUE(m["quality"].is_null());
@@ -195,7 +194,7 @@ TEST_F(ExportWebTest, TakesAlongPathHotspotsAndTruth) {
   const cv::Mat truth = read_panorama(out() / m["truth"][0]["picture"].get<std::string>());
   const cv::Mat engine = read_panorama(out() / m["truth"][0]["engine"].get<std::string>());
   EXPECT_GT(psnr_db(truth, room_.truth({0.1, 0.2})), 36.0);
-  const ViewOptions view{.generation = Generation::kTwoSided};
+  const ViewOptions view{.method = ViewMethod::kTwoSided};
   EXPECT_GT(psnr_db(engine, room_.image(view, {0.1, 0.2})), 38.0);
 }
 
@@ -244,7 +243,7 @@ TEST_F(ExportWebTest, ARoomWithoutDistancesIsExportedForInitialViews) {
   const TestRoom bare(spec);
   export_web(bare.room(), options_, out(), false);
   const json m = manifest();
-  EXPECT_EQ(m["view"]["generation"], "initial");
+  EXPECT_EQ(m["view"]["method"], "initial");
   EXPECT_EQ(m["vertical_range_m"], 0.0);
   EXPECT_GT(m["distances"]["omega_step_per_m"], 0.0);
   EXPECT_EQ(omega("0000").at(0, 0), 0.0F);

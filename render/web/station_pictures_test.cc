@@ -35,7 +35,7 @@ CameraCompanion visitor() {
 
 cv::Mat picture_of(const Room& room, int line, int station, int width) {
   StationDistances distances(room, width / 2);
-  StationPictures pictures(room, {.generation = Generation::kTwoSided, .width = width});
+  StationPictures pictures(room, {.method = ViewMethod::kTwoSided, .width = width});
   return pictures.picture_of(line, station, distances.seen_from(line, station));
 }
 

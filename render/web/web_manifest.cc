@@ -112,7 +112,7 @@ ordered_json web_manifest(const Room& room, const WebContent& content) {
             {"omega_step_per_m", content.omega_step_per_m},
             {"surface_tolerance", surface_tolerance_of(content.distance_width)}}},
           {"view",
-           {{"generation", generation_name(content.view.generation)},
+           {{"method", method_name(content.view.method)},
             {"k_deg", content.view.k_deg},
             {"overlap_deg", content.view.overlap_deg},
             {"distance_maps", content.view.distance_maps}}},

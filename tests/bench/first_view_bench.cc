@@ -59,10 +59,10 @@ void read_room_into_cache(const fs::path& room) {
 
 // Time to the first view of a room, with its files in the page cache or not. `open_ms` and
 // `view_ms` are the parts, `read_MB` the data read from the disk.
-void bench_first_view(benchmark::State& state, Generation generation, bool cold,
+void bench_first_view(benchmark::State& state, ViewMethod method, bool cold,
                       const RayForm& form = {}) {
   const fs::path directory = bench_room(form);
-  const ViewOptions options{.generation = generation, .k_deg = 76.0, .width = kBenchWidth};
+  const ViewOptions options{.method = method, .k_deg = 76.0, .width = kBenchWidth};
   const auto places = viewpoints_in(Room::open(directory).grid().cells.front());
   if (!cold) read_room_into_cache(directory);
   std::vector<double> open_s, view_s, total_s, read_bytes;
@@ -85,12 +85,12 @@ void bench_first_view(benchmark::State& state, Generation generation, bool cold,
   state.counters["read_MB"] = 1e-6 * median(read_bytes);
 }
 
-void bench_first_view_cold(benchmark::State& state, Generation generation) {
-  bench_first_view(state, generation, true);
+void bench_first_view_cold(benchmark::State& state, ViewMethod method) {
+  bench_first_view(state, method, true);
 }
 
-void bench_first_view_warm(benchmark::State& state, Generation generation) {
-  bench_first_view(state, generation, false);
+void bench_first_view_warm(benchmark::State& state, ViewMethod method) {
+  bench_first_view(state, method, false);
 }
 
 // The same of rooms whose panoramas are compressed (forms of bench_decoded_view), two-sided.
@@ -105,7 +105,7 @@ const RayForm& form_of(const benchmark::State& state) {
 }
 
 void bench_first_view_of_form(benchmark::State& state) {
-  bench_first_view(state, Generation::kTwoSided, state.range(1) != 0, form_of(state));
+  bench_first_view(state, ViewMethod::kTwoSided, state.range(1) != 0, form_of(state));
   state.SetLabel(name_of(form_of(state)) + (state.range(1) != 0 ? ", cold" : ", warm"));
 }
 
@@ -113,8 +113,7 @@ void bench_first_view_of_form(benchmark::State& state) {
 // compression, both in turn; `size_ratio` of the files with the panoramas.
 void bench_decoded_view(benchmark::State& state) {
   const fs::path directory = bench_room(form_of(state));
-  const ViewOptions options{
-      .generation = Generation::kTwoSided, .k_deg = 76.0, .width = kBenchWidth};
+  const ViewOptions options{.method = ViewMethod::kTwoSided, .k_deg = 76.0, .width = kBenchWidth};
   const Room raw = Room::open(bench_room());
   const Room room = Room::open(directory);
   Renderer raw_views(raw, options);
@@ -148,27 +147,27 @@ BENCHMARK(bench_decoded_view)
     ->Iterations(2)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_cold, initial, Generation::kInitial)
+BENCHMARK_CAPTURE(bench_first_view_cold, initial, ViewMethod::kInitial)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_cold, hlf_vd, Generation::kHlfVd)
+BENCHMARK_CAPTURE(bench_first_view_cold, hlf_vd, ViewMethod::kHlfVd)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_cold, two_sided, Generation::kTwoSided)
+BENCHMARK_CAPTURE(bench_first_view_cold, two_sided, ViewMethod::kTwoSided)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_warm, initial, Generation::kInitial)
+BENCHMARK_CAPTURE(bench_first_view_warm, initial, ViewMethod::kInitial)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_warm, hlf_vd, Generation::kHlfVd)
+BENCHMARK_CAPTURE(bench_first_view_warm, hlf_vd, ViewMethod::kHlfVd)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_warm, two_sided, Generation::kTwoSided)
+BENCHMARK_CAPTURE(bench_first_view_warm, two_sided, ViewMethod::kTwoSided)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);

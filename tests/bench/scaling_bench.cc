@@ -30,11 +30,11 @@ class ThreadCount {
 // Speedup of a view from one to two threads, relative to that of cv::remap on the same machine
 // (`relative`). Each round measures all four times, so that other load affects them alike; results
 // are medians over the rounds.
-void bench_scaling(benchmark::State& state, Generation generation) {
+void bench_scaling(benchmark::State& state, ViewMethod method) {
   const ThreadCount restored;
   const Room room = Room::open(bench_room());
   const std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
-  Renderer renderer(room, {.generation = generation, .k_deg = 76.0, .width = kBenchWidth});
+  Renderer renderer(room, {.method = method, .k_deg = 76.0, .width = kBenchWidth});
   RenderedView view;
   for (const PlanPoint& viewpoint : viewpoints) view = renderer.render(viewpoint, std::move(view));
   PitchRemap remap(kBenchWidth);
@@ -60,15 +60,15 @@ void bench_scaling(benchmark::State& state, Generation generation) {
   state.counters["relative"] = median(relative);
 }
 
-BENCHMARK_CAPTURE(bench_scaling, initial, Generation::kInitial)
+BENCHMARK_CAPTURE(bench_scaling, initial, ViewMethod::kInitial)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_scaling, hlf_vd, Generation::kHlfVd)
+BENCHMARK_CAPTURE(bench_scaling, hlf_vd, ViewMethod::kHlfVd)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_scaling, two_sided, Generation::kTwoSided)
+BENCHMARK_CAPTURE(bench_scaling, two_sided, ViewMethod::kTwoSided)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);

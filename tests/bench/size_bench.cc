@@ -72,7 +72,7 @@ BENCHMARK(bench_plan_view)->Unit(benchmark::kMicrosecond);
 // A view of a hall of many cells relative to one of a single cell with the same pictures and
 // spacing (`ratio`): medians over views that alternate between the two. Lines go on for a cell
 // beyond their last crossings: without that a single cell would mix fewer lines near its corners.
-void bench_view_in_hall(benchmark::State& state, Generation generation) {
+void bench_view_in_hall(benchmark::State& state, ViewMethod method) {
   constexpr int kSteps = 6, kWidth = 512, kWarmViews = 2;
   const Hall halls[] = {
       {1, 1, kSteps, kSteps},
@@ -82,8 +82,7 @@ void bench_view_in_hall(benchmark::State& state, Generation generation) {
   std::deque<Renderer> renderers;
   std::array<std::vector<PlanPoint>, 2> places;
   for (std::size_t i = 0; i < rooms.size(); ++i) {
-    renderers.emplace_back(rooms[i],
-                           ViewOptions{.generation = generation, .k_deg = 76.0, .width = kWidth});
+    renderers.emplace_back(rooms[i], ViewOptions{.method = method, .k_deg = 76.0, .width = kWidth});
     const auto& cells = rooms[i].grid().cells;
     places[i] = viewpoints_in(cells[cells.size() / 2]);
   }
@@ -122,9 +121,9 @@ void hall_sizes(benchmark::internal::Benchmark* benchmark) {
   benchmark->Iterations(kViews)->UseManualTime()->Unit(benchmark::kMillisecond);
 }
 
-BENCHMARK_CAPTURE(bench_view_in_hall, initial, Generation::kInitial)->Apply(hall_sizes);
-BENCHMARK_CAPTURE(bench_view_in_hall, hlf_vd, Generation::kHlfVd)->Apply(hall_sizes);
-BENCHMARK_CAPTURE(bench_view_in_hall, two_sided, Generation::kTwoSided)->Apply(hall_sizes);
+BENCHMARK_CAPTURE(bench_view_in_hall, initial, ViewMethod::kInitial)->Apply(hall_sizes);
+BENCHMARK_CAPTURE(bench_view_in_hall, hlf_vd, ViewMethod::kHlfVd)->Apply(hall_sizes);
+BENCHMARK_CAPTURE(bench_view_in_hall, two_sided, ViewMethod::kTwoSided)->Apply(hall_sizes);
 
 }  // namespace
 }  // namespace raywalk::bench

@@ -36,7 +36,7 @@ ResidentGrowth resident_growth(const ViewOptions& options) {
   return {peak_resident_bytes() - before, mapped_resident_bytes() - mapped_before};
 }
 
-// A 4096x2048 view of a generation, at viewpoints distributed over the cell, relative to a
+// A 4096x2048 view of a method, at viewpoints distributed over the cell, relative to a
 // cv::remap of the same size with the same number of threads. The two alternate, so that other load
 // affects both, and each reuses the memory of its picture; `ratio` is the median over the pairs,
 // `cpu_ratio` the same for processor time.
@@ -74,13 +74,13 @@ void bench_options(benchmark::State& state, ViewOptions options) {
   state.counters["room_MB"] = 1e-6 * bytes_under(bench_room());
 }
 
-void bench_view(benchmark::State& state, Generation generation) {
-  bench_options(state, {.generation = generation});
+void bench_view(benchmark::State& state, ViewMethod method) {
+  bench_options(state, {.method = method});
 }
 
 // The settings of the preset fast.
-void bench_fast(benchmark::State& state, Generation generation) {
-  ViewOptions fast{.generation = generation, .station_fade = 0.125, .distance_maps = 2};
+void bench_fast(benchmark::State& state, ViewMethod method) {
+  ViewOptions fast{.method = method, .station_fade = 0.125, .distance_maps = 2};
   fast.second_side = SecondSide::kFaded;
   bench_options(state, fast);
 }
@@ -88,9 +88,9 @@ void bench_fast(benchmark::State& state, Generation generation) {
 // Both eyes of omnidirectional stereo, 4096x2048 each, relative to one view of the same size at the
 // same viewpoint; the two alternate. `ratio` is the median over the pairs, `cpu_ratio` the same for
 // processor time.
-void bench_stereo(benchmark::State& state, Generation generation) {
+void bench_stereo(benchmark::State& state, ViewMethod method) {
   constexpr double kEyesApart_m = 0.063;
-  const ViewOptions options{.generation = generation, .k_deg = 76.0, .width = kBenchWidth};
+  const ViewOptions options{.method = method, .k_deg = 76.0, .width = kBenchWidth};
   const Room room = Room::open(bench_room());
   std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
   Renderer renderer(room, options);
@@ -117,8 +117,8 @@ void bench_stereo(benchmark::State& state, Generation generation) {
 
 // A perspective picture with a field of view of 90 degrees, 1440 x 1600 pixels, relative to the
 // same remap of a whole panorama. It looks straight ahead, up, down and tilted.
-void bench_flat(benchmark::State& state, Generation generation) {
-  const ViewOptions options{.generation = generation, .k_deg = 76.0, .width = kBenchWidth};
+void bench_flat(benchmark::State& state, ViewMethod method) {
+  const ViewOptions options{.method = method, .k_deg = 76.0, .width = kBenchWidth};
   const Room room = Room::open(bench_room());
   const std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
   const std::vector<Attitude> looks = {{},
@@ -149,12 +149,12 @@ void bench_flat(benchmark::State& state, Generation generation) {
 
 // A walk around the middle of the cell, kWalkSteps views kWalkStep_m apart, 2048 x 1024 each. `fps`
 // is the number of views per second.
-void bench_walk(benchmark::State& state, Generation generation) {
+void bench_walk(benchmark::State& state, ViewMethod method) {
   const Room room = Room::open(bench_room());
   const Cell& cell = room.grid().cells.front();
   const PlanPoint middle{0.5 * (cell.x_min_m + cell.x_max_m), 0.5 * (cell.z_min_m + cell.z_max_m)};
   const double radius_m = kWalkSteps * kWalkStep_m / kTwoPi;
-  Renderer renderer(room, {.generation = generation, .k_deg = 76.0, .width = kBenchWidth / 2});
+  Renderer renderer(room, {.method = method, .k_deg = 76.0, .width = kBenchWidth / 2});
   RenderedView view;
   const auto step_to = [&](int step) {
     const double angle_rad = kTwoPi * step / kWalkSteps;
@@ -175,59 +175,59 @@ void bench_walk(benchmark::State& state, Generation generation) {
   state.counters["fps"] = median(frames_per_s);
 }
 
-BENCHMARK_CAPTURE(bench_walk, hlf_vd, Generation::kHlfVd)
+BENCHMARK_CAPTURE(bench_walk, hlf_vd, ViewMethod::kHlfVd)
     ->Iterations(kWalks)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_walk, two_sided, Generation::kTwoSided)
+BENCHMARK_CAPTURE(bench_walk, two_sided, ViewMethod::kTwoSided)
     ->Iterations(kWalks)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 
-BENCHMARK_CAPTURE(bench_flat, initial, Generation::kInitial)
+BENCHMARK_CAPTURE(bench_flat, initial, ViewMethod::kInitial)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_flat, hlf_vd, Generation::kHlfVd)
+BENCHMARK_CAPTURE(bench_flat, hlf_vd, ViewMethod::kHlfVd)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_flat, two_sided, Generation::kTwoSided)
-    ->Iterations(kPairs)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
-
-BENCHMARK_CAPTURE(bench_stereo, initial, Generation::kInitial)
-    ->Iterations(kPairs)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_stereo, hlf_vd, Generation::kHlfVd)
-    ->Iterations(kPairs)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_stereo, two_sided, Generation::kTwoSided)
+BENCHMARK_CAPTURE(bench_flat, two_sided, ViewMethod::kTwoSided)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 
-BENCHMARK_CAPTURE(bench_fast, hlf_vd, Generation::kHlfVd)
+BENCHMARK_CAPTURE(bench_stereo, initial, ViewMethod::kInitial)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_fast, two_sided, Generation::kTwoSided)
+BENCHMARK_CAPTURE(bench_stereo, hlf_vd, ViewMethod::kHlfVd)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_stereo, two_sided, ViewMethod::kTwoSided)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 
-BENCHMARK_CAPTURE(bench_view, initial, Generation::kInitial)
+BENCHMARK_CAPTURE(bench_fast, hlf_vd, ViewMethod::kHlfVd)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_view, hlf_vd, Generation::kHlfVd)
+BENCHMARK_CAPTURE(bench_fast, two_sided, ViewMethod::kTwoSided)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_view, two_sided, Generation::kTwoSided)
+
+BENCHMARK_CAPTURE(bench_view, initial, ViewMethod::kInitial)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_view, hlf_vd, ViewMethod::kHlfVd)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_view, two_sided, ViewMethod::kTwoSided)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);

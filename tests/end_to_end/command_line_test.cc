@@ -166,7 +166,7 @@ class WhiteRoomTest : public testing::Test {
   }
   static std::string picture_at(const std::string& at) {
     const CommandResult result =
-        in_directory(RAYWALK_RENDER " view white-room.lf --width 64 --generation initial " + at);
+        in_directory(RAYWALK_RENDER " view white-room.lf --width 64 --method initial " + at);
     EXPECT_EQ(result.exit_code, 0) << at << ": " << result.errors;
     return read_file(*directory_ / "view.png");
   }

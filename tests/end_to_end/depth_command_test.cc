@@ -29,7 +29,7 @@ nlohmann::json report_of(const Room& room) {
 
 // Mean PSNR of views of the room against ground truth.
 double psnr_of(const fs::path& room, const SyntheticRoomSpec& spec,
-               const std::string& generation = "two-sided") {
+               const std::string& method = "two-sided") {
   const std::array<PlanPoint, 3> places{{{0.1, 0.2}, {-0.3, -0.1}, {0.2, -0.35}}};
   const TestDirectory directory;
   std::ofstream list(directory / "path.csv");
@@ -39,8 +39,8 @@ double psnr_of(const fs::path& room, const SyntheticRoomSpec& spec,
   }
   list.close();
   const CommandResult rendered = run_command(
-      fmt::format("{} path {} {} --generation {} --out {}", RAYWALK_RENDER, room.string(),
-                  (directory / "path.csv").string(), generation, (directory / "views").string()));
+      fmt::format("{} path {} {} --method {} --out {}", RAYWALK_RENDER, room.string(),
+                  (directory / "path.csv").string(), method, (directory / "views").string()));
   EXPECT_EQ(rendered.exit_code, 0) << rendered.errors;
   double sum_db = 0.0;
   for (size_t i = 0; i < places.size(); ++i) {

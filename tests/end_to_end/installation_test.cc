@@ -87,9 +87,9 @@ TEST_F(InstallationTest, ShellsCompleteWhatThePageExplains) {
   EXPECT_THAT(completed("raywalk-render", "\"\""),
               AllOf(IsSupersetOf({"view", "path", "serve"}), Not(Contains("raywalk-render"))));
   EXPECT_THAT(completed("raywalk-render", "--v"), ElementsAre("--version"));
-  EXPECT_THAT(completed("raywalk-render", "view --generation \"\""),
+  EXPECT_THAT(completed("raywalk-render", "view --method \"\""),
               ElementsAre("initial", "hlf-vd", "two-sided"));
-  EXPECT_THAT(completed("raywalk-render", "view --generation = in"), ElementsAre("initial"));
+  EXPECT_THAT(completed("raywalk-render", "view --method = in"), ElementsAre("initial"));
   EXPECT_THAT(completed("raywalk-render", "view --threads \"\""), IsEmpty());
   EXPECT_THAT(completed("raywalk-render", "view -o a"), ElementsAre("a b.png"));
   EXPECT_THAT(completed("raywalk-render", "view --threads 2 a"), ElementsAre("a b.png"));

@@ -24,7 +24,7 @@ class RenderPathTest : public RenderTest {
     for (int i = 0; i < kViews; ++i) list << "view" << i << "," << 0.4 - 0.01 * i << ",0.1\n";
   }
   std::vector<std::string> arguments() const {
-    return {RAYWALK_RENDER, "path",    room(), file("path.csv"), "--generation",
+    return {RAYWALK_RENDER, "path",    room(), file("path.csv"), "--method",
             "initial",      "--width", "1024", "--out",          file("views")};
   }
   std::string command() const { return joined(arguments()); }
@@ -60,7 +60,7 @@ TEST_F(RenderPathTest, OtherSettingsAreRefused) {
 
 TEST_F(RenderPathTest, AFilmIsWholeOrNothing) {
   const std::string film = file("walk.mp4");
-  const std::string usual = "path " + room() + " " + file("path.csv") + " --generation initial ";
+  const std::string usual = "path " + room() + " " + file("path.csv") + " --method initial ";
   const CommandResult made = render(usual + "--width 64 --video " + film);
   EXPECT_EQ(made.exit_code, 0) << made.errors;
   EXPECT_THAT(made.output, HasSubstr("walk.mp4: 60 frames of 64x32, 2 s, H.264"));

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 TEST_F(RenderTest, RendersAViewAndReportsItsSettings) {
   make_room();
-  const CommandResult result = render(view_to_png("--at -0.1,0.2 --generation two-sided --k 76"));
+  const CommandResult result = render(view_to_png("--at -0.1,0.2 --method two-sided --k 76"));
   EXPECT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_THAT(result.output, AllOf(HasSubstr(file("view.png")), HasSubstr("64x32 at -0.1,0.2 m"),
                                    HasSubstr("two-sided, hybrid at k = 76 degrees")));
@@ -27,7 +27,7 @@ TEST_F(RenderTest, RendersAViewAndReportsItsSettings) {
 TEST_F(RenderTest, ViewIsCorrectedByDefault) {
   make_room();
   EXPECT_THAT(render(view_to_png("--at 0,0")).output, HasSubstr("hlf-vd"));
-  EXPECT_THAT(render(view_to_png("--at 0,0 --generation initial")).output, HasSubstr("initial"));
+  EXPECT_THAT(render(view_to_png("--at 0,0 --method initial")).output, HasSubstr("initial"));
 }
 
 TEST_F(RenderTest, SettingsFileAndFlags) {
@@ -57,7 +57,7 @@ TEST_F(RenderTest, RefusesWhatEyesCannotSee) {
       {"--at 0,0 --stereo ods --pitch-deg 10", "pitch and roll must be 0"},
       {"--at 0,0 --stereo ods --ipd-mm 0.5", "--ipd-mm"},
       {"--at 0,0 --stereo anaglyph", "--stereo"},
-      {"--at 0,0.1,0 --generation initial", "leave the height out"}};
+      {"--at 0,0.1,0 --method initial", "leave the height out"}};
   for (const auto& [flags, message] : refused) {
     const CommandResult result = render(view_to_png(flags));
     EXPECT_EQ(result.exit_code, 2) << flags;
@@ -99,7 +99,7 @@ TEST_F(RenderTest, WrongUsageHasADifferentExitCodeThanFailure) {
   expect_error(render(view_to_png("--at 0,0 --k 30")), 2, "45");
   expect_error(render(view_to_png("--at 0,0 --width 30")), 2, "multiple of 4");
   expect_error(render(view_to_png("--at 0,0 --colour red")), 2, "unknown flag");
-  expect_error(render(view_to_png("--at 0,0 --generation best")), 2, "--generation");
+  expect_error(render(view_to_png("--at 0,0 --method best")), 2, "--method");
   expect_error(render(view("--at 0,0 --out " + file("view.gif"))), 2, ".png");
   expect_error(render("view " + room()), 2, "--at");
   expect_error(render("connect-error " + room() + " --k-list 30"), 2, "45..90");
@@ -107,7 +107,7 @@ TEST_F(RenderTest, WrongUsageHasADifferentExitCodeThanFailure) {
 
 TEST_F(RenderTest, UnknownKeyInSettings) {
   make_room();
-  std::ofstream(file("view.yaml")) << "generation: hlf-vd\noverlap_dge: 5\n";
+  std::ofstream(file("view.yaml")) << "method: hlf-vd\noverlap_dge: 5\n";
   expect_error(render(view_to_png("--at 0,0 --settings " + file("view.yaml"))), 2,
                "view.yaml:2: unknown key 'overlap_dge'; did you mean 'overlap_deg'?", 2);
 }
@@ -138,8 +138,8 @@ TEST_F(RenderTest, TruncatedVolume) {
 TEST_F(RenderTest, WithoutDistancesTheDepthCommandIsNamed) {
   make_room({.width = 64, .distances = false});
   expect_error(render(view_to_png("--at 0,0")), 1, "raywalk-build-lf pack --distance");
-  expect_error(render(view_to_png("--at 0,0 --generation two-sided")), 1, "two-sided");
-  EXPECT_EQ(render(view_to_png("--at 0,0 --generation initial")).exit_code, 0);
+  expect_error(render(view_to_png("--at 0,0 --method two-sided")), 1, "two-sided");
+  EXPECT_EQ(render(view_to_png("--at 0,0 --method initial")).exit_code, 0);
 }
 
 TEST_F(RenderTest, UnwritableOutputIsDetectedBeforeTheRoomIsRead) {
@@ -157,13 +157,13 @@ TEST_F(RenderTest, AFullDiskLeavesNothing) {
 TEST_F(RenderTest, ConnectErrorPrintsATable) {
   make_room();
   const CommandResult measured = render("connect-error " + room() +
-                                        " --generation initial,hlf-vd --viewpoints 3"
+                                        " --method initial,hlf-vd --viewpoints 3"
                                         " --k-list 45,80,90");
   EXPECT_EQ(measured.exit_code, 0) << measured.errors;
   EXPECT_THAT(measured.output,
               AllOf(HasSubstr("initial views"), HasSubstr("hlf-vd views"), HasSubstr(" 45  lfu"),
                     HasSubstr(" 80  hybrid"), HasSubstr(" 90  rayspace360"), HasSubstr("given")));
-  const CommandResult viewed = render(view_to_png("--at 0,0 --generation initial"));
+  const CommandResult viewed = render(view_to_png("--at 0,0 --method initial"));
   EXPECT_THAT(viewed.output, HasSubstr("k = 90 degrees (the default)"));
 }
 

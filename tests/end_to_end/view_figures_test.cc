@@ -40,7 +40,7 @@ class PackedCapture {
   Figures figures() const {
     const fs::path report = directory_ / "report";
     run(
-        fmt::format("{} validate {} --truth {} --generation hlf-vd,two-sided --viewpoints 1 "
+        fmt::format("{} validate {} --truth {} --method hlf-vd,two-sided --viewpoints 1 "
                     "--report {}",
                     RAYWALK_RENDER, room(), truth_.string(), report.string()));
     const auto modes = nlohmann::json::parse(read_file(report / "metrics.json"))["modes"];

@@ -197,9 +197,9 @@ TEST_F(WholeChainTest, FromTheFirstMoveToValidatedViews) {
                                           path("calibration/poses.csv"), path("room.lf"))));
   ASSERT_NO_FATAL_FAILURE(
       run(fmt::format("{} depth {} --width 256", RAYWALK_BUILD_LF, path("room.lf"))));
-  ASSERT_NO_FATAL_FAILURE(run(fmt::format(
-      "{} validate {} --truth {} --generation hlf-vd,two-sided --viewpoints 1 --report {}",
-      RAYWALK_RENDER, path("room.lf"), path("calibration/gt.csv"), path("report"))));
+  ASSERT_NO_FATAL_FAILURE(run(
+      fmt::format("{} validate {} --truth {} --method hlf-vd,two-sided --viewpoints 1 --report {}",
+                  RAYWALK_RENDER, path("room.lf"), path("calibration/gt.csv"), path("report"))));
   keep_reports();
   const json modes = json::parse(read_file(directory_ / "report/metrics.json"))["modes"];
   // Measured: 28.5 and 29.8 dB.

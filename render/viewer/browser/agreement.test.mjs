@@ -26,16 +26,16 @@ const PLACES = [
   { x: -0.47, z: -0.47, yaw: -150, pitch: 5 },
 ].map(place);
 
-async function assertAgreement(page, room, generation, places, show) {
-  const engine = await enginePictures(room, places, { size_px: SIZE_PX, generation });
+async function assertAgreement(page, room, method, places, show) {
+  const engine = await enginePictures(room, places, { size_px: SIZE_PX, method });
   const db = [];
   for (const [i, at] of places.entries()) {
     await show(at);
     db.push(psnr(await picture(page), engine[i]));
   }
-  console.log(`${room}, ${generation}: ${db.map((value) => value.toFixed(1)).join(" ")} dB`);
+  console.log(`${room}, ${method}: ${db.map((value) => value.toFixed(1)).join(" ")} dB`);
   const worst = Math.min(...db);
-  assert.ok(worst >= LEAST_DB[generation], `${worst} dB at place ${db.indexOf(worst)}`);
+  assert.ok(worst >= LEAST_DB[method], `${worst} dB at place ${db.indexOf(worst)}`);
 }
 
 for (const room of ["white", "virtual"]) {
@@ -47,7 +47,7 @@ for (const room of ["white", "virtual"]) {
   });
 }
 
-pageTest("shows the other generations, chosen with the page's controls", async (visit) => {
+pageTest("shows the other methods, chosen with the page's controls", async (visit) => {
   const host = await visit.host("white");
   const page = await visit.page({ width: SIZE_PX, height: SIZE_PX });
   const places = PLACES.slice(1, 3);
@@ -60,11 +60,11 @@ pageTest("shows the other generations, chosen with the page's controls", async (
       await button.click();
     },
   };
-  for (const [generation, press] of Object.entries(choose)) {
-    await assertAgreement(page, "white", generation, places, async (at) => {
-      await goTo(page, { ...at, generation: "two-sided" });
+  for (const [method, press] of Object.entries(choose)) {
+    await assertAgreement(page, "white", method, places, async (at) => {
+      await goTo(page, { ...at, method: "two-sided" });
       await press();
-      await page.waitForFunction((name) => location.hash.includes(`=${name}&`), generation);
+      await page.waitForFunction((name) => location.hash.includes(`=${name}&`), method);
       await drawn(page);
     });
   }

@@ -43,7 +43,7 @@ pageTest("names damaged and missing files, and shows the rest", async (visit) =>
   for (const name of ["0003.jpg", "0005.omega", "0007.jpg"]) {
     await messages.getByText(name).waitFor({ state: "visible" });
   }
-  const how = { size_px: page.viewportSize().width, generation: "two-sided" };
+  const how = { size_px: page.viewportSize().width, method: "two-sided" };
   const [engine] = await enginePictures("cells", [place({})], how);
   const db = psnr(await picture(page), engine);
   assert.ok(db > 25, `${db} dB`);

@@ -46,7 +46,7 @@ pageTest("still views sharpen to the engine's picture", (visit) =>
       return view?.classList.contains("shown") && getComputedStyle(view).opacity === "1";
     });
     // All that is seen of a kiosk is this picture.
-    const how = { size_px: page.viewportSize().width, generation: at.generation };
+    const how = { size_px: page.viewportSize().width, method: at.method };
     const [engine] = await enginePictures("white", [at], how);
     const db = psnr(decodePng(await page.screenshot()), engine);
     console.log(`the engine's picture in the page: ${db.toFixed(1)} dB`);

@@ -58,14 +58,14 @@ const HOSTILE = [
   "#x=99&z=-99&up=1e9&pitch=4000&yaw=Infinity",
   "#%E0%A4%A",
   "#k=-1&fov=0",
-  "#generation=__proto__&constructor=1&__proto__[x]=1",
-  "#x=<img src=x onerror=alert(1)>&generation=<script>alert(1)</script>",
+  "#method=__proto__&constructor=1&__proto__[x]=1",
+  "#x=<img src=x onerror=alert(1)>&method=<script>alert(1)</script>",
 ];
 
 pageTest("addresses that make no sense do no harm", async (visit) => {
   const host = await visit.host("cells");
   const page = await visit.page();
-  const there = place({ x: 0.2, z: -0.2, yaw: 30, pitch: 5, k: 60, generation: "initial" });
+  const there = place({ x: 0.2, z: -0.2, yaw: 30, pitch: 5, k: 60, method: "initial" });
   await openRoom(page, host.address, there);
   await drawn(page);
   const opened = await pose(page);
@@ -77,8 +77,8 @@ pageTest("addresses that make no sense do no harm", async (visit) => {
   ]) {
     assert.ok(Math.abs(opened[key] - value) < 1e-3, `${key}: ${opened[key]}`);
   }
-  const { generation, k_deg } = await page.evaluate(() => window.raywalk.viewer.settings);
-  assert.deepEqual([generation, k_deg], ["initial", 60]);
+  const { method, k_deg } = await page.evaluate(() => window.raywalk.viewer.settings);
+  assert.deepEqual([method, k_deg], ["initial", 60]);
   for (const hash of HOSTILE) {
     await page.evaluate((text) => void (location.hash = text), hash);
     await page.waitForTimeout(50);

@@ -5,8 +5,8 @@
 export const FORMAT = "raywalk-web";
 export const VERSION = 1;
 
-export const GENERATIONS = ["initial", "hlf-vd", "two-sided"] as const;
-export type Generation = (typeof GENERATIONS)[number];
+export const METHODS = ["initial", "hlf-vd", "two-sided"] as const;
+export type ViewMethod = (typeof generationS)[number];
 
 export type PlanPoint = [x_m: number, z_m: number];
 
@@ -72,7 +72,7 @@ export interface Manifest {
   budget_mb: number;
   panorama: { width_px: number; coarse_width_px: number };
   distances: { width_px: number; omega_step_per_m: number; surface_tolerance: number };
-  view: { generation: Generation; k_deg: number; overlap_deg: number; distance_maps: number };
+  view: { method: ViewMethod; k_deg: number; overlap_deg: number; distance_maps: number };
   lines: Line[];
   cells: Cell[];
   start: { x_m: number; z_m: number; yaw_deg: number };
@@ -110,7 +110,7 @@ export function parseManifest(text: string): Manifest {
     manifest.distances?.width_px > 0 &&
     Number.isFinite(manifest.start?.x_m) &&
     Number.isFinite(manifest.start?.z_m) &&
-    GENERATIONS.includes(manifest.view?.generation) &&
+    METHODS.includes(manifest.view?.method) &&
     Array.isArray(manifest.cells) &&
     Array.isArray(manifest.lines) &&
     manifest.lines.length > 0 &&

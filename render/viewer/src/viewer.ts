@@ -2,10 +2,10 @@
 import type { WebGLRenderer } from "three";
 import type { Pose } from "./geometry/frame";
 import type { Grid } from "./geometry/grid";
-import type { Generation, Manifest } from "./manifest";
+import type { ViewMethod, Manifest } from "./manifest";
 
 export interface ViewSettings {
-  generation: Generation;
+  method: ViewMethod;
   k_deg: number;
   overlap_deg: number;
 }

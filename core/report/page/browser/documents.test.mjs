@@ -8,9 +8,9 @@ before(async () => (browser = await launch()));
 after(() => browser.close());
 
 const scores = (psnr_db) => ({ psnr_db, ws_psnr_db: psnr_db, ssim: 0.5, fsim: 0.5 });
-const view = (generation, psnr_db) => ({
+const view = (method, psnr_db) => ({
   name: "<b>centre</b>",
-  generation,
+  method,
   x_m: 0,
   z_m: 0,
   line_distance_m: 0.5,
@@ -21,17 +21,17 @@ const view = (generation, psnr_db) => ({
   empty_share: 0,
   render_ms: 3,
 });
-const quarter = (generation, psnr_db) => ({ ...view(generation, psnr_db), line_distance_m: 0.25 });
-const error = (generation, k_deg, e_connect) => ({
+const quarter = (method, psnr_db) => ({ ...view(method, psnr_db), line_distance_m: 0.25 });
+const error = (method, k_deg, e_connect) => ({
   connection: "hybrid",
-  generation,
+  method,
   k_deg,
   e_connect,
   e_connect_common: e_connect,
   coverage: 1,
 });
-const mode = (generation, psnr_db) => ({
-  generation,
+const mode = (method, psnr_db) => ({
+  method,
   connection: "hybrid",
   k_deg: 90,
   k_source: "given",
@@ -76,7 +76,7 @@ test("a validation finds the best method, gains and the least E_connect", async 
 const setting = (number, change, ratio, psnr_db, on_front) => ({
   number,
   name: "hlf-vd",
-  generation: "hlf-vd",
+  method: "hlf-vd",
   k_deg: 90,
   overlap_deg: 5,
   threads: 2,

@@ -1,5 +1,5 @@
-// Places of tests: {x, z} in metres, {yaw, pitch, fov, k} in degrees, generation.
-const MIDDLE = { x: 0, z: 0, yaw: 0, pitch: 0, fov: 75, k: 90, generation: "two-sided" };
+// Places of tests: {x, z} in metres, {yaw, pitch, fov, k} in degrees, method.
+const MIDDLE = { x: 0, z: 0, yaw: 0, pitch: 0, fov: 75, k: 90, method: "two-sided" };
 
 /** What is not given is as in the middle of the room. */
 export function place(parts) {

@@ -56,13 +56,13 @@ export function exportFolder(name) {
 }
 
 /** The flat pictures of the engine at places (as in place.mjs), in their order. */
-export async function enginePictures(room, places, { size_px, generation }) {
-  const job = path.join(setup().folder, `${room}-${generation}-${process.pid}`);
+export async function enginePictures(room, places, { size_px, method }) {
+  const job = path.join(setup().folder, `${room}-${method}-${process.pid}`);
   const rows = places.map(({ x, z, yaw, pitch }, i) => `${i},${x},${z},${yaw},${pitch}`);
   await writeFile(`${job}.csv`, `name,x,z,yaw,pitch\n${rows.join("\n")}\n`);
   const { fov, k } = places[0];
   const flat = ["--fov-deg", String(fov), "--size", `${size_px}x${size_px}`];
-  const how = ["--generation", generation, "--k", String(k)];
+  const how = ["--method", method, "--k", String(k)];
   const out = ["--out", job, "-f", "-q"];
   const path_job = ["path", roomFolder(room), `${job}.csv`, ...flat, ...how, ...out];
   await execute(path.join(setup().bin, "raywalk-render"), path_job);

@@ -45,11 +45,11 @@ export class EyeView {
       overlap_rad: radiansFromDegrees(settings.overlap_deg),
     };
     const lines = loadedLines(this.grid, this.store);
-    this.plan.update(lines, cell, { x_m, z_m }, rule, settings.generation);
+    this.plan.update(lines, cell, { x_m, z_m }, rule, settings.method);
     const near = this.stationsAround(cell, viewpoint_m);
     const most = Math.min(MAX_MAPS, this.manifest.view.distance_maps);
     const maps = nearestMaps(near, cell, most, MAPS_PER_LINE);
-    const corrected = settings.generation !== "initial" && maps.length > 0;
+    const corrected = settings.method !== "initial" && maps.length > 0;
     if (corrected) {
       const seen = maps.map(({ station, position_m }) => {
         const layer = this.store.layerWith(station, "omega")!;
@@ -64,7 +64,7 @@ export class EyeView {
       viewpoint_m,
       plan: this.plan.texture,
       distances: corrected ? this.distances.target.texture : null,
-      sources: SOURCES[settings.generation],
+      sources: SOURCES[settings.method],
       fillLayers: nearestMaps(near, cell, MAX_FILL, ANY_PER_LINE)
         .map(({ station }) => this.store.layerWith(station, "picture"))
         .filter((layer) => layer !== undefined),

@@ -5,7 +5,7 @@ import { thetaOfColumn } from "../geometry/angles";
 import type { PlanPosition } from "../geometry/grid";
 import { sharesOf, ViewPlan, type RaySource } from "../geometry/view_plan";
 import type { ConnectionRule } from "../geometry/connection";
-import type { Cell, Generation, Line } from "../manifest";
+import type { Cell, ViewMethod, Line } from "../manifest";
 
 const COLUMNS = 2048;
 const SOURCES = 4;
@@ -29,18 +29,17 @@ export class PlanTexture {
     cell: Cell | null,
     viewpoint: PlanPosition,
     rule: ConnectionRule,
-    generation: Generation,
+    method: ViewMethod,
   ): void {
     const plan = new ViewPlan(lines, cell, viewpoint, rule);
     this.texels.fill(0);
     for (let column = 0; column < COLUMNS; ++column) {
       const { front, behind } = plan.column(thetaOfColumn(column, COLUMNS));
-      const used = generation === "two-sided" ? [...front, ...behind] : front;
+      const used = method === "two-sided" ? [...front, ...behind] : front;
       // A vertical cut blends the lines of a connection alone.
-      const shares =
-        generation === "initial" ? used.map((source) => source.weight) : sharesOf(used);
+      const shares = method === "initial" ? used.map((source) => source.weight) : sharesOf(used);
       front.forEach((source, i) => this.set(i, column, lines, source, shares[i]!));
-      if (generation !== "two-sided") continue;
+      if (method !== "two-sided") continue;
       behind.forEach((source, i) =>
         this.set(2 + i, column, lines, source, shares[front.length + i]!),
       );

@@ -16,14 +16,14 @@ const PLACE = {
     roll_rad: 0,
   },
   fov_y_rad: 75 * DEG,
-  generation: "hlf-vd",
+  method: "hlf-vd",
   k_deg: 60,
 } as const;
 
 test("an address says where one is, in millimetres and tenths of degrees", () => {
   assert.equal(
     formatAddress(PLACE),
-    "#x=0.300&z=-1.250&up=0.000&yaw=40.0&pitch=-10.0&roll=0.0&fov=75.0&generation=hlf-vd&k=60",
+    "#x=0.300&z=-1.250&up=0.000&yaw=40.0&pitch=-10.0&roll=0.0&fov=75.0&method=hlf-vd&k=60",
   );
 });
 
@@ -33,7 +33,7 @@ test("what an address says can be read again", () => {
   assert.equal(read.pose.z_m, -1.25);
   assert.ok(Math.abs(read.pose.yaw_rad! - 40 * DEG) < 1e-9);
   assert.ok(Math.abs(read.fov_y_rad! - 75 * DEG) < 1e-9);
-  assert.equal(read.generation, "hlf-vd");
+  assert.equal(read.method, "hlf-vd");
   assert.equal(read.k_deg, 60);
 });
 
@@ -48,8 +48,8 @@ test("what cannot be read is ignored", () => {
     "#x=1,5&z=--1&up=2-&pitch=1 2",
     "#%",
     "#%E0%A4%A",
-    "#x=%00&generation=__proto__&k=three",
-    "#generation=two-sided'&fov=<script>",
+    "#x=%00&method=__proto__&k=three",
+    "#method=two-sided'&fov=<script>",
     "#x=" + "9".repeat(5000),
     "#" + "&".repeat(5000),
   ]) {

@@ -1,12 +1,12 @@
 // The address of a view. What is after # says where one is, so that a link shows the same:
 //
-//   #x=0.300&z=-0.250&up=0.000&yaw=40.0&pitch=-10.0&roll=0.0&fov=75.0&generation=two-sided&k=90
+//   #x=0.300&z=-0.250&up=0.000&yaw=40.0&pitch=-10.0&roll=0.0&fov=75.0&method=two-sided&k=90
 //
 // x, z, up in metres (up above the height that was captured), angles in degrees (fov: the vertical
 // field of view), k 45 to 90. What is missing stays as it is; what cannot be read is ignored; what
 // is out of range is taken as near as there is.
 import type { Pose } from "../geometry/frame";
-import { GENERATIONS, type Generation } from "../manifest";
+import { METHODS, type ViewMethod } from "../manifest";
 import { DEGREE_RAD, limit, wrapAngle } from "../geometry/angles";
 import { limitFov } from "../walk/field_of_view";
 import { decimals, readNumber } from "./numbers";
@@ -17,14 +17,14 @@ export const MOST_K_DEG = 90;
 export interface Place {
   pose: Pose;
   fov_y_rad: number;
-  generation: Generation;
+  method: ViewMethod;
   k_deg: number;
 }
 
 export interface PlaceFromAddress {
   pose: Partial<Pose>;
   fov_y_rad?: number;
-  generation?: Generation;
+  method?: ViewMethod;
   k_deg?: number;
 }
 
@@ -41,7 +41,7 @@ export function formatAddress(place: Place): string {
     ["pitch", deg(pose.pitch_rad)],
     ["roll", deg(pose.roll_rad)],
     ["fov", deg(place.fov_y_rad)],
-    ["generation", place.generation],
+    ["method", place.method],
     ["k", decimals(place.k_deg, 0)],
   ];
   return "#" + fields.map(([name, value]) => `${name}=${value}`).join("&");
@@ -57,7 +57,7 @@ export function parseAddress(hash: string): PlaceFromAddress {
   const pitch_rad = angle("pitch");
   const fov_y_rad = angle("fov");
   const k_deg = number("k");
-  const generation = GENERATIONS.find((each) => each === fields.get("generation"));
+  const method = METHODS.find((each) => each === fields.get("method"));
   return known({
     pose: known({
       x_m: number("x"),
@@ -69,7 +69,7 @@ export function parseAddress(hash: string): PlaceFromAddress {
       roll_rad: wrapped(angle("roll")),
     }),
     fov_y_rad: fov_y_rad === undefined ? undefined : limitFov(fov_y_rad),
-    generation,
+    method,
     k_deg: k_deg === undefined ? undefined : limit(k_deg, LEAST_K_DEG, MOST_K_DEG),
   });
 }

@@ -55,7 +55,7 @@ export function engineUrl(view: StillView, engine: string, base: URL): URL {
     fov: deg(horizontalFov(view.fov_y_rad, width_px / height_px)),
     width: String(width_px),
     height: String(height_px),
-    generation: settings.generation,
+    method: settings.method,
     k: decimals(settings.k_deg, 2),
   }).toString();
   return url;

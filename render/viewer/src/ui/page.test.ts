@@ -102,7 +102,7 @@ test("one looks at a hotspot, and steps towards what is seen", () => {
 
 const VIEW: StillView = {
   pose: { ...POSE, up_m: 0, yaw_rad: Math.PI / 2 },
-  settings: { generation: "two-sided", k_deg: 90, overlap_deg: 5 },
+  settings: { method: "two-sided", k_deg: 90, overlap_deg: 5 },
   fov_y_rad: Math.PI / 2,
   width_px: 800,
   height_px: 400,
@@ -122,7 +122,7 @@ test("the engine is asked for the same picture, its field of view across", () =>
     fov: "126.8699",
     width: "1600",
     height: "800",
-    generation: "two-sided",
+    method: "two-sided",
     k: "90.00",
   });
 });

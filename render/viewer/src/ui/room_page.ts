@@ -174,9 +174,9 @@ export class RoomPage {
   private run(tool: ToolName): void {
     if (!this.kiosk.allows(tool)) return;
     const commands: Record<ToolName, () => void> = {
-      initial: () => this.settings.choose({ generation: "initial" }),
-      "hlf-vd": () => this.settings.choose({ generation: "hlf-vd" }),
-      "two-sided": () => this.settings.choose({ generation: "two-sided" }),
+      initial: () => this.settings.choose({ method: "initial" }),
+      "hlf-vd": () => this.settings.choose({ method: "hlf-vd" }),
+      "two-sided": () => this.settings.choose({ method: "two-sided" }),
       settings: () => this.settings.toggle(),
       plan: () => void (this.plan.element.hidden = !this.plan.element.hidden),
       play: () => this.player.toggle(),
@@ -302,9 +302,9 @@ export class RoomPage {
   }
 
   private place(): Place {
-    const { generation, k_deg } = this.viewer.settings;
+    const { method, k_deg } = this.viewer.settings;
     const { pose, fov_y_rad } = this.walker;
-    return { pose, fov_y_rad, generation, k_deg };
+    return { pose, fov_y_rad, method, k_deg };
   }
 
   private stillView() {

@@ -1,5 +1,5 @@
-// How views are made: the generation, and the angle k of its views.
-import { GENERATIONS, type Generation } from "../manifest";
+// How views are made: the method, and the angle k of its views.
+import { METHODS, type ViewMethod } from "../manifest";
 import type { Viewer, ViewSettings } from "../viewer";
 import { LEAST_K_DEG, MOST_K_DEG } from "./address";
 import { element } from "./dom";
@@ -11,7 +11,7 @@ export class SettingsPanel {
     testid: "settings",
     attributes: { role: "group", "aria-label": "How views are made" },
   });
-  private readonly radios = new Map<Generation, HTMLInputElement>();
+  private readonly radios = new Map<ViewMethod, HTMLInputElement>();
   private readonly k = element("input", {
     attributes: {
       type: "range",
@@ -29,10 +29,10 @@ export class SettingsPanel {
     private readonly closed: () => void,
   ) {
     const group = element("div", {
-      class: "generations",
+      class: "methods",
       attributes: { role: "radiogroup", "aria-label": "Views" },
     });
-    group.append(...GENERATIONS.map((generation) => this.choice(generation)));
+    group.append(...METHODS.map((method) => this.choice(method)));
     this.k.addEventListener("input", () => this.choose({ k_deg: Number(this.k.value) }));
     const label = element(
       "label",
@@ -57,20 +57,20 @@ export class SettingsPanel {
 
   choose(change: Partial<ViewSettings>): void {
     this.viewer.settings = { ...this.viewer.settings, ...change };
-    const { generation, k_deg } = this.viewer.settings;
-    this.radios.get(generation)!.checked = true;
+    const { method, k_deg } = this.viewer.settings;
+    this.radios.get(method)!.checked = true;
     this.k.value = String(k_deg);
     this.k_shown.textContent = `${Math.round(k_deg)}°`;
   }
 
-  private choice(generation: Generation): HTMLLabelElement {
+  private choice(method: ViewMethod): HTMLLabelElement {
     const radio = element("input", {
-      attributes: { type: "radio", name: "generation", value: generation },
+      attributes: { type: "radio", name: "method", value: method },
     });
-    radio.addEventListener("change", () => this.choose({ generation }));
-    this.radios.set(generation, radio);
-    const label = element("label", { attributes: { title: `Views: ${generation}` } }, radio);
-    label.append(icon(generation), element("span", { text: generation }));
+    radio.addEventListener("change", () => this.choose({ method }));
+    this.radios.set(method, radio);
+    const label = element("label", { attributes: { title: `Views: ${method}` } }, radio);
+    label.append(icon(method), element("span", { text: method }));
     return label;
   }
 }

@@ -46,7 +46,7 @@ export const report: Describe = (d) => {
               settings,
               "ratio",
               "psnr_db",
-              (setting) => setting.generation,
+              (setting) => setting.method,
               "points",
               nameOf,
             ),
@@ -101,11 +101,11 @@ function presets(list: Json[], settings: Json[]): Section | null {
 function singleParameters(d: Json, settings: Json[]): Section | null {
   const keys: string[] = [...d.parameters.map((parameter: Json) => parameter.key), "threads"];
   const tables = settings
-    .filter((setting) => setting.name === setting.generation)
+    .filter((setting) => setting.name === setting.method)
     .map((centre) => {
       const changed = settings.filter(
         (setting) =>
-          setting.generation === centre.generation &&
+          setting.method === centre.method &&
           keys.filter((key) => setting[key] !== centre[key]).length === 1,
       );
       const less = (key: string) => ({

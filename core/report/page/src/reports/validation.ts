@@ -17,13 +17,13 @@ const most = (keys: string[]) => keys.map((key) => ({ key, best: "most" as const
 export const report: Describe = (d, images) => {
   const modes: Json[] = d.modes;
   const best = modes.reduce((a, b) => (a.psnr_db >= b.psnr_db ? a : b));
-  const initial = modes.find((mode) => mode.generation === "initial");
+  const initial = modes.find((mode) => mode.method === "initial");
   const scores = best.psnr_near_silhouettes_db === undefined ? SCORES : [...SCORES, ...SILHOUETTES];
   return {
     title: `Validation of ${d.volume}`,
     subtitle: `${counted(d.truths, "true viewpoint")}, ${counted(modes, "method")}`,
     facts: facts(
-      [`mean PSNR, ${best.generation}`, `${text(best.psnr_db)} dB`],
+      [`mean PSNR, ${best.method}`, `${text(best.psnr_db)} dB`],
       initial &&
         initial !== best && [
           "gain over initial views",
@@ -39,7 +39,7 @@ export const report: Describe = (d, images) => {
         d.distances === "none" &&
           "The room has no distances, so only initial views could be rendered: the vertical parallax is not corrected. raywalk-build-lf depth estimates them.",
         table(modes, {
-          columns: ["generation", "connection", "k_deg", ...most(scores), "median_render_ms"],
+          columns: ["method", "connection", "k_deg", ...most(scores), "median_render_ms"],
           caption:
             "Means over all views. Silhouettes are pixels within 2 pixels of neighbours whose true distances have a ratio above 1.15; specks are isolated wrong pixels.",
         }),
@@ -56,7 +56,7 @@ function distance(quarters: Json[], gains: boolean): Section | null {
   const initial = new Map<string, Json>();
   const place = (quarter: Json) => `${quarter.name} ${quarter.line_distance_m}`;
   for (const quarter of quarters) {
-    if (quarter.generation === "initial") initial.set(place(quarter), quarter);
+    if (quarter.method === "initial") initial.set(place(quarter), quarter);
   }
   const points = (title: string, y: string, value: (quarter: Json) => Json) =>
     chart(
@@ -64,7 +64,7 @@ function distance(quarters: Json[], gains: boolean): Section | null {
         quarters,
         (quarter) => 100 * quarter.line_distance_m,
         value,
-        (quarter) => quarter.generation,
+        (quarter) => quarter.method,
         "points",
         (quarter) => quarter.name,
       ),
@@ -72,7 +72,7 @@ function distance(quarters: Json[], gains: boolean): Section | null {
     );
   const gain = (key: string) => (quarter: Json) => {
     const zero = initial.get(place(quarter));
-    return zero && quarter.generation !== "initial" ? quarter[key] - zero[key] : null;
+    return zero && quarter.method !== "initial" ? quarter[key] - zero[key] : null;
   };
   return section(
     "Quality over the distance from the line",
@@ -95,12 +95,10 @@ function connections(d: Json): Section | null {
   const least = (row: Json) =>
     comparable &&
     row.e_connect_common !== null &&
-    rows.every(
-      (o) => o.generation !== row.generation || !(o.e_connect_common < row.e_connect_common),
-    );
+    rows.every((o) => o.method !== row.method || !(o.e_connect_common < row.e_connect_common));
   const over_k = (title: string, shown: Json[]) =>
     chart(
-      seriesOf(shown, "k_deg", key, (row) => row.generation),
+      seriesOf(shown, "k_deg", key, (row) => row.method),
       {
         title,
         x: axis("k_deg"),
@@ -111,7 +109,7 @@ function connections(d: Json): Section | null {
         ],
       },
     );
-  const corrected = rows.filter((row) => row.generation !== "initial");
+  const corrected = rows.filter((row) => row.method !== "initial");
   return section(
     "How well neighbouring lines connect",
     `E_connect, equation (11) of the paper: the mean squared difference of 8-bit RGB between what the two lines of a corner show in an overlap of ${text(overlap_deg)} degrees, over the centres of ${viewpoints} x ${viewpoints} sub-cells of every cell. Smaller is better. A corner is readable where both lines captured part of its overlap; the first E_connect is over other corners at every k and compares none of them. "common" is over the ${text(100 * common_share)} % of the corners that are readable at every k${comparable ? "" : ", too few to compare the angles"}.`,
@@ -123,7 +121,7 @@ function connections(d: Json): Section | null {
     ),
     table(rows, {
       columns: [
-        "generation",
+        "method",
         "connection",
         "k_deg",
         { key: "coverage", name: "corners read", unit: "%", factor: 100 },
@@ -148,7 +146,7 @@ function rendering(d: Json, scores: string[]): Section | null {
       h(
         "p",
         {},
-        `${mode.generation}: connection ${mode.connection} at k = ${text(mode.k_deg)} degrees (${mode.k_source}), blended over ${text(mode.overlap_deg)} degrees.`,
+        `${mode.method}: connection ${mode.connection} at k = ${text(mode.k_deg)} degrees (${mode.k_source}), blended over ${text(mode.overlap_deg)} degrees.`,
       ),
     ),
     d.distances !== "none" && `Distances of the corrected views: ${d.distances}.`,
@@ -156,7 +154,7 @@ function rendering(d: Json, scores: string[]): Section | null {
     table(views, {
       columns: [
         "name",
-        "generation",
+        "method",
         "x_m",
         "z_m",
         { key: "line_distance_m", name: "from line", unit: "cm", factor: 100 },
