@@ -9,13 +9,6 @@
 namespace raywalk {
 namespace {
 
-// The ghost from a given difference of inverse distances, more accurate than their floating-point
-// difference.
-double ghost_of_difference(double step_m, double difference, double omega, double assumed_omega) {
-  const double h = 0.5 * step_m;
-  return 2.0 * std::atan2(h * difference, 1.0 + (h * omega) * (h * assumed_omega));
-}
-
 // With T = tan(tolerance / 2) and D = |omega - omega_0| the ghost reaches the tolerance where
 //   h D = T (1 + h^2 omega omega_0),   h = step / 2,
 // a quadratic in h whose smaller root, written without cancellation, is
@@ -37,19 +30,6 @@ double angle_of_pixels(double tolerance_px, int width_px) {
   return tolerance_px * (kTwoPi / width_px);
 }
 
-double parallax_angle(double d_m, double psi_rad, double step_m) {
-  if (step_m == 0.0 || std::isinf(d_m)) return 0.0;
-  return std::atan2(std::sin(psi_rad), d_m / step_m - std::cos(psi_rad));
-}
-
-double ghost_angle(double step_m, double omega, double assumed_omega) {
-  return ghost_of_difference(step_m, std::abs(omega - assumed_omega), omega, assumed_omega);
-}
-
-double largest_step(double tolerance_rad, double omega, double assumed_omega) {
-  return step_for_difference(tolerance_rad, std::abs(omega - assumed_omega), omega, assumed_omega);
-}
-
 double omega_error_of_layers(OmegaRange scene, int layers) {
   return 0.5 * (scene.max - scene.min) / layers;
 }
@@ -64,12 +44,8 @@ double spacing_needed_without_depth(OmegaRange scene, double tolerance_rad) {
   return step_for_difference(tolerance_rad, scene.max, scene.max, 0.0);
 }
 
-double largest_ghost(OmegaRange scene, double omega_error, double spacing_m) {
-  return ghost_of_difference(spacing_m, omega_error, scene.min, scene.min + omega_error);
-}
-
 double largest_ghost_without_depth(OmegaRange scene, double spacing_m) {
-  return ghost_of_difference(spacing_m, scene.max, scene.max, 0.0);
+  return 2.0 * std::atan(0.5 * spacing_m * scene.max);
 }
 
 double nearest_distance_resolved(double spacing_m, double tolerance_rad) {

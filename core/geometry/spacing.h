@@ -56,35 +56,19 @@ struct OmegaRange {
 // The angle, radians, of `tolerance_px` pixels of a panorama `width_px` > 0 pixels wide.
 double angle_of_pixels(double tolerance_px, int width_px);
 
-// The change of direction, in [0, pi], to a source at distance `d_m` > 0 (infinity included) and
-// angle `psi_rad` in [0, pi] to the rail, after `step_m` >= 0 along the rail. At psi = pi (the
-// source is behind, on the rail) it is 0; at psi = 0 it is pi once the source is passed. Where d
-// and step cos(psi) cancel the error is relative to the larger of them.
-double parallax_angle(double d_m, double psi_rad, double step_m);
-
-// The angle, in [0, pi], between the two copies of a source at inverse distance `omega` >= 0 in a
-// blend of stations `step_m` >= 0 apart, with samples moved by the parallax of `assumed_omega` >= 0
-// (0: not moved). Symmetric in omega and assumed_omega.
-double ghost_angle(double step_m, double omega, double assumed_omega);
-
-// The largest step, metres, such that ghost_angle is within `tolerance_rad` in (0, pi) for all
-// smaller steps; infinity if it is for every step. The relative error is 1e-14, and up to 1e-14 / r
-// where the two steps at which the ghost equals the tolerance nearly coincide (r: their difference
-// relative to their sum).
-double largest_step(double tolerance_rad, double omega, double assumed_omega);
-
 // Half a layer: the largest error, 1/m, when inverse distances are quantised to `layers` >= 1
 // layers. One layer is Chai's constant depth.
 double omega_error_of_layers(OmegaRange scene, int layers);
 
 // The largest spacing, metres, that keeps every ghost of a scene within `tolerance_rad` when the
 // inverse distances used are off by up to `omega_error` >= 0, 1/m; infinity if there is no limit.
+// The relative error is up to 1e-14 / r where the two steps at which the ghost equals the tolerance
+// nearly coincide (r: their difference relative to their sum).
 double spacing_needed(OmegaRange scene, double omega_error, double tolerance_rad);
 // The same when samples are not moved.
 double spacing_needed_without_depth(OmegaRange scene, double tolerance_rad);
 
-// The inverse of spacing_needed: the largest ghost of a scene, radians, at a spacing.
-double largest_ghost(OmegaRange scene, double omega_error, double spacing_m);
+// The largest ghost of a scene, radians, at a spacing when samples are not moved.
 double largest_ghost_without_depth(OmegaRange scene, double spacing_m);
 
 // The distance, metres, beyond which sources stay within the tolerance at a spacing when samples

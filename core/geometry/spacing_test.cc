@@ -18,20 +18,18 @@ using Exact = boost::multiprecision::cpp_bin_float_100;
 constexpr double kInfiniteDistance = std::numeric_limits<double>::infinity();
 constexpr int kSpacingSamples = 3000;
 
-// The direction to (x, z) relative to the rail along x.
-Exact direction_to(const Exact& x, const Exact& z) { return atan2(z, x); }
-
 // The two copies of a source by exact geometry: from the stations at -h and h, the directions to
 // the source and to its assumed position, straight ahead of the middle.
-Exact exact_ghost(double step_m, double omega, double assumed_omega) {
+Exact exact_ghost(double step_m, const Exact& omega, const Exact& assumed_omega) {
   const Exact h = Exact(step_m) / 2;
-  const auto seen_aside = [&](double inverse) { return atan(Exact(h * Exact(inverse))); };
+  const auto seen_aside = [&](const Exact& inverse) { return atan(Exact(h * inverse)); };
   return 2 * abs(Exact(seen_aside(omega) - seen_aside(assumed_omega)));
 }
 
-double relative_error(double actual, const Exact& exact) {
-  if (exact == 0) return std::abs(actual);
-  return static_cast<double>(Exact(abs(Exact(actual - exact)) / abs(exact)));
+// The same in double precision, by the header's form without cancellation.
+double ghost_angle(double step_m, double omega, double assumed_omega) {
+  const double h = 0.5 * step_m;
+  return 2.0 * std::atan2(h * std::abs(omega - assumed_omega), 1.0 + h * h * omega * assumed_omega);
 }
 
 class Spacing : public testing::Test {
@@ -49,44 +47,6 @@ class Spacing : public testing::Test {
 
   std::mt19937_64 random_{7};
 };
-
-TEST_F(Spacing, ParallaxIsTheChangeOfDirection) {
-  for (int i = 0; i < kSpacingSamples; ++i) {
-    const double d = log_uniform(1e-6, 1e12);
-    const double psi = one_in(3) ? log_uniform(1e-9, kHalfPi) : uniform(0.0, kPi);
-    const double t = step();
-    const Exact x = d * cos(Exact(psi));
-    const Exact z = d * sin(Exact(psi));
-    const Exact exact = direction_to(x - t, z) - direction_to(x, z);
-    // Relative, except where d and the step along the ray cancel: then relative to the larger.
-    const double from_there = static_cast<double>(Exact(sqrt(Exact((x - t) * (x - t) + z * z))));
-    const double allowed = 1e-14 * static_cast<double>(exact) +
-                           4e-16 * (d + t) / from_there * static_cast<double>(sin(exact));
-    ASSERT_NEAR(parallax_angle(d, psi, t), static_cast<double>(exact), allowed)
-        << d << " " << psi << " " << t;
-  }
-}
-
-TEST_F(Spacing, NothingMovesWithoutStepOrAtInfinity) {
-  EXPECT_EQ(parallax_angle(kInfiniteDistance, 1.0, 5.0), 0.0);
-  EXPECT_EQ(parallax_angle(2.0, 1.0, 0.0), 0.0);
-  EXPECT_EQ(ghost_angle(0.0, 3.0, 0.0), 0.0);
-  EXPECT_EQ(ghost_angle(1.0, 0.7, 0.7), 0.0);
-  EXPECT_EQ(ghost_angle(1.0, 0.0, 0.0), 0.0);
-}
-
-TEST_F(Spacing, GhostIsTheGapOfTheCopiesAtAnyScale) {
-  for (int i = 0; i < kSpacingSamples; ++i) {
-    const double omega = inverse_distance();
-    // Half of the samples are so close that their difference has few significant digits.
-    const double assumed =
-        one_in(2) ? inverse_distance() : omega * (1.0 + log_uniform(1e-15, 1e-3));
-    const double s = step();
-    const Exact exact = exact_ghost(s, omega, assumed);
-    ASSERT_LE(relative_error(ghost_angle(s, omega, assumed), exact), 1e-14)
-        << s << " " << omega << " " << assumed;
-  }
-}
 
 // The header's bounds for other directions and for other positions between the stations.
 TEST_F(Spacing, OtherDirectionsAndPositionsAreHardlyWorse) {
@@ -119,24 +79,25 @@ TEST_F(Spacing, OtherDirectionsAndPositionsAreHardlyWorse) {
   EXPECT_GT(most, 0.99) << "the bound is not reached anywhere";
 }
 
-TEST_F(Spacing, LargestStepJustReachesTheTolerance) {
+TEST_F(Spacing, SpacingNeededJustReachesTheToleranceAtAnyScale) {
   for (int i = 0; i < kSpacingSamples; ++i) {
     const double omega = inverse_distance();
-    const double assumed = one_in(2) ? inverse_distance() : omega * uniform(0.0, 0.999);
+    // Half of the samples are so close that their difference has few significant digits.
+    const double error = one_in(2) ? inverse_distance() : omega * log_uniform(1e-15, 1e3);
     const double tolerance = one_in(4) ? uniform(0.1, 3.0) : log_uniform(1e-9, 0.1);
-    const double largest = largest_step(tolerance, omega, assumed);
-    if (std::isinf(largest)) {
+    const Exact assumed = Exact(omega) + Exact(error);
+    const double spacing = spacing_needed({omega, omega}, error, tolerance);
+    if (std::isinf(spacing)) {
       // The ghost is largest at h^2 omega omega_0 = 1; even there it is within the tolerance.
-      if (omega == assumed || omega == 0.0 || assumed == 0.0) continue;
-      const double farthest = 2.0 / std::sqrt(omega) / std::sqrt(assumed);
-      ASSERT_LE(ghost_angle(farthest, omega, assumed), tolerance * (1.0 + 1e-12));
+      if (error == 0.0 || omega == 0.0) continue;
+      const double farthest = 2.0 / std::sqrt(omega) / std::sqrt(omega + error);
+      ASSERT_LE(exact_ghost(farthest, omega, assumed), tolerance * (1.0 + 1e-12));
       continue;
     }
-    ASSERT_GT(largest, 0.0);
-    // Checked within 1e-6 of the step: near the maximum of the ghost the step is less accurate than
-    // the angle (see the header).
-    ASSERT_NEAR(ghost_angle(largest, omega, assumed) / tolerance, 1.0, 1e-12);
-    ASSERT_LE(ghost_angle(largest * (1.0 - 1e-6), omega, assumed), tolerance);
+    ASSERT_GT(spacing, 0.0);
+    const Exact ghost = exact_ghost(spacing, omega, assumed);
+    ASSERT_NEAR(static_cast<double>(Exact(ghost / tolerance)), 1.0, 1e-12);
+    ASSERT_LE(exact_ghost(spacing * (1.0 - 1e-6), omega, assumed), tolerance);
   }
 }
 
@@ -164,7 +125,6 @@ TEST_F(Spacing, SpacingNeededHoldsForEverySourceOfTheScene) {
     const double error = omega_error_of_layers(scene, layers);
     const double spacing = spacing_needed(scene, error, tolerance);
     if (std::isinf(spacing)) continue;
-    EXPECT_NEAR(largest_ghost(scene, error, spacing), tolerance, 1e-12 * tolerance);
     for (int source = 0; source < 20; ++source) {
       const double omega = uniform(scene.min, scene.max);
       const double width = 2.0 * error;
@@ -194,7 +154,7 @@ TEST_F(Spacing, DepthAllowsWiderSpacing) {
 TEST_F(Spacing, SceneAtInfinityNeedsNoStations) {
   EXPECT_EQ(spacing_needed_without_depth({0.0, 0.0}, 1e-3), kInfiniteDistance);
   EXPECT_EQ(spacing_needed({0.5, 0.5}, 0.0, 1e-3), kInfiniteDistance);
-  EXPECT_EQ(largest_ghost({0.1, 2.0}, 0.0, 10.0), 0.0);
+  EXPECT_EQ(largest_ghost_without_depth({0.0, 0.0}, 10.0), 0.0);
   EXPECT_EQ(nearest_distance_resolved(0.0, 1e-3), 0.0);
 }
 
