@@ -1,4 +1,4 @@
-// Common parts of the two camera fits (board_fit.h, capture_fit.h).
+// What the fit to a capture (capture_fit.h) solves and reports with.
 #pragma once
 
 #include <ceres/problem.h>
