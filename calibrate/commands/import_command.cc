@@ -65,15 +65,14 @@ void add_scale_options(CLI::App* command, ImportArguments* arguments) {
 }  // namespace
 
 void add_import(CLI::App* app) {
-  CLI::App* command = app->add_subcommand(
-      "import", "Take the poses of panoramas from another program, or from GPS");
+  CLI::App* command =
+      app->add_subcommand("import", "Take the poses of panoramas from another program");
   auto arguments = std::make_shared<ImportArguments>();
   ImportOptions* options = &arguments->options;
   command
       ->add_option("poses", options->source,
-                   "Folder of a COLMAP model of faces, OpenSfM's reconstruction.json, nerfstudio's "
-                   "transforms.json, or a table: of GPS and attitude (file,latitude_deg,"
-                   "longitude_deg,altitude_m,heading_deg,pitch_deg,roll_deg), or a frame list")
+                   "Folder of a COLMAP model of panoramas or their faces, nerfstudio's "
+                   "transforms.json, or a frame list")
       ->required();
   command->add_option("--panoramas", options->panoramas,
                       "Folder of the panoramas (default: where the source says)");
