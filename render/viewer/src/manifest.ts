@@ -6,7 +6,7 @@ export const FORMAT = "raywalk-web";
 export const VERSION = 1;
 
 export const METHODS = ["initial", "hlf-vd", "two-sided"] as const;
-export type ViewMethod = (typeof generationS)[number];
+export type ViewMethod = (typeof METHODS)[number];
 
 export type PlanPoint = [x_m: number, z_m: number];
 

@@ -61,8 +61,6 @@ const change = ({ before, after }: Json, key: string, decimals: number) =>
 
 const figures = (...shown: (HTMLElement | null)[]) => h("div", { class: "figures" }, ...shown);
 
-const percent = (key: string, name: string): Column => ({ key, name, unit: "%", factor: 100 });
-
 function lensSection(lens: Json, images: Images) {
   // The values of a lens differ in size, so each has its own digits.
   const digits = (key: string): Column => ({
