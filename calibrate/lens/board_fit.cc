@@ -194,7 +194,7 @@ LensPictures pictures_at(const LensOptions& options, bool two_files, std::size_t
 }
 
 PanoramaSize size_of_all(const std::vector<std::filesystem::path>& pictures) {
-  const PanoramaSize size = picture_size_of(pictures.front());
+  const PanoramaSize size = picture_header_of(pictures.front()).size;
   TurnedPictures turned;
   for (const std::filesystem::path& file : pictures) {
     const ImageHeader header = picture_header_of(file);
