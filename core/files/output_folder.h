@@ -56,15 +56,9 @@ void require_replaceable_file(const std::filesystem::path& file, const std::stri
                               const std::string& signature);
 
 // Renames the complete `directory` to `target`. A folder that is there already changes places with
-// it in one step and is removed then. Throws Error; `target` is then as it was.
+// it, in one step where the file system can, and is removed then. Throws Error; `target` is then as
+// it was.
 void move_into_place(const std::filesystem::path& directory, const std::filesystem::path& target);
-
-// Throws Error naming both.
-void rename_or_throw(const std::filesystem::path& from, const std::filesystem::path& to);
-
-// Swaps two folders atomically; false if the kernel or file system does not support it. Throws
-// Error naming both for any other failure.
-bool exchange(const std::filesystem::path& a, const std::filesystem::path& b);
 
 // Bytes of all regular files in a folder and its subfolders; 0 where it cannot be read.
 std::uint64_t bytes_in(const std::filesystem::path& folder);
