@@ -29,14 +29,6 @@ bool is_signed(const fs::path& marker, const std::string& signature) {
   return read_file_prefix(marker, kSignedBytes).find(signature) != std::string::npos;
 }
 
-void require_free(const fs::path& out, bool replace, const OwnOutput& own) {
-  if (replace) {
-    require_replaceable(out, own);
-  } else {
-    require_absent(out, "--out");
-  }
-}
-
 void rename_or_throw(const fs::path& from, const fs::path& to) {
   std::error_code error;
   fs::rename(from, to, error);
@@ -112,6 +104,14 @@ void require_replaceable(const fs::path& path, const OwnOutput& own) {
     if (!own.belongs(relative, is_folder)) {
       refuse(path, "it holds " + relative.string() + ", which is not part of " + own.what);
     }
+  }
+}
+
+void require_free(const fs::path& out, bool replace, const OwnOutput& own) {
+  if (replace) {
+    require_replaceable(out, own);
+  } else {
+    require_absent(out, "--out");
   }
 }
 

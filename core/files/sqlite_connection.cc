@@ -108,13 +108,11 @@ void SqliteConnection::execute(const std::string& sql) {
 }
 
 std::int64_t SqliteConnection::integer(const std::string& sql) {
-  SqliteStatement statement(this, sql);
-  return statement.step() ? statement.optional_integer(0).value_or(0) : 0;
+  return guarded([&] { return database_.execAndGet(sql).getInt64(); });
 }
 
 std::string SqliteConnection::text(const std::string& sql) {
-  SqliteStatement statement(this, sql);
-  return statement.step() && !statement.is_null(0) ? statement.text(0) : std::string();
+  return guarded([&] { return database_.execAndGet(sql).getString(); });
 }
 
 void throw_damaged_database(const fs::path& file, std::string_view what) {

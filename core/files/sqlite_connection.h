@@ -33,7 +33,8 @@ class SqliteConnection {
 
   // Runs one or several statements that return nothing.
   void execute(const std::string& sql);
-  // The first value of the first row, as "PRAGMA user_version" gives it; 0 or "" if there is none.
+  // The first value of the first row, as "PRAGMA user_version" gives it; 0 or "" for NULL. Throws
+  // Error if there is no row.
   std::int64_t integer(const std::string& sql);
   std::string text(const std::string& sql);
   // Rows changed by the last statement.

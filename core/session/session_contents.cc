@@ -195,9 +195,7 @@ std::string file_fault(const SessionContents& contents, const SessionFrame& fram
   };
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
-  if (!fs::exists(status)) {
-    return fault(error ? error.message() : std::string("No such file or directory"));
-  }
+  if (!fs::exists(status)) return fault(error.message());
   if (!fs::is_regular_file(status)) return fault("not a regular file");
   const std::uintmax_t bytes = fs::file_size(file, error);
   if (error) return fault(error.message());
