@@ -111,10 +111,7 @@ void remove_abandoned_temporaries(const fs::path& directory) {
        entry.increment(error)) {
     const std::string name = entry->path().filename().string();
     std::smatch parts;
-    // The search for the word is much faster than the pattern, and directories may be large.
-    if (name.find(".partial") == std::string::npos || !std::regex_match(name, parts, pattern)) {
-      continue;
-    }
+    if (!name.starts_with('.') || !std::regex_match(name, parts, pattern)) continue;
     if (!is_abandoned(parts[1], static_cast<pid_t>(std::stol(parts[2])), entry->path())) continue;
     std::error_code stays;
     fs::remove_all(entry->path(), stays);

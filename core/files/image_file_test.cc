@@ -20,9 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::AllOf;
-using testing::EndsWith;
 using testing::HasSubstr;
-using testing::StartsWith;
 
 cv::Mat noise(int width, int height, int type) {
   cv::Mat picture(height, width, type);
@@ -88,28 +86,16 @@ TEST_F(ImageFileTest, SizeIsFoundBehindALongHeader) {
   EXPECT_EQ(panorama_header_of(file).size, (PanoramaSize{64, 32}));
 }
 
-// Decoders would print what they find.
-TEST_F(ImageFileTest, TruncatedFilesAreErrorsAndPrintNothing) {
-  testing::internal::CaptureStderr();
-  for (const std::string name : {"a.jpg", "a.png"}) {
-    const std::string whole = read_file(written(name, noise(64, 32, CV_8UC3)));
-    for (const double share : {0.001, 0.05, 0.3, 0.5, 0.9, 0.999}) {
-      const auto length = static_cast<std::size_t>(share * static_cast<double>(whole.size()));
-      EXPECT_THAT(panorama_error(written(name, whole.substr(0, length + 1))),
-                  HasSubstr("cut short"))
-          << name << " " << share;
-    }
-  }
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-}
-
-TEST_F(ImageFileTest, EveryFlippedByteOfAPngIsAnErrorAndPrintsNothing) {
+// libpng would print what it finds.
+TEST_F(ImageFileTest, DamagedAndTruncatedPngsAreErrorsAndPrintNothing) {
   const std::string whole = read_file(written("a.png", noise(16, 8, CV_8UC3)));
   testing::internal::CaptureStderr();
   for (std::size_t at = 0; at < whole.size(); ++at) {
     std::string bytes = whole;
     bytes[at] = static_cast<char>(bytes[at] ^ 0x10);
     panorama_error(written("a.png", bytes));
+    if (at == 0) continue;
+    EXPECT_THAT(panorama_error(written("a.png", whole.substr(0, at))), HasSubstr("cut short"));
   }
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
@@ -250,13 +236,6 @@ TEST(ImageHeader, DamagedExifIsUpright) {
   std::string beyond = whole;
   beyond[4] = beyond[7] = static_cast<char>(0xFF);  // the directory's offset
   EXPECT_EQ(header_of(jpeg_with(beyond)).orientation, 1);
-}
-
-// As an EXIF preview is.
-TEST(ImageHeader, AnImageInsideTheHeaderIsSkipped) {
-  const std::string preview = encoded(".jpg", 16, 8, CV_8UC3);
-  EXPECT_EQ(header_of(with_app1(encoded(".jpg", 256, 128, CV_8UC3), "", preview)).size,
-            (PanoramaSize{256, 128}));
 }
 
 TEST(ImageHeader, NonImagesAreRejected) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -45,17 +46,18 @@ void require_lens(const FisheyeLens& lens, const std::string& file, const std::s
   }
 }
 
-std::string lens_text(const std::string& name, const FisheyeLens& lens,
-                      const Eigen::Vector3d& position_m) {
-  std::string text = fmt::format("{}:\n  centre_u_px: {}\n  centre_v_px: {}\n  focal_px: {}\n",
-                                 name, lens.centre.u, lens.centre.v, lens.focal_px);
-  for (std::size_t i = 0; i < lens.k.size(); ++i) {
-    text += fmt::format("  k{}: {}\n", i + 1, lens.k[i]);
-  }
-  const Eigen::Vector3d position_mm = 1e3 * position_m;
-  return text + fmt::format("  largest_angle_deg: {}\n  x_mm: {}\n  y_mm: {}\n  z_mm: {}\n",
-                            degrees_from_radians(lens.largest_angle_rad), position_mm.x(),
-                            position_mm.y(), position_mm.z());
+SettingsSchema schema_of(DualFisheyeCamera* camera) {
+  DualFisheyeLayout& layout = camera->layout;
+  SettingsSchema schema;
+  schema.integer("picture_width_px", &camera->picture.width, 1, kLargestSide_px)
+      .integer("picture_height_px", &camera->picture.height, 1, kLargestSide_px)
+      .boolean("two_files", &camera->two_files)
+      .number("back.yaw_deg", &layout.back_attitude.yaw_rad, -360.0, 360.0, kDegree)
+      .number("back.pitch_deg", &layout.back_attitude.pitch_rad, -360.0, 360.0, kDegree)
+      .number("back.roll_deg", &layout.back_attitude.roll_rad, -360.0, 360.0, kDegree);
+  bind_lens(&schema, "front", &layout.front, &layout.front_position_m);
+  bind_lens(&schema, "back", &layout.back, &layout.back_position_m);
+  return schema;
 }
 
 // Pixel centres have whole coordinates, so the picture's corner is at -0.5.
@@ -74,17 +76,7 @@ DualFisheyeCamera read_lens_file(const std::filesystem::path& file) {
     throw UsageError("the lens file " + missing_config_text(file, ConfigKind::kLens));
   }
   DualFisheyeCamera camera;
-  DualFisheyeLayout& layout = camera.layout;
-  SettingsSchema schema;
-  schema.integer("picture_width_px", &camera.picture.width, 1, kLargestSide_px)
-      .integer("picture_height_px", &camera.picture.height, 1, kLargestSide_px)
-      .boolean("two_files", &camera.two_files)
-      .number("back.yaw_deg", &layout.back_attitude.yaw_rad, -360.0, 360.0, kDegree)
-      .number("back.pitch_deg", &layout.back_attitude.pitch_rad, -360.0, 360.0, kDegree)
-      .number("back.roll_deg", &layout.back_attitude.roll_rad, -360.0, 360.0, kDegree);
-  bind_lens(&schema, "front", &layout.front, &layout.front_position_m);
-  bind_lens(&schema, "back", &layout.back, &layout.back_position_m);
-  const SettingsLines given = schema.load(file);
+  const SettingsLines given = schema_of(&camera).load(file);
   for (const char* key :
        {"picture_width_px", "picture_height_px", "front.centre_u_px", "front.centre_v_px",
         "front.focal_px", "back.centre_u_px", "back.centre_v_px", "back.focal_px"}) {
@@ -92,25 +84,24 @@ DualFisheyeCamera read_lens_file(const std::filesystem::path& file) {
     throw UsageError(
         fmt::format("{}: '{}' is missing; configs/lenses holds examples", file.string(), key));
   }
-  require_lens(layout.front, file.string(), "front");
-  require_lens(layout.back, file.string(), "back");
+  require_lens(camera.layout.front, file.string(), "front");
+  require_lens(camera.layout.back, file.string(), "back");
   return camera;
 }
 
 void write_lens_file(const std::filesystem::path& file, const DualFisheyeCamera& camera) {
-  const DualFisheyeLayout& layout = camera.layout;
-  const Attitude& attitude = layout.back_attitude;
-  write_file_atomically(
-      file,
-      "# A dual-fisheye camera; raywalk's configs/lenses/dual-fisheye.yaml explains the keys.\n" +
-          fmt::format("picture_width_px: {}\npicture_height_px: {}\ntwo_files: {}\n",
-                      camera.picture.width, camera.picture.height, camera.two_files) +
-          lens_text("front", layout.front, layout.front_position_m) +
-          lens_text("back", layout.back, layout.back_position_m) +
-          fmt::format("  yaw_deg: {}\n  pitch_deg: {}\n  roll_deg: {}\n",
-                      degrees_from_radians(attitude.yaw_rad),
-                      degrees_from_radians(attitude.pitch_rad),
-                      degrees_from_radians(attitude.roll_rad)));
+  std::string text =
+      "# A dual-fisheye camera; raywalk's configs/lenses/dual-fisheye.yaml explains the keys.\n";
+  DualFisheyeCamera bound = camera;
+  std::string group;
+  for (const auto& [key, value] : schema_of(&bound).values()) {
+    const std::size_t dot = key.find('.');
+    const std::string before =
+        std::exchange(group, dot == std::string::npos ? "" : key.substr(0, dot));
+    if (!group.empty() && group != before) text += group + ":\n";
+    text += fmt::format("{}: {}\n", group.empty() ? key : "  " + key.substr(dot + 1), value);
+  }
+  write_file_atomically(file, text);
 }
 
 DualFisheyeCamera scaled_to(const DualFisheyeCamera& camera, PanoramaSize picture) {
