@@ -113,9 +113,7 @@ class SqliteStatement {
   }
   template <typename Value>
   void bind_one(int parameter, const Value& value) {
-    if constexpr (std::is_integral_v<Value>) {
-      statement_.bind(parameter, static_cast<std::int64_t>(value));
-    } else if constexpr (std::is_floating_point_v<Value>) {
+    if constexpr (std::is_arithmetic_v<Value>) {
       statement_.bind(parameter, value);
     } else {
       statement_.bind(parameter, std::string(value));
