@@ -43,7 +43,7 @@ class ImageFileTest : public testing::Test {
 
   // The message of read_panorama; it names the file.
   static std::string panorama_error(const fs::path& file) {
-    const std::string error = error_of([&] { read_panorama(file); });
+    std::string error = error_of([&] { read_panorama(file); });
     EXPECT_THAT(error, HasSubstr(file.string()));
     return error;
   }
