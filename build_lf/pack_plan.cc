@@ -17,7 +17,6 @@
 #include "core/files/fingerprint.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
-#include "core/files/image_header.h"
 #include "core/geometry/line_gaps.h"
 #include "core/room/room.h"
 

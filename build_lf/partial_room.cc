@@ -61,18 +61,14 @@ void remove_all(const std::vector<fs::path>& files) {
   for (const fs::path& file : files) fs::remove(file);
 }
 
+OwnOutput own_room() { return {"a room", "manifest.json", "\"raywalk-room\"", is_part_of_room}; }
+
 }  // namespace
 
-void require_replaceable_room(const fs::path& out) {
-  require_replaceable(out, {"a room", "manifest.json", "\"raywalk-room\"", is_part_of_room});
-}
+void require_replaceable_room(const fs::path& out) { require_replaceable(out, own_room()); }
 
 void require_free(const fs::path& out, bool replace) {
-  if (replace) {
-    require_replaceable_room(out);
-  } else {
-    require_absent(out, "--out");
-  }
+  raywalk::require_free(out, replace, own_room());
 }
 
 PartialRoom::PartialRoom(bool replace, const fs::path& out, FileLock::Use use)

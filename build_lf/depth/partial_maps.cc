@@ -184,14 +184,9 @@ void PartialMaps::complete() {
   // Under another name first: a run that is killed after the exchange leaves the previous distances
   // there, which are not taken for the new ones.
   const fs::path installed = directory_ / kInstalled;
-  rename_or_throw(volumes_, installed);
+  move_into_place(volumes_, installed);
+  move_into_place(installed, place);
   std::error_code error;
-  if (!fs::exists(place, error)) {
-    rename_or_throw(installed, place);
-  } else if (!exchange(installed, place)) {
-    rename_or_throw(place, directory_ / "replaced");
-    rename_or_throw(installed, place);
-  }
   fs::remove_all(directory_, error);
 }
 

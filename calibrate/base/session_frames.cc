@@ -15,7 +15,6 @@
 #include "calibrate/base/listed_frames.h"
 #include "core/base/error.h"
 #include "core/files/frame_list.h"
-#include "core/session/frame_faults.h"
 #include "core/session/session_contents.h"
 #include "core/session/session_file.h"
 

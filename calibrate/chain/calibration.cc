@@ -194,7 +194,7 @@ CaptureSet Calibration::panoramas() const {
     require_file(panorama_mask_file(frame).generic_string(), CalibrationStep::kStitch);
     frame.mask = options_.out / panorama_mask_file(frame);
   }
-  stitched.frame = panorama_size_of(stitched.frames.front().file);
+  stitched.frame = panorama_header_of(stitched.frames.front().file).size;
   return stitched;
 }
 

@@ -78,7 +78,7 @@ void warn_of_others(const std::vector<fs::path>& files, const fs::path& folder) 
 // source gives it or, without its folders, its last part; with its extension or, if there is no
 // such file, another one of pictures. Warns of panoramas in the folder that have no pose. Throws
 // UsageError if the folder is unknown; Error naming the frame for one without a file, and as
-// panorama_size_of does.
+// panorama_header_of does.
 std::vector<fs::path> find_panoramas(const ImportedPoses& poses,
                                      const std::optional<fs::path>& folder) {
   const std::optional<fs::path> chosen = folder ? folder : poses.panoramas;
@@ -95,7 +95,7 @@ std::vector<fs::path> find_panoramas(const ImportedPoses& poses,
     if (!used.insert(files.back()).second) {
       throw Error(fmt::format("{}: {} has a pose already", frame.where, files.back().string()));
     }
-    panorama_size_of(files.back());
+    panorama_header_of(files.back());
   }
   warn_of_others(files, *chosen);
   return files;

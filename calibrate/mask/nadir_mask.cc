@@ -40,7 +40,7 @@ void mask_cone(double cone_deg, cv::Mat* mask) {
 }
 
 cv::Mat read_scaled(const std::filesystem::path& file, cv::Size size) {
-  const cv::Mat picture = read_mask(file, panorama_size_of(file));
+  const cv::Mat picture = read_mask(file, panorama_header_of(file).size);
   cv::Mat scaled;
   cv::resize(picture, scaled, size, 0.0, 0.0, cv::INTER_NEAREST);
   return scaled > kDark;

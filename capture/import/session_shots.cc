@@ -34,7 +34,7 @@ constexpr char kFailedAttempts[] =
 
 std::vector<ExposedStation> exposed_stations(SessionReader* reader, int exposures) {
   std::vector<ExposedStation> stations;
-  SessionRow rows = reader->query(kExposedStations, "an exposed attempt");
+  SqliteStatement rows = reader->query(kExposedStations, "an exposed attempt");
   while (rows.step()) {
     ExposedStation station;
     station.attempt = {rows.integer(0, 1, INT64_MAX), rows.name(1), rows.number(2, 1, INT_MAX)};
@@ -49,7 +49,7 @@ std::vector<ExposedStation> exposed_stations(SessionReader* reader, int exposure
 
 std::vector<FailedAttempt> failed_attempts(SessionReader* reader) {
   std::vector<FailedAttempt> attempts;
-  SessionRow rows = reader->query(kFailedAttempts, "a failed attempt");
+  SqliteStatement rows = reader->query(kFailedAttempts, "a failed attempt");
   while (rows.step()) {
     attempts.push_back({wall_time_from(rows.utc_us(0)), wall_time_from(rows.utc_us(1))});
   }

@@ -120,7 +120,8 @@ class CaptureSequenceTest : public ::testing::Test {
   std::vector<std::string> attempts() {
     SessionReader reader(capture_.directory);
     SqliteStatement row(&reader.database(),
-                        "SELECT station.name, attempt.number, outcome, fault FROM attempt "
+                        "SELECT station.name, attempt.number, outcome, "
+                        "coalesce(fault, '') FROM attempt "
                         "JOIN station ON station.id = station_id ORDER BY attempt.id");
     std::vector<std::string> attempts;
     while (row.step()) {

@@ -15,7 +15,7 @@
 #include "core/base/progress.h"
 #include "core/base/units.h"
 #include "core/files/atomic_output.h"
-#include "core/session/frame_faults.h"
+#include "core/session/session_contents.h"
 
 namespace raywalk::capture {
 namespace {

@@ -20,7 +20,7 @@
 #include "core/base/number_text.h"
 #include "core/files/file_lock.h"
 #include "core/files/output_folder.h"
-#include "core/session/frame_faults.h"
+#include "core/session/session_contents.h"
 #include "core/session/session_file.h"
 
 namespace raywalk::capture {

@@ -46,7 +46,8 @@ class MergeSessionsTest : public ::testing::Test {
   std::string events() {
     SessionReader session(root_ / "hall");
     std::string text;
-    SessionRow row = session.query("SELECT kind || ' ' || text FROM event ORDER BY id", "event");
+    SqliteStatement row =
+        session.query("SELECT kind || ' ' || text FROM event ORDER BY id", "event");
     while (row.step()) text += row.text(0) + "\n";
     return text;
   }
@@ -73,7 +74,7 @@ TEST_F(MergeSessionsTest, SessionsOfSomeLinesBecomeTheSessionOfThePlan) {
   TestCapture rig{.directory = root_ / "hall", .plan = test_plan(true)};
   rig.clock.sleep(duration_from_ms(3.6e6 * 10));
   EXPECT_EQ(rig.open()->exposure(), "");
-  SessionRow row = merged.query(
+  SqliteStatement row = merged.query(
       "SELECT count(*), sum(begun_utc_us < (SELECT begun_utc_us FROM attempt AS before WHERE "
       "before.id = attempt.id - 1)), min(measured_mm - commanded_mm), max(measured_mm - "
       "commanded_mm) FROM attempt",

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "capture/session/session_verify.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/frame_list.h"
 
 namespace raywalk::capture {
 namespace {
@@ -63,25 +65,16 @@ std::string left_out(const std::vector<StationRecord>& stations,
   return text;
 }
 
-// Adding zero turns -0 into 0.
-std::string position_row(const FrameRecord& frame) {
-  return fmt::format("{},{:.9f},0.000000000,{:.9f}", frame.file, frame.position_m.x_m + 0.0,
-                     frame.position_m.z_m + 0.0);
-}
-
 // One of the two lists: the frames of the grid or the ground-truth views.
 struct FrameTable {
-  std::string text{};
+  std::vector<ListedFrame> frames{};
   std::set<std::string> lines{};
-  std::set<std::string> stations{};
-  std::size_t rows = 0;
 
   void add(const FrameRecord& frame) {
-    if (rows == 0) text = frame.validation ? "file,x,y,z\n" : "file,x,y,z,line\n";
-    text += position_row(frame) + (frame.validation ? "" : "," + frame.line) + "\n";
+    frames.push_back({.file = frame.file,
+                      .position_m = {frame.position_m.x_m, 0.0, frame.position_m.z_m},
+                      .line = frame.validation ? "" : frame.line});
     lines.insert(frame.line);
-    stations.insert(frame.station);
-    ++rows;
   }
 };
 
@@ -102,20 +95,20 @@ std::string export_session(SessionReader* session, const ExportOptions& options)
     if (frame.exposure_index != options.exposure) continue;
     (frame.validation ? truth : grid).add(frame);
   }
-  if (grid.rows == 0) {
+  if (grid.frames.empty()) {
     throw Error(
         fmt::format("{}: no station of the grid is captured yet; there is nothing to "
                     "export",
                     directory));
   }
   const std::filesystem::path poses = session->directory() / "poses.csv";
-  write_file_atomically(poses, grid.text);
-  std::string summary =
-      fmt::format("{}: {} frames on {} lines", poses.string(), grid.rows, grid.lines.size());
-  if (truth.rows > 0) {
+  write_file_atomically(poses, frame_list_text(grid.frames));
+  std::string summary = fmt::format("{}: {} frames on {} lines", poses.string(), grid.frames.size(),
+                                    grid.lines.size());
+  if (!truth.frames.empty()) {
     const std::filesystem::path views = session->directory() / "gt.csv";
-    write_file_atomically(views, truth.text);
-    summary += fmt::format("; {}: {} ground-truth views", views.string(), truth.rows);
+    write_file_atomically(views, frame_list_text(truth.frames));
+    summary += fmt::format("; {}: {} ground-truth views", views.string(), truth.frames.size());
   }
   return summary + left_out(stations, verification);
 }

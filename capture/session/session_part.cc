@@ -7,7 +7,7 @@
 
 #include "capture/plan/line_selection.h"
 #include "core/base/error.h"
-#include "core/session/frame_faults.h"
+#include "core/session/session_contents.h"
 #include "core/session/session_file.h"
 
 namespace raywalk::capture {
@@ -22,7 +22,7 @@ WholePlan whole_of(const CapturePlan& plan, const CameraConfig& camera) {
 }
 
 std::optional<PanoramaSize> frame_size_of(SessionReader* session) {
-  SessionRow row = session->query("SELECT width_px, height_px FROM frame LIMIT 1", "a frame");
+  SqliteStatement row = session->query("SELECT width_px, height_px FROM frame LIMIT 1", "a frame");
   if (!row.step()) return std::nullopt;
   constexpr int kLargest = 1 << 20;
   return PanoramaSize{row.number(0, 1, kLargest), row.number(1, 1, kLargest)};
@@ -30,7 +30,7 @@ std::optional<PanoramaSize> frame_size_of(SessionReader* session) {
 
 std::vector<CapturedLine> lines_of(SessionReader* session, const SessionContents& contents) {
   std::map<std::string, std::int64_t> ended_us;
-  SessionRow row = session->query(
+  SqliteStatement row = session->query(
       "SELECT line.name, max(last_us) FROM ("
       " SELECT station.line_id AS line_id, attempt.ended_utc_us AS last_us FROM attempt"
       "  JOIN station ON station.id = station_id WHERE outcome IN ('captured', 'exposed')"

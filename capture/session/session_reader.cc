@@ -12,7 +12,7 @@ namespace {
 
 // The enumerator that the database names.
 template <typename Enum, std::size_t count>
-Enum choice_of(const SessionRow& row, int column, const std::array<Enum, count>& choices) {
+Enum choice_of(const SqliteStatement& row, int column, const std::array<Enum, count>& choices) {
   const std::string word = row.name(column);
   std::string known;
   for (const Enum each : choices) {
@@ -44,12 +44,12 @@ StationRecord record_of(const SessionContents& contents, const SessionStation& s
 SessionReader::SessionReader(std::filesystem::path directory)
     : directory_(std::move(directory)), database_(open_session_to_read(directory_)) {}
 
-SessionRow SessionReader::query(const std::string& sql, const std::string& row) {
-  return {&database_, sql, directory_, row};
+SqliteStatement SessionReader::query(const std::string& sql, const std::string& row) {
+  return {&database_, sql, row};
 }
 
 SessionFacts SessionReader::facts() {
-  SessionRow row = query(
+  SqliteStatement row = query(
       "SELECT created_utc_us, mode, camera, frames, bracket_ev, locked_exposure, config_text "
       "FROM session",
       "the session");
@@ -114,7 +114,7 @@ std::vector<FrameRecord> SessionReader::frames() {
 }
 
 std::vector<JournalSample> SessionReader::journal(const std::string& line) {
-  SessionRow row = query(
+  SqliteStatement row = query(
       "SELECT at_utc_us, position_mm FROM journal JOIN line ON line.id = line_id "
       "WHERE line.name = ?1 ORDER BY journal.id",
       "the journal of line " + line);

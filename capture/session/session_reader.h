@@ -67,8 +67,8 @@ class SessionReader {
   std::vector<FrameRecord> frames();
   std::vector<JournalSample> journal(const std::string& line);  // in the order of recording
   // For queries that only one caller needs; docs/session.md documents the tables. `row` as for
-  // SessionRow.
-  SessionRow query(const std::string& sql, const std::string& row);
+  // SqliteStatement.
+  SqliteStatement query(const std::string& sql, const std::string& row);
   SqliteConnection& database() { return database_; }
 
  private:

@@ -42,7 +42,7 @@ std::vector<LineStatus> lines_of(const SessionContents& contents,
 }
 
 void count_attempts(SessionReader* session, std::vector<LineStatus>* lines) {
-  SessionRow row = session->query(
+  SqliteStatement row = session->query(
       "SELECT (SELECT count(*) FROM attempt JOIN station ON station.id = station_id "
       "WHERE station.line_id = line.id) AS attempts, "
       "EXISTS (SELECT 1 FROM journal WHERE journal.line_id = line.id) AS filmed "
@@ -56,7 +56,7 @@ void count_attempts(SessionReader* session, std::vector<LineStatus>* lines) {
 }
 
 std::map<std::string, int> faults_of(SessionReader* session) {
-  SessionRow row =
+  SqliteStatement row =
       session->query("SELECT fault, count(*) FROM attempt WHERE outcome = 'failed' GROUP BY fault",
                      "a failed attempt");
   std::map<std::string, int> faults;
@@ -66,7 +66,7 @@ std::map<std::string, int> faults_of(SessionReader* session) {
 
 // The values of a column of the captured attempts, without NULL.
 std::vector<double> captured_values(SessionReader* session, const std::string& column) {
-  SessionRow row = session->query(
+  SqliteStatement row = session->query(
       "SELECT " + column + " FROM attempt WHERE outcome IN ('captured', 'exposed') AND " + column +
           " IS NOT NULL",
       "an attempt");
@@ -100,14 +100,14 @@ StationTimes times_of(SessionReader* session) {
 
 // The median time from one captured station of a line to the next; the median ignores breaks.
 std::optional<double> pace_s(SessionReader* session) {
-  SessionRow row = session->query(
+  SqliteStatement row = session->query(
       "SELECT station.line_id, ended_utc_us FROM attempt JOIN station ON station.id = station_id "
       "WHERE outcome IN ('captured', 'exposed') AND moving_ms IS NOT NULL ORDER BY attempt.id",
       "a captured attempt");
   std::vector<double> intervals_s;
   std::int64_t line = -1, ended_us = 0;
   while (row.step()) {
-    const std::int64_t line_here = row.integer(0, INT64_MIN, INT64_MAX);
+    const std::int64_t line_here = row.integer(0);
     const std::int64_t ended_here_us = row.utc_us(1);
     if (line_here == line) {
       intervals_s.push_back(static_cast<double>(ended_here_us - ended_us) / kUsPerSecond);
@@ -119,7 +119,7 @@ std::optional<double> pace_s(SessionReader* session) {
 }
 
 std::vector<SessionEvent> last_events_of(SessionReader* session) {
-  SessionRow row = session->query(
+  SqliteStatement row = session->query(
       "SELECT at_utc_us, kind, text FROM event ORDER BY id DESC LIMIT ?1", "an event");
   row.bind(kLastEvents);
   std::vector<SessionEvent> events;

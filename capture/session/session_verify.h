@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "capture/session/session_reader.h"
-#include "core/session/frame_faults.h"
+#include "core/session/session_contents.h"
 
 namespace raywalk::capture {
 

@@ -16,6 +16,7 @@
 #include <set>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/files/fingerprint.h"
@@ -26,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kStandardInput = "-";
-constexpr std::size_t kReadBlockBytes = std::size_t{1} << 16;
+constexpr std::size_t kReadBlockBytes = std::size_t{1} << 18;
 // Linux limits a name to 255 bytes; a temporary name adds far less than 100 to the stem.
 constexpr std::size_t kMaxStemBytes = 100;
 constexpr auto kForeignAge = std::chrono::hours(24);
@@ -110,10 +111,7 @@ void remove_abandoned_temporaries(const fs::path& directory) {
        entry.increment(error)) {
     const std::string name = entry->path().filename().string();
     std::smatch parts;
-    // The search for the word is much faster than the pattern, and directories may be large.
-    if (name.find(".partial") == std::string::npos || !std::regex_match(name, parts, pattern)) {
-      continue;
-    }
+    if (!name.starts_with('.') || !std::regex_match(name, parts, pattern)) continue;
     if (!is_abandoned(parts[1], static_cast<pid_t>(std::stol(parts[2])), entry->path())) continue;
     std::error_code stays;
     fs::remove_all(entry->path(), stays);
@@ -131,35 +129,13 @@ void clean_once(const fs::path& directory) {
   if (cleaned.insert(canonical).second) remove_abandoned_temporaries(canonical);
 }
 
-// Why something cannot be read.
-std::string what_is(fs::file_type type) {
-  constexpr const char* kAdvice = "; give a regular file";
-  switch (type) {
-    case fs::file_type::not_found:
-      return reason(ENOENT);
-    case fs::file_type::directory:
-      return reason(EISDIR) + kAdvice;
-    case fs::file_type::fifo:
-      return std::string("Is a named pipe") + kAdvice;
-    case fs::file_type::socket:
-      return std::string("Is a socket") + kAdvice;
-    default:
-      return std::string("Is a device") + kAdvice;
-  }
-}
-
-// `expected`: its size as far as it is known; pipes have none, and a file may be growing.
-std::string read_up_to(std::FILE* file, const std::string& name, std::size_t expected,
-                       std::size_t max_bytes) {
+std::string read_up_to(std::size_t max_bytes, std::FILE* file, const std::string& name) {
   std::string bytes;
-  std::size_t block = std::max(kReadBlockBytes, expected + 1);  // one more finds the end
+  std::vector<char> block(kReadBlockBytes);
   while (file != nullptr && bytes.size() < max_bytes && std::feof(file) == 0) {
-    const std::size_t before = bytes.size();
-    bytes.resize(std::min(max_bytes, before + block));
-    const std::size_t count = std::fread(bytes.data() + before, 1, bytes.size() - before, file);
-    bytes.resize(before + count);
+    const std::size_t wanted = std::min(block.size(), max_bytes - bytes.size());
+    bytes.append(block.data(), std::fread(block.data(), 1, wanted, file));
     if (std::ferror(file) != 0) break;
-    block = std::max(kReadBlockBytes, bytes.size());
   }
   if (file == nullptr || std::ferror(file) != 0) {
     throw Error("cannot read " + name + ": " + reason(errno));
@@ -248,8 +224,12 @@ void require_regular_file(const fs::path& file) {
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
   if (fs::is_regular_file(status)) return;
-  throw Error("cannot read " + file.string() + ": " +
-              (error ? error.message() : what_is(status.type())));
+  std::string why = error.message();
+  if (!error) {
+    why = fs::is_directory(status) ? reason(EISDIR) : "Is a named pipe, socket or device";
+    why += "; give a regular file";
+  }
+  throw Error("cannot read " + file.string() + ": " + why);
 }
 
 std::string read_file(const fs::path& file, std::size_t max_bytes) {
@@ -261,7 +241,7 @@ std::string read_file(const fs::path& file, std::size_t max_bytes) {
 
 std::string read_file_or_stdin(const fs::path& file, std::size_t max_bytes) {
   if (file != kStandardInput) return read_file(file, max_bytes);
-  std::string bytes = read_up_to(stdin, input_name(file), 0, max_bytes + 1);
+  std::string bytes = read_up_to(max_bytes + 1, stdin, input_name(file));
   require_at_most(max_bytes, bytes, input_name(file));
   return bytes;
 }
@@ -272,10 +252,8 @@ std::string input_name(const fs::path& file) {
 
 std::string read_file_prefix(const fs::path& file, std::size_t max_bytes) {
   require_regular_file(file);
-  std::error_code unknown;
-  const std::uintmax_t expected = std::min<std::uintmax_t>(fs::file_size(file, unknown), max_bytes);
   const OpenFile open(std::fopen(file.c_str(), "re"));
-  return read_up_to(open.get(), file.string(), unknown ? 0 : expected, max_bytes);
+  return read_up_to(max_bytes, open.get(), file.string());
 }
 
 }  // namespace raywalk

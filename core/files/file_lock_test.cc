@@ -5,7 +5,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <fstream>
 #include <memory>
 #include <thread>
 
@@ -53,15 +52,6 @@ TEST(FileLockTest, IsSharedOnceTheFirstHasPreparedTheFolder) {
   EXPECT_FALSE(shared()->alone());
   EXPECT_THROW(FileLock(directory / "lock", "busy"), Error) << "alone while others share it";
   EXPECT_TRUE(first->try_alone()) << "the others have gone";
-}
-
-TEST(FileLockTest, KeepsTheContentOfTheFile) {
-  const TestDirectory directory;
-  std::ofstream(directory / "lock") << "text";
-  { const FileLock lock(directory / "lock", "busy"); }
-  std::string text;
-  std::ifstream(directory / "lock") >> text;
-  EXPECT_EQ(text, "text");
 }
 
 // A new file of the same name, created after the holder removed the old one, is not locked.

@@ -2,15 +2,19 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstdint>
+#include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <string_view>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/exif.h"
 #include "core/files/jpeg.h"
 
 namespace raywalk {
@@ -22,8 +26,68 @@ using Bytes = std::span<const std::byte>;
 // Of nearly all files, also of those with previews before the size.
 constexpr std::size_t kHeaderPrefixBytes = std::size_t{128} << 10;
 constexpr int kUsualQuality = 95;  // OpenCV's of JPEG
+constexpr std::string_view kJpegSignature = "\xFF\xD8\xFF";
+constexpr std::string_view kPngSignature = "\x89PNG\r\n\x1A\n";
 
 Bytes bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
+
+std::string_view text_of(Bytes bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+// A file that ends within its signature is cut short, not of another format.
+bool starts_like(std::string_view text, std::string_view signature) {
+  return text.substr(0, signature.size()) == signature.substr(0, text.size());
+}
+
+ImageHeader jpeg_header(Bytes bytes, const std::string& source) {
+  const JpegHeader jpeg = read_jpeg_header(bytes, source);
+  return {.format = ImageFormat::kJpeg, .size = {jpeg.width, jpeg.height}, .is_grey = jpeg.is_grey};
+}
+
+// Numbers of PNG.
+std::uint32_t big_endian(std::string_view text, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t i = at; i < at + 4; ++i) value = value << 8 | static_cast<std::uint8_t>(text[i]);
+  return value;
+}
+
+// The first chunk, IHDR (W3C PNG, 5.3 and 11.2.2): length, 4 bytes; type, 4; width, 4; height, 4;
+// bit depth, 1; colour type, 1 (0 = grey).
+ImageHeader png_header(Bytes bytes, const std::string& source) {
+  const std::string_view text = text_of(bytes);
+  constexpr std::size_t kType = 12, kWidth = 16, kHeight = 20, kDepth = 24, kColour = 25;
+  if (text.size() <= kColour || text.substr(kType, 4) != "IHDR") {
+    throw_damaged_image(source, "no PNG header");
+  }
+  const std::uint32_t width = big_endian(text, kWidth), height = big_endian(text, kHeight);
+  if (std::min(width, height) < 1 || std::max(width, height) > std::numeric_limits<int>::max()) {
+    throw_damaged_image(source, fmt::format("{}x{} pixels", width, height));
+  }
+  return {.format = ImageFormat::kPng,
+          .size = {static_cast<int>(width), static_cast<int>(height)},
+          .bits_per_channel = text[kDepth],
+          .is_grey = text[kColour] == 0};
+}
+
+// Up to the last chunk, IEND, each has its length, 4 bytes; type, 4; data; and the checksum of
+// both, 4 (W3C PNG, 5.3). Looked through first, as libpng prints what it finds on stderr.
+void require_whole_chunks(std::string_view text, const std::string& source) {
+  constexpr std::size_t kLength = 4, kType = 4, kChecksum = 4;
+  std::string_view type;
+  for (std::size_t at = kPngSignature.size(); type != "IEND";) {
+    const std::size_t left = text.size() - at;
+    const std::size_t rest = left < kLength ? 0 : big_endian(text, at) + kType + kChecksum;
+    if (rest == 0 || left - kLength < rest) throw_damaged_image(source, "its end is missing");
+    const std::string_view chunk = text.substr(at + kLength, rest - kChecksum);
+    const auto sum = crc32_z(0, reinterpret_cast<const Bytef*>(chunk.data()), chunk.size());
+    if (sum != big_endian(text, at + kLength + chunk.size())) {
+      throw_damaged_image(source, "a checksum is wrong");
+    }
+    type = chunk.substr(0, kType);
+    at += kLength + rest;
+  }
+}
 
 ImageHeader read_header(const fs::path& file) {
   const std::string start = read_file_prefix(file, kHeaderPrefixBytes);
@@ -67,6 +131,7 @@ void require_mask(const ImageHeader& header, const fs::path& file, PanoramaSize 
 }
 
 cv::Mat decode_png(Bytes bytes, int flags, const std::string& source) {
+  require_whole_chunks(text_of(bytes), source);
   try {
     // OpenCV does not write to it.
     const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1,
@@ -82,8 +147,7 @@ cv::Mat decode_png(Bytes bytes, int flags, const std::string& source) {
 // The image as `type`, CV_8UC3, CV_8UC1 or CV_16UC1, of a file whose header fits that.
 cv::Mat decode(const std::string& bytes, ImageFormat format, int type, const fs::path& file) {
   if (format == ImageFormat::kJpeg) {
-    return decode_jpeg(bytes_of(bytes), type == CV_8UC3 ? JpegColours::kBgr : JpegColours::kGrey,
-                       file.string());
+    return decode_jpeg(bytes_of(bytes), type, file.string());
   }
   const int flags = type == CV_8UC3   ? cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION
                     : type == CV_8UC1 ? cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION
@@ -129,6 +193,19 @@ void require_encodable(const fs::path& file, const std::string& extension, const
 
 }  // namespace
 
+ImageHeader parse_image_header(Bytes bytes, const std::string& source) {
+  if (bytes.empty()) throw Error(source + ": empty file; capture or copy it again");
+  const bool is_jpeg = starts_like(text_of(bytes), kJpegSignature);
+  if (!is_jpeg && !starts_like(text_of(bytes), kPngSignature)) {
+    throw Error(source + ": not an image Raywalk reads; JPEG or PNG is needed");
+  }
+  ImageHeader header = is_jpeg ? jpeg_header(bytes, source) : png_header(bytes, source);
+  const int orientation =
+      static_cast<int>(ExifTags(bytes).number(EXIF_TAG_ORIENTATION).value_or(1));
+  if (orientation >= 1 && orientation <= 8) header.orientation = orientation;
+  return header;
+}
+
 cv::Mat read_panorama(const fs::path& file) { return read_image(file, CV_8UC3, require_panorama); }
 
 cv::Mat read_picture(const fs::path& file) { return read_image(file, CV_8UC3, require_8_bits); }
@@ -153,15 +230,11 @@ ImageHeader panorama_header_of(const fs::path& file) {
   return header;
 }
 
-PanoramaSize panorama_size_of(const fs::path& file) { return panorama_header_of(file).size; }
-
 ImageHeader picture_header_of(const fs::path& file) {
   const ImageHeader header = read_header(file);
   require_8_bits(header, file);
   return header;
 }
-
-PanoramaSize picture_size_of(const fs::path& file) { return picture_header_of(file).size; }
 
 PanoramaSize distance_map_size_of(const fs::path& file) {
   const ImageHeader header = read_header(file);

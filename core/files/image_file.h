@@ -9,13 +9,27 @@
 #include <string>
 #include <vector>
 
-#include "core/files/image_header.h"
+#include "core/geometry/sphere.h"
 
 namespace raywalk {
 
+enum class ImageFormat { kJpeg, kPng };
+
+struct ImageHeader {
+  ImageFormat format = ImageFormat::kJpeg;
+  PanoramaSize size{};  // pixels, at least 1 x 1; any aspect ratio
+  int bits_per_channel = 8;
+  bool is_grey = false;  // one channel without alpha
+  int orientation = 1;   // EXIF's, 1 to 8: how viewers turn the image; 1 (as stored) if not given
+};
+
+// The header of the image that starts with `bytes`, which may be cut off behind it. Throws Error
+// naming `source`: empty, neither JPEG nor PNG, a header that is damaged or not all there.
+ImageHeader parse_image_header(std::span<const std::byte> bytes, const std::string& source);
+
 // An 8-bit colour panorama, CV_8UC3 in OpenCV's BGR order, width = 2 * height. EXIF orientation is
 // ignored. Throws Error naming the file: missing, empty, neither JPEG nor PNG, cut short, damaged
-// as far as its decoder can tell, not 2:1.
+// as far as its checksums (PNG) or its decoder (JPEG) can tell, not 2:1.
 cv::Mat read_panorama(const std::filesystem::path& file);
 
 // An 8-bit colour image of any aspect ratio, such as a fisheye frame; otherwise as read_panorama.
@@ -34,9 +48,7 @@ void require_mask(const std::filesystem::path& file, PanoramaSize size);
 // From the image's header, without decoding it. Throws the errors of read_panorama, read_picture
 // and read_distance_map that the header reveals.
 ImageHeader panorama_header_of(const std::filesystem::path& file);
-PanoramaSize panorama_size_of(const std::filesystem::path& file);
 ImageHeader picture_header_of(const std::filesystem::path& file);
-PanoramaSize picture_size_of(const std::filesystem::path& file);
 PanoramaSize distance_map_size_of(const std::filesystem::path& file);
 
 // Collects the images of one run whose EXIF orientation asks viewers to turn or mirror them, for

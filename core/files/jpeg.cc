@@ -10,7 +10,6 @@
 #include <type_traits>
 
 #include "core/base/error.h"
-#include "core/files/image_header.h"
 
 namespace raywalk {
 namespace {
@@ -87,11 +86,10 @@ JpegHeader read_jpeg_header(Bytes bytes, const std::string& source) {
   return header;
 }
 
-cv::Mat decode_jpeg(Bytes bytes, JpegColours colours, const std::string& source) {
+cv::Mat decode_jpeg(Bytes bytes, int type, const std::string& source) {
   const JpegHeader header = header_to_decode(bytes, source);
-  const bool grey = colours == JpegColours::kGrey;
-  cv::Mat image(header.height, header.width, grey ? CV_8UC1 : CV_8UC3);
-  decode_into(bytes, grey ? TJPF_GRAY : TJPF_BGR, source, &image);
+  cv::Mat image(header.height, header.width, type);
+  decode_into(bytes, type == CV_8UC1 ? TJPF_GRAY : TJPF_BGR, source, &image);
   return image;
 }
 
@@ -99,6 +97,11 @@ void require_intact_jpeg(Bytes bytes, const std::string& source) {
   const JpegHeader header = header_to_decode(bytes, source);
   cv::Mat image(TJSCALED(header.height, kCoarse), TJSCALED(header.width, kCoarse), CV_8UC1);
   decode_into(bytes, TJPF_GRAY, source, &image);
+}
+
+void throw_damaged_image(const std::string& source, const std::string& reason) {
+  throw Error(fmt::format("{}: the image is damaged or cut short ({}); capture or copy it again",
+                          source, one_line(reason)));
 }
 
 std::vector<std::byte> encode_jpeg(const cv::Mat& image, int quality, JpegSampling sampling) {

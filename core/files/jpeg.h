@@ -12,11 +12,6 @@
 
 namespace raywalk {
 
-enum class JpegColours {
-  kBgr,   // CV_8UC3, also of grey images
-  kGrey,  // CV_8UC1, the luminance of a colour image
-};
-
 enum class JpegSampling {
   kFull,    // 4:4:4
   kQuarter  // 4:2:0: colour at half the width and height, as most cameras store it
@@ -32,15 +27,18 @@ struct JpegHeader {
 // damaged or not there.
 JpegHeader read_jpeg_header(std::span<const std::byte> bytes, const std::string& source);
 
-// The image in a whole JPEG file, as stored: EXIF orientation is ignored. Throws Error naming
+// The image in a whole JPEG file, as stored, of `type` CV_8UC3 (BGR, also of grey images) or
+// CV_8UC1 (the luminance of a colour image): EXIF orientation is ignored. Throws Error naming
 // `source`: damaged or cut short as far as libjpeg can tell (JPEG has no checksums), over 2^30
 // pixels, CMYK, 12 bits per channel. Stray bytes between its parts, which some cameras leave, are
 // no damage. Prints nothing.
-cv::Mat decode_jpeg(std::span<const std::byte> bytes, JpegColours colours,
-                    const std::string& source);
+cv::Mat decode_jpeg(std::span<const std::byte> bytes, int type, const std::string& source);
 
 // Throws the errors of decode_jpeg. Faster, as only one pixel of each block is computed.
 void require_intact_jpeg(std::span<const std::byte> bytes, const std::string& source);
+
+// "SOURCE: the image is damaged or cut short (REASON); capture or copy it again".
+[[noreturn]] void throw_damaged_image(const std::string& source, const std::string& reason);
 
 // A colour image (CV_8UC3, BGR) as a JPEG file. `quality` is libjpeg's, 1 to 100. Throws Error for
 // an image that is empty, of another type or larger than JPEG holds (65500 pixels).

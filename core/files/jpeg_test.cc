@@ -35,8 +35,8 @@ Bytes encoded(const cv::Mat& image, const std::vector<int>& parameters = {}) {
   return bytes;
 }
 
-cv::Mat decoded(const Bytes& bytes, JpegColours colours = JpegColours::kBgr) {
-  return decode_jpeg(std::as_bytes(std::span(bytes)), colours, "a.jpg");
+cv::Mat decoded(const Bytes& bytes, int type = CV_8UC3) {
+  return decode_jpeg(std::as_bytes(std::span(bytes)), type, "a.jpg");
 }
 
 std::string decoding_error(const Bytes& bytes) {
@@ -62,9 +62,9 @@ TEST(DecodeJpeg, GivesThePixelsThatOpenCvGives) {
     EXPECT_EQ(quick_error(bytes), "no error") << kind;
   }
   for (const Bytes& bytes : {encoded(colour), encoded(grey)}) {
-    EXPECT_EQ(cv::norm(decoded(bytes, JpegColours::kGrey),
-                       cv::imdecode(bytes, cv::IMREAD_GRAYSCALE), cv::NORM_INF),
-              0.0);
+    EXPECT_EQ(
+        cv::norm(decoded(bytes, CV_8UC1), cv::imdecode(bytes, cv::IMREAD_GRAYSCALE), cv::NORM_INF),
+        0.0);
   }
 }
 
@@ -139,7 +139,7 @@ cv::Mat colour_columns() {
 }
 
 double mean_error(const cv::Mat& image, JpegSampling sampling) {
-  const cv::Mat back = decode_jpeg(encode_jpeg(image, 95, sampling), JpegColours::kBgr, "columns");
+  const cv::Mat back = decode_jpeg(encode_jpeg(image, 95, sampling), CV_8UC3, "columns");
   return cv::norm(back, image, cv::NORM_L1) / static_cast<double>(image.total() * 3);
 }
 
@@ -148,11 +148,6 @@ TEST(EncodeJpeg, KeepsOrHalvesTheResolutionOfColours) {
   EXPECT_GT(mean_error(colour_columns(), JpegSampling::kQuarter), 30.0);
   // Rows need not follow each other in memory.
   EXPECT_LT(mean_error(colour_columns()(cv::Rect(3, 5, 40, 20)), JpegSampling::kFull), 8.0);
-}
-
-TEST(EncodeJpeg, SmallerQualityIsFewerBytes) {
-  const cv::Mat image = photograph(128, 64);
-  EXPECT_LT(encode_jpeg(image, 50).size(), encode_jpeg(image, 90).size());
 }
 
 TEST(EncodeJpeg, RefusesWhatJpegCannotHold) {

@@ -131,11 +131,6 @@ int CheckedJson::integer(int min, int max) const {
   return static_cast<int>(value);
 }
 
-std::uint64_t CheckedJson::unsigned_integer() const {
-  require(value_->is_number_unsigned(), "an integer from 0 on");
-  return value_->get<std::uint64_t>();
-}
-
 double CheckedJson::number(double min, double max) const {
   require(value_->is_number(), "a number");
   const auto value = value_->get<double>();
@@ -144,7 +139,5 @@ double CheckedJson::number(double min, double max) const {
   }
   return value;
 }
-
-double CheckedJson::number_or(double otherwise) const { return is_null() ? otherwise : number(); }
 
 }  // namespace raywalk

@@ -1,7 +1,6 @@
 // JSON files: their text, and reading what a program wrote and anything may have happened to since.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -50,11 +49,8 @@ class CheckedJson {
   // Never rounds or wraps: 2.5, 2.0 and what int cannot hold are refused.
   int integer(int min = std::numeric_limits<int>::min(),
               int max = std::numeric_limits<int>::max()) const;
-  std::uint64_t unsigned_integer() const;
   double number(double min = std::numeric_limits<double>::lowest(),
                 double max = std::numeric_limits<double>::max()) const;
-  // `otherwise` for null, which JSON has for numbers that are not finite.
-  double number_or(double otherwise) const;
 
  private:
   struct Document;

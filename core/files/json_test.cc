@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -27,7 +26,7 @@ TEST(JsonText, KeepsWhatJsonCannotHoldReadable) {
 
 constexpr const char* kDocument = R"({
   "format_version": 2, "name": "x0", "names": ["a", "b"], "kept": true, "count": 7, "low": -7,
-  "bytes": 18446744073709551615, "far": 1e300, "none": null, "place": [1, 2.5],
+  "far": 1e300, "none": null, "place": [1, 2.5],
   "lines": [{"id": "x0"}, {"id": 7}]
 })";
 
@@ -42,12 +41,9 @@ TEST(CheckedJson, GivesWhatIsThere) {
   EXPECT_TRUE(root.at("kept").boolean());
   EXPECT_EQ(root.at("count").integer(), 7);
   EXPECT_EQ(root.at("low").integer(-7, -7), -7);
-  EXPECT_EQ(root.at("bytes").unsigned_integer(), 18446744073709551615U);
   EXPECT_EQ(root.at("place").items(2)[1].number(), 2.5);
   EXPECT_EQ(root.at("count").number(), 7.0);
   EXPECT_EQ(root.at("far").number(), 1e300);
-  EXPECT_TRUE(std::isnan(root.at("none").number_or(std::nan(""))));
-  EXPECT_EQ(root.at("far").number_or(0.0), 1e300);
   const auto members = root.at("lines").items()[0].members();
   ASSERT_EQ(members.size(), 1U);
   EXPECT_EQ(members[0].first, "id");
@@ -83,10 +79,7 @@ TEST(CheckedJson, OtherTypesAreRefused) {
   EXPECT_THAT(refused("count", &Json::text), HasSubstr("is not a string"));
   EXPECT_THAT(refused("place", &Json::texts), HasSubstr("place[0]: 1 is not a string"));
   EXPECT_THAT(refused("count", &Json::boolean), HasSubstr("is not a boolean"));
-  EXPECT_THAT(refused("low", &Json::unsigned_integer), HasSubstr("is not an integer from 0 on"));
   EXPECT_THAT(refused("kept", [](const Json& json) { json.number(); }),
-              HasSubstr("is not a number"));
-  EXPECT_THAT(refused("name", [](const Json& json) { json.number_or(1.0); }),
               HasSubstr("is not a number"));
   EXPECT_THAT(refused("name", [](const Json& json) { json.items(); }), HasSubstr("is not a list"));
   EXPECT_THAT(refused("names", [](const Json& json) { json.at("id"); }),

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
@@ -14,6 +14,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr const char* kMinimal =
     "picture_width_px: 400\npicture_height_px: 200\n"
@@ -27,13 +28,8 @@ DualFisheyeCamera parsed_lens(const std::string& yaml) {
 }
 
 void expect_refused(const std::string& yaml, const std::string& message) {
-  try {
-    parsed_lens(yaml);
-    ADD_FAILURE() << yaml;
-  } catch (const UsageError& e) {
-    EXPECT_THAT(e.what(), AllOf(HasSubstr("lens.yaml"), HasSubstr(message)));
-    EXPECT_THAT(e.what(), Not(HasSubstr("\n")));
-  }
+  EXPECT_THAT(error_of([&] { parsed_lens(yaml); }),
+              AllOf(HasSubstr("lens.yaml"), HasSubstr(message), Not(HasSubstr("\n"))));
 }
 
 std::string without_line_of(std::string yaml, const std::string& key) {

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <cerrno>
 #include <cstdio>
 #include <system_error>
 #include <utility>
@@ -30,16 +29,19 @@ bool is_signed(const fs::path& marker, const std::string& signature) {
   return read_file_prefix(marker, kSignedBytes).find(signature) != std::string::npos;
 }
 
-void require_free(const fs::path& out, bool replace, const OwnOutput& own) {
-  if (replace) {
-    require_replaceable(out, own);
-  } else {
-    require_absent(out, "--out");
-  }
+void rename_or_throw(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::rename(from, to, error);
+  if (!error) return;
+  throw Error(
+      fmt::format("cannot rename {} to {}: {}", from.string(), to.string(), error.message()));
 }
 
-// For file systems that cannot exchange two names: `target` is missing for a moment.
-void exchange_in_steps(const fs::path& directory, const fs::path& target) {
+// In one step where kernel and file system can, so that there is always a folder at `target`.
+void exchange(const fs::path& directory, const fs::path& target) {
+  if (::renameat2(AT_FDCWD, directory.c_str(), AT_FDCWD, target.c_str(), RENAME_EXCHANGE) == 0) {
+    return;
+  }
   const fs::path aside = directory.string() + ".replaced";
   rename_or_throw(target, aside);
   try {
@@ -105,6 +107,14 @@ void require_replaceable(const fs::path& path, const OwnOutput& own) {
   }
 }
 
+void require_free(const fs::path& out, bool replace, const OwnOutput& own) {
+  if (replace) {
+    require_replaceable(out, own);
+  } else {
+    require_absent(out, "--out");
+  }
+}
+
 void require_replaceable_file(const fs::path& file, const std::string& what,
                               const std::string& signature) {
   if (fs::exists(fs::symlink_status(file)) && !is_signed(file, signature)) {
@@ -118,28 +128,10 @@ void move_into_place(const fs::path& directory, const fs::path& target) {
     rename_or_throw(directory, target);
     return;
   }
-  if (!exchange(directory, target)) exchange_in_steps(directory, target);
+  exchange(directory, target);
   fs::remove_all(directory, error);
   if (!error) return;
   spdlog::warn("{}: what was replaced is still there: {}", directory.string(), error.message());
-}
-
-void rename_or_throw(const fs::path& from, const fs::path& to) {
-  std::error_code error;
-  fs::rename(from, to, error);
-  if (!error) return;
-  throw Error(
-      fmt::format("cannot rename {} to {}: {}", from.string(), to.string(), error.message()));
-}
-
-bool exchange(const fs::path& a, const fs::path& b) {
-  if (::renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0) return true;
-  const std::error_code error(errno, std::generic_category());
-  if (error == std::errc::invalid_argument || error == std::errc::function_not_supported) {
-    return false;
-  }
-  throw Error(
-      fmt::format("cannot exchange {} and {}: {}", a.string(), b.string(), error.message()));
 }
 
 std::uint64_t bytes_in(const fs::path& folder) {

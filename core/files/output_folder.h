@@ -21,8 +21,7 @@ struct OwnOutput {
 class OutputFolder {
  public:
   // Makes a folder under a temporary name beside `out` (temporary_beside()), and the missing
-  // folders above it. Throws Error if something is at `out`, unless `replace` is set and
-  // require_replaceable() allows it, or if it cannot be written.
+  // folders above it. Throws Error as require_free(), or if it cannot be written.
   OutputFolder(const std::filesystem::path& out, bool replace, OwnOutput own);
   // Removes the folder unless it was completed.
   ~OutputFolder();
@@ -51,20 +50,17 @@ void require_absent(const std::filesystem::path& path, const std::string& option
 // folder, or a folder with the signed marker and nothing in it that does not belong. A symbolic
 // link may not be replaced.
 void require_replaceable(const std::filesystem::path& path, const OwnOutput& own);
-// The same of a file, which may be replaced if it holds the signature within a few lines.
+// Throws Error unless nothing is at `out`, or `replace` is set and require_replaceable() allows it.
+void require_free(const std::filesystem::path& out, bool replace, const OwnOutput& own);
+// As require_replaceable() of a file, which may be replaced if it holds the signature within a few
+// lines.
 void require_replaceable_file(const std::filesystem::path& file, const std::string& what,
                               const std::string& signature);
 
 // Renames the complete `directory` to `target`. A folder that is there already changes places with
-// it in one step and is removed then. Throws Error; `target` is then as it was.
+// it, in one step where the file system can, and is removed then. Throws Error; `target` is then as
+// it was.
 void move_into_place(const std::filesystem::path& directory, const std::filesystem::path& target);
-
-// Throws Error naming both.
-void rename_or_throw(const std::filesystem::path& from, const std::filesystem::path& to);
-
-// Swaps two folders atomically; false if the kernel or file system does not support it. Throws
-// Error naming both for any other failure.
-bool exchange(const std::filesystem::path& a, const std::filesystem::path& b);
 
 // Bytes of all regular files in a folder and its subfolders; 0 where it cannot be read.
 std::uint64_t bytes_in(const std::filesystem::path& folder);

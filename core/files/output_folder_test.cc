@@ -123,12 +123,6 @@ TEST_F(ReplacingTest, OnlyASignedFileMayBeReplaced) {
   EXPECT_THAT(error_of(check), ::testing::HasSubstr("it is not an export of Raywalk's"));
 }
 
-TEST_F(ReplacingTest, AFreeNameIsTaken) {
-  move_into_place(make_album("new", "new"), directory_ / "album");
-  EXPECT_EQ(read_file(directory_ / "album" / "lines" / "x0.h5"), "new");
-  EXPECT_EQ(directory_.entries(), 1U);
-}
-
 TEST_F(ReplacingTest, BytesAreThoseOfFilesAtAnyDepth) {
   EXPECT_EQ(bytes_in(make_album("album", "12345")), 5U + 27U);
   EXPECT_EQ(bytes_in(directory_ / "missing"), 0U);

@@ -200,10 +200,13 @@ SettingsSchema& SettingsSchema::scalar(std::string key, std::function<void(const
               {.set = std::move(set), .value = std::move(value), .takes_quoted = takes_quoted});
 }
 
-SettingsSchema& SettingsSchema::number(std::string key, double* value, double min, double max) {
-  const auto set = [=](const std::string& scalar) { *value = number_from(scalar, min, max); };
+SettingsSchema& SettingsSchema::number(std::string key, double* value, double min, double max,
+                                       double unit) {
+  const auto set = [=](const std::string& scalar) {
+    *value = number_from(scalar, min, max) * unit;
+  };
   return scalar(
-      std::move(key), set, [=] { return fmt::format("{}", *value); }, false);
+      std::move(key), set, [=] { return fmt::format("{}", *value / unit); }, false);
 }
 
 SettingsSchema& SettingsSchema::integer(std::string key, int* value, int min, int max) {

@@ -29,7 +29,8 @@ class SettingsSchema {
  public:
   // Each binds a key to a variable, which keeps its value if the file does not set the key. Bounds
   // are inclusive; NaN and infinity are always rejected. Integers may be hexadecimal (0x6200).
-  SettingsSchema& number(std::string key, double* value, double min, double max);
+  // `unit` is that of the file in the variable's: 0.001 for a key `x_mm` and a variable in metres.
+  SettingsSchema& number(std::string key, double* value, double min, double max, double unit = 1.0);
   SettingsSchema& integer(std::string key, int* value, int min, int max);
   SettingsSchema& boolean(std::string key, bool* value);
   SettingsSchema& text(std::string key, std::string* value);

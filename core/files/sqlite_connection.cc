@@ -15,6 +15,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kBusyTimeout_ms = 10000;
+constexpr std::int64_t kLatest_us = 7258118400000000;  // 2200-01-01; a WallTime holds until 2262
+constexpr std::string_view kRestore =
+    "; the frames are untouched: restore this file from a copy, or recover its rows with 'sqlite3 "
+    "session.db .recover'";
 
 // The primary result code (sqlite.org/rescode.html).
 int code_of(const SQLite::Exception& error) { return error.getErrorCode() & 0xFF; }
@@ -73,9 +77,7 @@ std::string explanation(const SQLite::Exception& error) {
     case SQLITE_PERM:
       return "it cannot be written; check the permissions of the session's directory and files";
     case SQLITE_CORRUPT:
-      return "damaged (" + words +
-             "); the frames are untouched: restore this file from a copy, or recover its rows with "
-             "'sqlite3 session.db .recover'";
+      return fmt::format("damaged ({}){}", words, kRestore);
     case SQLITE_NOTADB:
       return "not an SQLite database, or damaged; restore it from a copy (the frames are "
              "untouched)";
@@ -106,23 +108,64 @@ void SqliteConnection::execute(const std::string& sql) {
 }
 
 std::int64_t SqliteConnection::integer(const std::string& sql) {
-  SqliteStatement statement(this, sql);
-  return statement.step() ? statement.integer(0) : 0;
+  return guarded([&] { return database_.execAndGet(sql).getInt64(); });
 }
 
 std::string SqliteConnection::text(const std::string& sql) {
-  SqliteStatement statement(this, sql);
-  return statement.step() ? statement.text(0) : std::string();
+  return guarded([&] { return database_.execAndGet(sql).getString(); });
 }
 
-SqliteStatement::SqliteStatement(SqliteConnection* connection, const std::string& sql)
+void throw_damaged_database(const fs::path& file, std::string_view what) {
+  throw Error(one_line(fmt::format("{}: damaged: {}{}", file.string(), what, kRestore)));
+}
+
+SqliteStatement::SqliteStatement(SqliteConnection* connection, const std::string& sql,
+                                 std::string row)
     : connection_(connection),
       statement_(
-          connection->guarded([&] { return SQLite::Statement(connection->database(), sql); })) {}
+          connection->guarded([&] { return SQLite::Statement(connection->database(), sql); })),
+      row_(std::move(row)) {}
 
 bool SqliteStatement::step() {
   return connection_->guarded([&] { return statement_.executeStep(); });
 }
+
+void SqliteStatement::fail(int column, const std::string& what) const {
+  const std::string found =
+      is_null(column) ? "NULL" : excerpt(statement_.getColumn(column).getString());
+  throw_damaged_database(connection_->file(),
+                         fmt::format("{} of {} is {}; it must be {}",
+                                     statement_.getColumnName(column), row_, found, what));
+}
+
+std::int64_t SqliteStatement::integer(int column, std::int64_t min, std::int64_t max) const {
+  const std::int64_t value = statement_.getColumn(column).getInt64();
+  if (is_null(column) || value < min || value > max) {
+    fail(column, fmt::format("a whole number from {} to {}", min, max));
+  }
+  return value;
+}
+
+double SqliteStatement::real(int column, double min, double max) const {
+  const double value = statement_.getColumn(column).getDouble();
+  if (is_null(column) || value < min || value > max) {
+    fail(column, fmt::format("a number from {:.10g} to {:.10g}", min, max));
+  }
+  return value;
+}
+
+std::string SqliteStatement::text(int column) const {
+  if (is_null(column)) fail(column, "text");
+  return statement_.getColumn(column).getString();
+}
+
+std::string SqliteStatement::name(int column) const {
+  std::string name = statement_.getColumn(column).getString();
+  if (name.empty()) fail(column, "a name");
+  return name;
+}
+
+std::int64_t SqliteStatement::utc_us(int column) const { return integer(column, 0, kLatest_us); }
 
 std::span<const std::byte> SqliteStatement::blob(int column) const {
   const SQLite::Column value = statement_.getColumn(column);
@@ -132,6 +175,10 @@ std::span<const std::byte> SqliteStatement::blob(int column) const {
 
 std::optional<std::int64_t> SqliteStatement::optional_integer(int column) const {
   return is_null(column) ? std::nullopt : std::optional(integer(column));
+}
+
+std::optional<std::int64_t> SqliteStatement::optional_utc_us(int column) const {
+  return is_null(column) ? std::nullopt : std::optional(utc_us(column));
 }
 
 std::optional<double> SqliteStatement::optional_real(int column) const {

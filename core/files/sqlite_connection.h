@@ -6,13 +6,16 @@
 #include <SQLiteCpp/Exception.h>
 #include <SQLiteCpp/Statement.h>
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
+#include <utility>
 
 namespace raywalk {
 
@@ -30,13 +33,15 @@ class SqliteConnection {
 
   // Runs one or several statements that return nothing.
   void execute(const std::string& sql);
-  // The first value of the first row, as "PRAGMA user_version" gives it; 0 or "" without a row.
+  // The first value of the first row, as "PRAGMA user_version" gives it; 0 or "" for NULL. Throws
+  // Error if there is no row.
   std::int64_t integer(const std::string& sql);
   std::string text(const std::string& sql);
   // Rows changed by the last statement.
   int changes() const { return database_.getChanges(); }
   std::int64_t last_row() const { return database_.getLastInsertRowid(); }
 
+  const std::filesystem::path& file() const { return file_; }
   SQLite::Database& database() { return database_; }
   // The result of `work`; what SQLite reports in it becomes an Error.
   template <typename Work>
@@ -55,11 +60,16 @@ class SqliteConnection {
   SQLite::Database database_;
 };
 
-// A prepared statement: bind, then step through its rows. Columns are counted from 0.
+// Throws Error "FILE: damaged: WHAT; ..." of a session's database.
+[[noreturn]] void throw_damaged_database(const std::filesystem::path& file, std::string_view what);
+
+// A prepared statement: bind, then step through its rows. Columns are counted from 0. Where a value
+// is NULL or not within the bounds (inclusive), those that return no optional throw Error as
+// throw_damaged_database does, naming the column as the query names it and the row.
 class SqliteStatement {
  public:
-  // `connection` must outlive the statement.
-  SqliteStatement(SqliteConnection* connection, const std::string& sql);
+  // `connection` must outlive the statement. `row` says what a row is, for messages: "a station".
+  SqliteStatement(SqliteConnection* connection, const std::string& sql, std::string row = "a row");
 
   // Resets the statement and binds ?1, ?2, ... to integers, doubles, text or optionals of these
   // (none: NULL).
@@ -74,16 +84,26 @@ class SqliteStatement {
   bool step();
   // For a statement that returns no rows.
   void run() { step(); }
+  // What this row is called in messages from now on: "station x0_007".
+  void call(std::string row) { row_ = std::move(row); }
+  [[noreturn]] void fail(int column, const std::string& what) const;
 
-  // The name of a column of the result, as the query gives it.
-  std::string column_name(int column) const { return statement_.getColumnName(column); }
   bool is_null(int column) const { return statement_.isColumnNull(column); }
-  std::int64_t integer(int column) const { return statement_.getColumn(column).getInt64(); }
-  double real(int column) const { return statement_.getColumn(column).getDouble(); }
-  std::string text(int column) const { return statement_.getColumn(column).getString(); }
-  // The bytes of a blob; valid until the next step.
+  std::int64_t integer(int column, std::int64_t min = INT64_MIN,
+                       std::int64_t max = INT64_MAX) const;
+  int number(int column, int min, int max) const {
+    return static_cast<int>(integer(column, min, max));
+  }
+  bool boolean(int column) const { return integer(column, 0, 1) != 0; }
+  double real(int column, double min = -HUGE_VAL, double max = HUGE_VAL) const;
+  std::string text(int column) const;
+  std::string name(int column) const;  // not empty
+  // Microseconds since 1970-01-01 00:00 UTC, until 2200.
+  std::int64_t utc_us(int column) const;
+  // The bytes of a blob, none of NULL; valid until the next step.
   std::span<const std::byte> blob(int column) const;
   std::optional<std::int64_t> optional_integer(int column) const;
+  std::optional<std::int64_t> optional_utc_us(int column) const;
   std::optional<double> optional_real(int column) const;
 
  private:
@@ -93,9 +113,7 @@ class SqliteStatement {
   }
   template <typename Value>
   void bind_one(int parameter, const Value& value) {
-    if constexpr (std::is_integral_v<Value>) {
-      statement_.bind(parameter, static_cast<std::int64_t>(value));
-    } else if constexpr (std::is_floating_point_v<Value>) {
+    if constexpr (std::is_arithmetic_v<Value>) {
       statement_.bind(parameter, value);
     } else {
       statement_.bind(parameter, std::string(value));
@@ -104,6 +122,7 @@ class SqliteStatement {
 
   SqliteConnection* connection_;
   SQLite::Statement statement_;
+  std::string row_;
 };
 
 // A transaction; without commit() the destructor rolls it back.

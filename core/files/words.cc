@@ -10,13 +10,12 @@
 #include <limits>
 #include <numeric>
 #include <system_error>
-#include <tuple>
+#include <utility>
 
 namespace raywalk {
 namespace {
 
 constexpr std::size_t kMostListed = 8;
-constexpr std::size_t kNearestListed = 3;
 // Longer words, as in a file that is no configuration, are cut before they are compared.
 constexpr std::size_t kLongestWord = 100;
 
@@ -53,48 +52,34 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-// How little a candidate resembles the word.
-struct Unlikeness {
-  bool is_other = true;  // it is no typing error
-  double fraction = 1;   // of the letters that differ
-
-  bool operator<(const Unlikeness& other) const {
-    return std::tie(is_other, fraction) < std::tie(other.is_other, other.fraction);
-  }
-};
-
-Unlikeness compared(const std::string& word, const std::string& candidate) {
+// How little a candidate resembles the word: the fraction of the letters that differ, and 1 more
+// where that is no typing error.
+double unlikeness(const std::string& word, const std::string& candidate) {
   const std::size_t distance = edit_distance(word, candidate);
   const std::size_t longer = std::max({word.size(), candidate.size(), std::size_t{1}});
   // A typing error leaves most of the word intact: two swapped letters cost 2; more than a third of
   // the letters makes it another word. One letter must remain, or all one-letter columns would
   // match each other.
   const std::size_t allowed = std::max<std::size_t>(2, candidate.size() / 3);
-  return {.is_other = distance > allowed || distance >= longer,
-          .fraction = static_cast<double>(distance) / static_cast<double>(longer)};
+  const bool is_other = distance > allowed || distance >= longer;
+  return (is_other ? 1.0 : 0.0) + static_cast<double>(distance) / static_cast<double>(longer);
 }
 
 // "speed_mm_s" of "slider.motion.speed_mm_s".
 std::string last_part(const std::string& key) { return key.substr(key.rfind('.') + 1); }
 
-struct Ranked {
-  Unlikeness unlike{};
-  std::string candidate{};
-};
-
-// The candidates, the nearest first, whole or in their last part.
-std::vector<Ranked> ranked(const std::string& long_word,
-                           const std::vector<std::string>& candidates) {
+// The candidates with their unlikeness, whole or in their last part; the nearest first.
+std::vector<std::pair<double, std::string>> ranked(const std::string& long_word,
+                                                   const std::vector<std::string>& candidates) {
   const std::string word = long_word.substr(0, kLongestWord);
-  std::vector<Ranked> ranked;
+  std::vector<std::pair<double, std::string>> ranked;
   ranked.reserve(candidates.size());
   for (const std::string& candidate : candidates) {
-    ranked.push_back(
-        {std::min(compared(word, candidate), compared(last_part(word), last_part(candidate))),
-         candidate});
+    ranked.emplace_back(
+        std::min(unlikeness(word, candidate), unlikeness(last_part(word), last_part(candidate))),
+        candidate);
   }
-  std::ranges::stable_sort(ranked,
-                           [](const Ranked& a, const Ranked& b) { return a.unlike < b.unlike; });
+  std::ranges::stable_sort(ranked, {}, &std::pair<double, std::string>::first);
   return ranked;
 }
 
@@ -118,23 +103,22 @@ std::optional<int> parse_whole_or_hexadecimal_number(std::string_view text) {
 
 std::optional<std::string> nearest_word(const std::string& word,
                                         const std::vector<std::string>& candidates) {
-  const std::vector<Ranked> nearest = ranked(word, candidates);
-  if (nearest.empty() || nearest.front().unlike.is_other) return std::nullopt;
-  return nearest.front().candidate;
+  const auto nearest = ranked(word, candidates);
+  if (nearest.empty() || nearest.front().first >= 1.0) return std::nullopt;
+  return nearest.front().second;
 }
 
 std::string suggestion(const std::string& word, const std::vector<std::string>& candidates) {
   if (candidates.empty()) return "";
-  const std::vector<Ranked> nearest = ranked(word, candidates);
-  if (!nearest.empty() && !nearest.front().unlike.is_other) {
-    return "; did you mean '" + nearest.front().candidate + "'?";
+  if (const auto meant = nearest_word(word, candidates)) {
+    return "; did you mean '" + *meant + "'?";
   }
   if (candidates.size() <= kMostListed) {
     return fmt::format("; valid are {}", fmt::join(candidates, ", "));
   }
-  std::vector<std::string> named;
-  for (std::size_t i = 0; i < kNearestListed; ++i) named.push_back(nearest[i].candidate);
-  return fmt::format("; the nearest valid ones are '{}'", fmt::join(named, "', '"));
+  const auto nearest = ranked(word, candidates);
+  return fmt::format("; the nearest valid ones are '{}', '{}', '{}'", nearest[0].second,
+                     nearest[1].second, nearest[2].second);
 }
 
 }  // namespace raywalk

@@ -28,11 +28,13 @@ std::optional<RoomRequirements> current_requirements(const Room& room) {
   }
   root.require_version(kRequirementsVersion);
   const CheckedJson storage = root.at("storage");
+  const CheckedJson worth_width_px = storage.at("worth_width_px");
   const RoomRequirements stored{
       .omega_max_per_m = root.at("layers").at("omega_max_per_m").number(0.0),
       .spacing_m = root.at("spacing").at("needed_with_distances_m").number(0.0),
-      .worth_width_px =
-          storage.at("worth_width_px").number_or(std::numeric_limits<double>::infinity()),
+      // JSON has null for what is not finite.
+      .worth_width_px = worth_width_px.is_null() ? std::numeric_limits<double>::infinity()
+                                                 : worth_width_px.number(),
       .distance_width_px = storage.at("needed_distance_width_px").integer(1)};
   if (root.at("distances_sha256").text() == distances_sha256(room)) return stored;
   spdlog::warn(

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <system_error>
 #include <utility>
 
 #include "core/base/error.h"
@@ -26,15 +27,15 @@ constexpr double kLargestTolerance_mm = 100.0;
 using Indices = std::map<std::int64_t, int>;
 
 void read_session_row(SqliteConnection* database, SessionContents* contents) {
-  SessionRow row(database,
-                 "SELECT frames, json_array_length(bracket_ev) AS bracket_ev FROM session",
-                 contents->directory, "the session");
+  SqliteStatement row(database,
+                      "SELECT frames, json_array_length(bracket_ev) AS bracket_ev FROM session",
+                      "the session");
   if (!row.step()) throw_damaged_session(contents->directory, "the table session has no row");
   contents->frame_kind = row.name(0);
   contents->exposures = row.number(1, 1, kMostExposures);
 }
 
-LineAxis axis_of(const SessionRow& row, int column) {
+LineAxis axis_of(const SqliteStatement& row, int column) {
   const std::string axis = row.name(column);
   if (axis == "x") return LineAxis::kX;
   if (axis != "z") row.fail(column, "x or z");
@@ -42,20 +43,20 @@ LineAxis axis_of(const SessionRow& row, int column) {
 }
 
 // The place of a row that another one refers to in `column`.
-int index_of(const Indices& indices, const SessionRow& row, int column) {
-  const auto found = indices.find(row.integer(column, INT64_MIN, INT64_MAX));
+int index_of(const Indices& indices, const SqliteStatement& row, int column) {
+  const auto found = indices.find(row.integer(column));
   if (found == indices.end()) row.fail(column, "a row of the session");
   return found->second;
 }
 
 Indices read_lines(SqliteConnection* database, SessionContents* contents) {
-  SessionRow row(database, "SELECT id, name, axis, across_m, validation FROM line ORDER BY id",
-                 contents->directory, "a line");
+  SqliteStatement row(database, "SELECT id, name, axis, across_m, validation FROM line ORDER BY id",
+                      "a line");
   Indices indices;
   while (row.step()) {
     const std::string id = row.name(1);
     row.call("line " + id);
-    indices[row.integer(0, INT64_MIN, INT64_MAX)] = static_cast<int>(contents->lines.size());
+    indices[row.integer(0)] = static_cast<int>(contents->lines.size());
     contents->lines.push_back({.id = id,
                                .axis = axis_of(row, 2),
                                .across_m = row.real(3, -kFarthest_m, kFarthest_m),
@@ -65,7 +66,7 @@ Indices read_lines(SqliteConnection* database, SessionContents* contents) {
 }
 
 // Columns of the query for stations, from `first` on.
-SessionShot read_shot(const SessionRow& row, int first) {
+SessionShot read_shot(const SqliteStatement& row, int first) {
   const std::string outcome = row.name(first + 2);
   return {.attempt = row.integer(first, 1, INT64_MAX),
           .number = row.number(first + 1, 1, kMostAttempts),
@@ -76,19 +77,19 @@ SessionShot read_shot(const SessionRow& row, int first) {
 }
 
 Indices read_stations(SqliteConnection* database, const Indices& lines, SessionContents* contents) {
-  SessionRow row(
+  SqliteStatement row(
       database,
       "SELECT station.id, name, line_id, x_m, z_m, planned_mm, attempt.id, attempt.number, "
       "outcome, measured_mm, triggered_utc_us, exposed_utc_us "
       "FROM station LEFT JOIN attempt ON attempt.station_id = station.id "
       "AND outcome IN ('captured', 'exposed') ORDER BY line_id, station.number",
-      contents->directory, "a station");
+      "a station");
   constexpr int kFirstOfAttempt = 6;
   Indices indices;
   while (row.step()) {
     SessionStation station{.name = row.name(1)};
     row.call("station " + station.name);
-    indices[row.integer(0, INT64_MIN, INT64_MAX)] = static_cast<int>(contents->stations.size());
+    indices[row.integer(0)] = static_cast<int>(contents->stations.size());
     station.line = index_of(lines, row, 2);
     station.planned_m = {row.real(3, -kFarthest_m, kFarthest_m),
                          row.real(4, -kFarthest_m, kFarthest_m)};
@@ -134,7 +135,7 @@ PlanPoint position_of(const SessionStation& station, LineAxis axis) {
 }
 
 // A session only writes names within its directory; any other may be an attack.
-std::string file_within(const SessionRow& row, int column, const fs::path& directory) {
+std::string file_within(const SqliteStatement& row, int column, const fs::path& directory) {
   const fs::path path(row.name(column));
   bool inside = path.is_relative();
   for (const fs::path& part : path) inside = inside && part != "..";
@@ -143,7 +144,7 @@ std::string file_within(const SessionRow& row, int column, const fs::path& direc
                           session_database_path(directory).string(), excerpt(path.string())));
 }
 
-FrameLens lens_of(const SessionRow& row, int column) {
+FrameLens lens_of(const SqliteStatement& row, int column) {
   const std::string word = row.name(column);
   for (const FrameLens lens : kFrameLenses) {
     if (name_of(lens) == word) return lens;
@@ -153,12 +154,12 @@ FrameLens lens_of(const SessionRow& row, int column) {
 
 // Those of failed attempts are left out.
 void read_frames(SqliteConnection* database, const Indices& stations, SessionContents* contents) {
-  SessionRow row(database,
-                 "SELECT file, bytes, sha256, exposure, lens, station_id FROM frame "
-                 "JOIN attempt ON attempt.id = attempt_id AND outcome = 'captured' "
-                 "JOIN station ON station.id = station_id "
-                 "ORDER BY line_id, station.number, exposure, lens",
-                 contents->directory, "a frame");
+  SqliteStatement row(database,
+                      "SELECT file, bytes, sha256, exposure, lens, station_id FROM frame "
+                      "JOIN attempt ON attempt.id = attempt_id AND outcome = 'captured' "
+                      "JOIN station ON station.id = station_id "
+                      "ORDER BY line_id, station.number, exposure, lens",
+                      "a frame");
   while (row.step()) {
     SessionFrame frame{.file = file_within(row, 0, contents->directory)};
     row.call("frame " + frame.file);
@@ -185,6 +186,66 @@ SessionContents read_session_contents(SqliteConnection* database, const fs::path
   require_shots_at_their_stations(contents);
   read_frames(database, stations, &contents);
   return contents;
+}
+
+std::string file_fault(const SessionContents& contents, const SessionFrame& frame) {
+  const fs::path file = contents.directory / frame.file;
+  const auto fault = [&](const std::string& what) {
+    return fmt::format("{} (station {}): {}", frame.file, contents.station_of(frame).name, what);
+  };
+  std::error_code error;
+  const fs::file_status status = fs::status(file, error);
+  if (!fs::exists(status)) return fault(error.message());
+  if (!fs::is_regular_file(status)) return fault("not a regular file");
+  const std::uintmax_t bytes = fs::file_size(file, error);
+  if (error) return fault(error.message());
+  if (bytes != static_cast<std::uintmax_t>(frame.bytes)) {
+    return fault(fmt::format("{} bytes, {} were written", bytes, frame.bytes));
+  }
+  return "";
+}
+
+std::vector<FrameFault> incomplete_stations(const SessionContents& contents) {
+  // As the session's first frame is: one file for both lenses, or two.
+  const bool one_file = contents.frames.empty() || contents.frames.front().lens == FrameLens::kBoth;
+  std::map<std::pair<int, int>, int> files;  // of a station and an exposure
+  for (const SessionFrame& frame : contents.frames) ++files[{frame.station, frame.exposure}];
+  std::vector<FrameFault> faults;
+  for (std::size_t i = 0; i < contents.stations.size(); ++i) {
+    const SessionStation& station = contents.stations[i];
+    if (!station.shot || station.shot->on_card) continue;
+    for (int exposure = 0; exposure < contents.exposures; ++exposure) {
+      const int found = files[{static_cast<int>(i), exposure}];
+      if (found == (one_file ? 1 : 2)) continue;
+      faults.push_back(
+          {station.name,
+           found == 0
+               ? fmt::format("station {}: has no frame of exposure {}", station.name, exposure)
+               : fmt::format("station {}: exposure {} lacks the picture of a lens", station.name,
+                             exposure)});
+      break;
+    }
+  }
+  return faults;
+}
+
+std::vector<FrameFault> frame_faults(const SessionContents& contents) {
+  std::vector<FrameFault> faults = incomplete_stations(contents);
+  for (const SessionFrame& frame : contents.frames) {
+    std::string fault = file_fault(contents, frame);
+    if (!fault.empty()) faults.push_back({contents.station_of(frame).name, std::move(fault)});
+  }
+  return faults;
+}
+
+void require_no_faults(const std::vector<FrameFault>& faults, const fs::path& directory) {
+  if (faults.empty()) return;
+  const std::string more =
+      faults.size() > 1 ? fmt::format(" (and {} more faults)", faults.size() - 1) : "";
+  throw Error(one_line(
+      fmt::format("{0}: {1}{2}; restore the frames from a copy, or give up their stations with "
+                  "'raywalk-capture verify {0} --give-up', so that they can be captured again",
+                  directory.string(), faults.front().text, more)));
 }
 
 }  // namespace raywalk
