@@ -10,7 +10,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Part of every fingerprint; incremented when a step gives other outputs for the same inputs.
-constexpr int kStepsVersion = 2;
+constexpr int kStepsVersion = 3;
 
 std::string file_line(const fs::path& file) {
   return fs::absolute(file).string() + " " + stamp_of(file).text() + "\n";
@@ -50,8 +50,8 @@ std::string poses_options_text(const PosesOptions& poses) {
 
 std::string rectify_options_text(const CalibrationOptions& options) {
   const GridTolerance& tolerance = options.input.tolerance;
-  return fmt::format("{} {} {}\n", options.rectify.equalise_gain,
-                     tolerance.off_line_m.value_or(0.0), tolerance.same_station_m.value_or(0.0));
+  return fmt::format("{} {}\n", tolerance.off_line_m.value_or(0.0),
+                     tolerance.same_station_m.value_or(0.0));
 }
 
 }  // namespace

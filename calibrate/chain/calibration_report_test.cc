@@ -23,7 +23,6 @@ class CalibrationReportTest : public ::testing::Test {
     folder_.write_cross();
     options_.input.directory = folder_.path();
     options_.mask.cone_deg = 20.0;
-    options_.rectify.equalise_gain = false;
     const CaptureSet set = folder_.read();
     grid_.poses = nominal_poses(set);
     for (int i = 0; i < 2; ++i) {

@@ -53,7 +53,6 @@ void add_all(CLI::App* app) {
   add_mask_options(command, steps);
   add_poses_options(command, steps);
   add_method_option(command, steps);
-  add_rectify_options(command, steps);
   command->option_defaults()->group("Options");
   command
       ->add_option("--redo", arguments->redo,

@@ -152,12 +152,12 @@ void add_grid(CLI::App* app) {
 
 void add_rectify(CLI::App* app) {
   CLI::App* command = app->add_subcommand(
-      "rectify", "Rotate the frames to the grid's axes and correct exposures that differ");
+      "rectify",
+      "List the frames with their poses in the grid, those of fisheye pictures made anew");
   const Arguments arguments = add_step(command);
   command->add_option("--poses", arguments->pose_table,
                       "Poses to use: a table file,x,y,z,yaw,pitch,roll in metres and degrees "
                       "(default: result of the step grid)");
-  add_rectify_options(command, arguments.get());
   command->footer(
       "Example:\n  raywalk-calibrate rectify hall\n"
       "  raywalk-build-lf pack --frames hall/calibration/poses.csv --out hall.lf\n"

@@ -146,11 +146,6 @@ void add_method_option(CLI::App* command, StepArguments* arguments) {
       ->capture_default_str();
 }
 
-void add_rectify_options(CLI::App* command, StepArguments* arguments) {
-  command->option_defaults()->group("Brightness");
-  command->add_flag("--no-gain", arguments->no_gain, "Do not compare and correct exposures");
-}
-
 CalibrationOptions options_of(const StepArguments& arguments) {
   CalibrationOptions options = arguments.options;
   options.input.directory = arguments.input;
@@ -172,7 +167,6 @@ CalibrationOptions options_of(const StepArguments& arguments) {
   options.poses.work = arguments.work;
   options.method = arguments.method == "rotation" ? GridMethod::kRotation : GridMethod::kPoses;
   if (!arguments.pose_table.empty()) options.pose_table = arguments.pose_table;
-  options.rectify.equalise_gain = !arguments.no_gain;
   return options;
 }
 

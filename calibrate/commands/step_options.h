@@ -26,7 +26,6 @@ struct StepArguments {
   std::string method = "poses";
   std::string pose_table{};
   bool no_balance = false;
-  bool no_gain = false;
   std::string work{};  // COLMAP's directory
   LineToleranceArguments lines{};
   int threads = 0;
@@ -38,7 +37,6 @@ void add_stitch_options(CLI::App* command, StepArguments* arguments);
 void add_mask_options(CLI::App* command, StepArguments* arguments);
 void add_poses_options(CLI::App* command, StepArguments* arguments);
 void add_method_option(CLI::App* command, StepArguments* arguments);
-void add_rectify_options(CLI::App* command, StepArguments* arguments);
 
 // The parsed options. Throws UsageError for an invalid board.
 CalibrationOptions options_of(const StepArguments& arguments);

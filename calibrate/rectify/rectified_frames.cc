@@ -5,15 +5,13 @@
 #include <algorithm>
 #include <opencv2/core.hpp>
 #include <string>
-#include <utility>
+#include <vector>
 
 #include "calibrate/base/frame_masks.h"
-#include "calibrate/rectify/compared_light.h"
 #include "calibrate/stitch/fisheye_source.h"
 #include "calibrate/stitch/frames_at_once.h"
 #include "calibrate/stitch/stitcher.h"
 #include "core/base/error.h"
-#include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
@@ -30,35 +28,39 @@ constexpr const char* kDirectory = "rectified";
 
 // What all frames are made from.
 struct RectifyInputs {
+  const FisheyeSource& fisheye;
   const CaptureSet& panoramas;
   const cv::Mat& mask;  // of all frames
-  const std::optional<FisheyeSource>& fisheye;
 
-  // The frames whose files are read.
-  const CaptureSet& frames() const { return fisheye ? fisheye->captured : panoramas; }
   bool masks(int index) const {
     return !mask.empty() || panoramas.frames[static_cast<std::size_t>(index)].mask.has_value();
   }
 };
+
+// Indices of the frames with a pose, ascending.
+std::vector<int> posed_frames(const FramePoses& poses) {
+  std::vector<int> posed;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (poses[i]) posed.push_back(static_cast<int>(i));
+  }
+  return posed;
+}
 
 std::string text_of(const fs::path& file) {
   return fmt::format(" {} {}", fs::absolute(file).string(), stamp_of(file).text());
 }
 
 // Fingerprint of everything that the pictures depend on.
-std::string fingerprint_of(const RectifyInputs& inputs, const FramePoses& poses,
-                           const std::vector<LightGain>& gains) {
-  std::string text;
-  if (inputs.fisheye) text += "fisheye " + source_text(*inputs.fisheye);
+std::string fingerprint_of(const RectifyInputs& inputs, const FramePoses& poses) {
+  std::string text = "fisheye " + source_text(inputs.fisheye);
   for (const int index : posed_frames(poses)) {
     const auto i = static_cast<std::size_t>(index);
-    const CaptureFrame& frame = inputs.frames().frames[i];
+    const CaptureFrame& frame = inputs.fisheye.captured.frames[i];
     text += frame.name + text_of(frame.file);
     if (frame.back) text += text_of(*frame.back);
     for (const double element : poses[i]->world_from_camera.reshaped()) {
       text += fmt::format(" {:.17g}", element);
     }
-    for (const double gain : gains[i]) text += fmt::format(" {:.17g}", gain);
     if (frame.mask) text += text_of(*frame.mask);
     text += '\n';
   }
@@ -105,32 +107,14 @@ bool are_there(const FrameFiles& files) {
   return fs::exists(files.picture) && (files.mask.empty() || fs::exists(files.mask));
 }
 
-void write_from_panorama(const RectifyInputs& inputs, int index, const FramePose& pose,
-                         const LightGain& gain, const FrameFiles& files) {
-  if (!files.mask.empty()) {
-    write_mask(
-        inputs, index,
-        rotate_mask(joint_mask(inputs.panoramas, index, inputs.mask), pose.world_from_camera),
-        files.mask);
-  }
-  const cv::Mat panorama =
-      read_panorama(inputs.panoramas.frames[static_cast<std::size_t>(index)].file);
-  const LevelsUnderGain levels(gain);
-  write_image(files.picture,
-              rotate_panorama(panorama, pose.world_from_camera,
-                              [&levels](const cv::Vec3f& seen) { return levels(seen); }));
-}
-
-void write_from_fisheye(const RectifyInputs& inputs, int index, const FramePose& pose,
-                        const LightGain& gain, const FrameFiles& files) {
-  const FisheyeSource& source = *inputs.fisheye;
+void write_frame(const RectifyInputs& inputs, int index, const FramePose& pose,
+                 const FrameFiles& files) {
+  const FisheyeSource& source = inputs.fisheye;
   const FramePictures pictures =
       read_frame_pictures(source.captured.frames[static_cast<std::size_t>(index)], source.camera);
   const Stitcher stitcher(source.camera, source.width, source.options, source.balance,
                           pose.world_from_camera);
-  const LevelsUnderGain levels(gain);
-  StitchedFrame made = stitcher.stitch(pictures.front, pictures.back, pictures.mask,
-                                       [&levels](const cv::Vec3f& seen) { return levels(seen); });
+  StitchedFrame made = stitcher.stitch(pictures.front, pictures.back, pictures.mask);
   if (!inputs.mask.empty()) {
     const cv::Mat common = rotate_mask(inputs.mask, pose.world_from_camera);
     made.mask = made.mask.empty() ? common : made.mask & common;
@@ -139,10 +123,8 @@ void write_from_fisheye(const RectifyInputs& inputs, int index, const FramePose&
   write_image(files.picture, made.panorama);
 }
 
-// Number of concurrent frames. Panoramas are small beside the tables of fisheye pictures.
-int at_once(const RectifyInputs& inputs) {
-  if (!inputs.fisheye) return thread_count();
-  const FisheyeSource& source = *inputs.fisheye;
+// Number of concurrent frames, by the memory of the tables of fisheye pictures.
+int at_once(const FisheyeSource& source) {
   const double pixels = table_pixels(source.camera, source.width);
   return frames_at_once(bytes_of_pictures(source.camera) + bytes_of_panorama(pixels) +
                         bytes_of_tables(pixels));
@@ -160,15 +142,14 @@ bool any_masked(const RectifyInputs& inputs, const std::vector<int>& frames) {
 
 // Writes those of the frames that are not in the directory.
 void write_missing(const RectifyInputs& inputs, const FramePoses& poses,
-                   const std::vector<LightGain>& gains, const std::vector<int>& frames,
-                   const fs::path& directory) {
+                   const std::vector<int>& frames, const fs::path& directory) {
   Progress progress("Rectifying", static_cast<std::int64_t>(frames.size()), "frames");
-  for_each_frame(static_cast<int>(frames.size()), at_once(inputs), [&](int i) {
+  for_each_frame(static_cast<int>(frames.size()), at_once(inputs.fisheye), [&](int i) {
     const int index = frames[static_cast<std::size_t>(i)];
-    const auto frame = static_cast<std::size_t>(index);
     const FrameFiles files = files_of(inputs, index, directory);
-    const auto write = inputs.fisheye ? &write_from_fisheye : &write_from_panorama;
-    if (!are_there(files)) write(inputs, index, *poses[frame], gains[frame], files);
+    if (!are_there(files)) {
+      write_frame(inputs, index, *poses[static_cast<std::size_t>(index)], files);
+    }
     progress.advance();
   });
 }
@@ -183,16 +164,15 @@ fs::path rectified_mask_file(const CaptureFrame& frame) {
   return fs::path(kDirectory) / "masks" / (frame.name + ".png");
 }
 
-void write_rectified_frames(const CaptureSet& panoramas, const FramePoses& poses,
-                            const std::vector<LightGain>& gains, const cv::Mat& mask,
-                            const fs::path& out, const std::optional<FisheyeSource>& fisheye) {
-  const RectifyInputs inputs{panoramas, mask, fisheye};
+void write_rectified_frames(const FisheyeSource& fisheye, const CaptureSet& panoramas,
+                            const FramePoses& poses, const cv::Mat& mask, const fs::path& out) {
+  const RectifyInputs inputs{fisheye, panoramas, mask};
   const fs::path directory = out / kDirectory;
   fs::path partial = directory;
   partial += ".partial";
-  prepare(partial, fingerprint_of(inputs, poses, gains));
+  prepare(partial, fingerprint_of(inputs, poses));
   const std::vector<int> frames = posed_frames(poses);
-  write_missing(inputs, poses, gains, frames, partial);
+  write_missing(inputs, poses, frames, partial);
   move_into_place(partial, directory, any_masked(inputs, frames));
 }
 

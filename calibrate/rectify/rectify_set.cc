@@ -7,7 +7,6 @@
 #include <opencv2/core.hpp>
 #include <utility>
 
-#include "calibrate/rectify/compared_light.h"
 #include "calibrate/rectify/crossing_overlay.h"
 #include "calibrate/rectify/rectified_frames.h"
 #include "calibrate/rectify/rectify_report.h"
@@ -22,14 +21,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kMasks = "before_masks";
+constexpr const char* kMasks = "masks";
 
-// Relative to OUT if it is in there, else absolute.
+// Relative to OUT if the two are in the same folder, as a capture and its calibration are, which
+// are moved together; else absolute.
 std::string listed(const fs::path& file, const fs::path& out) {
   const fs::path whole = fs::absolute(file).lexically_normal();
-  const fs::path within = whole.lexically_relative(fs::absolute(out).lexically_normal());
+  const fs::path from = (fs::absolute(out) / "").lexically_normal();
+  const fs::path within = whole.lexically_relative(from.parent_path().parent_path());
   const bool outside = within.empty() || *within.begin() == "..";
-  return outside ? whole.string() : within.generic_string();
+  return outside ? whole.string() : whole.lexically_relative(from).generic_string();
 }
 
 // The file of a frame's mask joined with the common one; "" if nothing is masked.
@@ -43,45 +44,44 @@ std::string mask_file(const CaptureSet& set, int index, const cv::Mat& common,
   return file.generic_string();
 }
 
-// Writes OUT/before.csv (file,x,y,z,yaw,pitch,roll[,mask],line): the panoramas of poses.csv as they
-// are, at their poses in `start`. Only frames with a pose in `poses` are listed, so that both rooms
-// have the same stations. Files in OUT are relative to it, others absolute. `mask` (CV_8UC1 of the
-// panoramas' size in the camera's frame, 0 = masked; may be empty) is joined with the frames' own
-// and written to OUT/before_masks, which is removed where nothing is masked in common. Throws Error
-// if a mask cannot be read or a file cannot be written.
-void write_before_list(const CaptureSet& panoramas, const FramePoses& start,
-                       const FramePoses& poses, const cv::Mat& mask, const fs::path& out) {
+// Writes the masks of all frames to OUT/masks, which is removed where nothing is masked in common.
+// By frame: the file of its mask, "" if nothing is masked.
+std::vector<std::string> write_masks(const CaptureSet& set, const cv::Mat& common,
+                                     const fs::path& out) {
   fs::remove_all(out / kMasks);
-  if (!mask.empty()) {
+  if (!common.empty()) {
     make_directories(out / kMasks);
-    write_image(out / kMasks / "common.png", mask);
+    write_image(out / kMasks / "common.png", common);
   }
-  std::vector<ListedFrame> rows;
-  for (std::size_t i = 0; i < panoramas.frames.size(); ++i) {
-    const CaptureFrame& frame = panoramas.frames[i];
-    if (!poses[i] || panoramas.is_validation(frame)) continue;
-    rows.push_back({.file = listed(frame.file, out),
-                    .position_m = start[i]->position_m,
-                    .attitude = attitude_from_world_from_camera(start[i]->world_from_camera),
-                    .mask = mask_file(panoramas, static_cast<int>(i), mask, out),
-                    .line = panoramas.lines[static_cast<std::size_t>(frame.line)].id});
+  std::vector<std::string> files;
+  files.reserve(set.frames.size());
+  for (std::size_t i = 0; i < set.frames.size(); ++i) {
+    files.push_back(mask_file(set, static_cast<int>(i), common, out));
   }
-  write_file_atomically(out / "before.csv", frame_list_text(rows));
+  return files;
 }
 
-// Rows of poses.csv, or of gt.csv.
-std::vector<ListedFrame> rectified_rows(const CaptureSet& set, const FramePoses& poses, bool masked,
-                                        bool validation) {
-  std::vector<ListedFrame> rows;
+// The lists of the frames with a pose: that of the stations, and that of true views.
+struct FrameLists {
+  std::vector<ListedFrame> stations{};
+  std::vector<ListedFrame> validation{};
+};
+
+// `row_of` gives a frame's row without its line.
+template <typename RowOf>
+FrameLists lists_of(const CaptureSet& set, const FramePoses& poses, const RowOf& row_of) {
+  FrameLists lists;
   for (std::size_t i = 0; i < set.frames.size(); ++i) {
     const CaptureFrame& frame = set.frames[i];
-    if (!poses[i] || set.is_validation(frame) != validation) continue;
-    rows.push_back(
-        {.file = rectified_file(frame).generic_string(), .position_m = poses[i]->position_m});
-    if (!validation) rows.back().line = set.lines[static_cast<std::size_t>(frame.line)].id;
-    if (masked || frame.mask) rows.back().mask = rectified_mask_file(frame).generic_string();
+    if (!poses[i]) continue;
+    if (set.is_validation(frame)) {
+      lists.validation.push_back(row_of(i));
+    } else {
+      lists.stations.push_back(row_of(i));
+      lists.stations.back().line = set.lines[static_cast<std::size_t>(frame.line)].id;
+    }
   }
-  return rows;
+  return lists;
 }
 
 // What neither frame hides, each mask turned by the frame's pose; empty unless one of the frames
@@ -106,16 +106,15 @@ CrossingComparison compare_at(const CaptureSet& set, const LineCrossing& crossin
   const auto frame_of = [&](int i) -> const CaptureFrame& {
     return set.frames[static_cast<std::size_t>(i)];
   };
-  const auto before = [&](int i) {
+  const auto at = [&](int i, const FramePoses& by) {
     return rotate_panorama(read_panorama(frame_of(i).file),
-                           start[static_cast<std::size_t>(i)]->world_from_camera);
+                           by[static_cast<std::size_t>(i)]->world_from_camera);
   };
-  const auto after = [&](int i) { return read_panorama(out / rectified_file(frame_of(i))); };
-  const cv::Mat first = after(pair.along_x);
+  const cv::Mat first = at(pair.along_x, poses);
   const cv::Mat valid = valid_in_both(set, pair, poses, mask);
   const HorizonWindow window = most_textured_window(first, valid);
-  const Overlay agreed = overlay_of(first, after(pair.along_z), window, valid);
-  const Overlay captured = overlay_of(before(pair.along_x), before(pair.along_z), window,
+  const Overlay agreed = overlay_of(first, at(pair.along_z, poses), window, valid);
+  const Overlay captured = overlay_of(at(pair.along_x, start), at(pair.along_z, start), window,
                                       valid_in_both(set, pair, start, mask));
   const std::string name =
       fmt::format("{}_{}", set.lines[static_cast<std::size_t>(crossing.along_x)].id,
@@ -161,11 +160,11 @@ void warn_of_left_out(const CaptureSet& set, const FramePoses& poses) {
   }
 }
 
-void write_tables(const RectifyResult& result, const std::vector<ListedFrame>& rows,
-                  const std::vector<ListedFrame>& truth, const fs::path& out) {
-  write_file_atomically(out / "poses.csv", frame_list_text(rows));
-  if (result.validation_frames > 0) {
-    write_file_atomically(out / "gt.csv", frame_list_text(truth));
+void write_tables(const FrameLists& lists, const FrameLists& before, const fs::path& out) {
+  write_file_atomically(out / "poses.csv", frame_list_text(lists.stations));
+  write_file_atomically(out / "before.csv", frame_list_text(before.stations));
+  if (!lists.validation.empty()) {
+    write_file_atomically(out / "gt.csv", frame_list_text(lists.validation));
   } else {
     fs::remove(out / "gt.csv");
   }
@@ -176,35 +175,49 @@ void write_tables(const RectifyResult& result, const std::vector<ListedFrame>& r
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
                           const RectifyOptions& options) {
   require_pose(panoramas, poses);
-  make_directories(options.out);
+  const fs::path& out = options.out;
+  make_directories(out);
   const cv::Mat mask = options.mask.value_or(cv::Mat());
-  std::optional<ExposureResult> exposure;
-  if (options.equalise_gain) exposure = compare_light(panoramas, poses, mask);
-  RectifyResult result;
-  result.gains = exposure
-                     ? exposure->gains
-                     : std::vector<LightGain>(panoramas.frames.size(), LightGain{1.0, 1.0, 1.0});
-  write_rectified_frames(panoramas, poses, result.gains, mask, options.out, options.fisheye);
+  const std::vector<std::string> masks = write_masks(panoramas, mask, out);
+  const auto as_captured = [&](std::size_t i, const FramePoses& by) {
+    return ListedFrame{
+        .file = listed(panoramas.frames[i].file, out),
+        .position_m = by[i]->position_m,
+        .attitude = attitude_from_world_from_camera(by[i]->world_from_camera),
+        .mask = masks[i],
+    };
+  };
+  const auto rectified = [&](std::size_t i) {
+    const CaptureFrame& frame = panoramas.frames[i];
+    return ListedFrame{
+        .file = rectified_file(frame).generic_string(),
+        .position_m = poses[i]->position_m,
+        .mask = masks[i].empty() ? "" : rectified_mask_file(frame).generic_string(),
+    };
+  };
+  if (options.fisheye) write_rectified_frames(*options.fisheye, panoramas, poses, mask, out);
+  const auto row_of = [&](std::size_t i) {
+    return options.fisheye ? rectified(i) : as_captured(i, poses);
+  };
   const FramePoses start = options.start.empty() ? nominal_poses(panoramas) : options.start;
-  result.exposure = std::move(exposure);
-  if (result.exposure) spdlog::info("{}", exposure_summary(*result.exposure));
-  const auto rows = rectified_rows(panoramas, poses, !mask.empty(), false);
-  const auto truth = rectified_rows(panoramas, poses, !mask.empty(), true);
-  result.frames = static_cast<int>(rows.size());
-  result.validation_frames = static_cast<int>(truth.size());
+  const FrameLists lists = lists_of(panoramas, poses, row_of);
+  RectifyResult result;
+  result.frames = static_cast<int>(lists.stations.size());
+  result.validation_frames = static_cast<int>(lists.validation.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
+    result.files.push_back(poses[i] ? row_of(i).file : "");
     if (!poses[i]) result.left_out.push_back(panoramas.frames[i].name);
   }
   warn_of_left_out(panoramas, poses);
   result.masks = mask_figures(panoramas, mask);
-  result.line_tolerance_mm = line_tolerance_needed_mm(rows, options.tolerance);
+  result.line_tolerance_mm = line_tolerance_needed_mm(lists.stations, options.tolerance);
   if (options.tolerance.same_station_m) {
     result.same_station_mm = *options.tolerance.same_station_m * 1e3;
   }
-  write_tables(result, rows, truth, options.out);
-  result.crossings = compare_crossings(panoramas, poses, start, mask, options.out);
-  write_before_list(panoramas, start, poses, mask, options.out);
-  write_rectify_report(panoramas, poses, result, options.out);
+  const auto before = [&](std::size_t i) { return as_captured(i, start); };
+  write_tables(lists, lists_of(panoramas, poses, before), out);
+  result.crossings = compare_crossings(panoramas, poses, start, mask, out);
+  write_rectify_report(panoramas, poses, result, out);
   return result;
 }
 

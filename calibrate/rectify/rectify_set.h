@@ -1,5 +1,5 @@
-// The step `rectify`: frames in world axes, corrected where their exposures differ, listed with
-// their positions for raywalk-build-lf.
+// The step `rectify`: lists the frames with their poses for raywalk-build-lf; those of fisheye
+// pictures are made anew, in world axes.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,6 @@
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/base/frame_poses.h"
-#include "calibrate/rectify/exposure_gains.h"
 #include "calibrate/stitch/fisheye_source.h"
 #include "core/files/frame_list.h"
 #include "core/geometry/grid.h"
@@ -23,9 +22,8 @@ struct RectifyOptions {
   // single frames (frame_masks.h) are honoured as well.
   std::optional<cv::Mat> mask{};
   GridTolerance tolerance{};  // how the lines of the capture were found
-  bool equalise_gain = true;
   // What the panoramas were stitched from: frames are then made straight from it. nullopt: the
-  // panoramas are the captured pictures.
+  // panoramas are the captured pictures, which are listed as they are.
   std::optional<FisheyeSource> fisheye{};
   // Poses before the calibration, for comparison; empty: nominal_poses.
   FramePoses start{};
@@ -44,11 +42,10 @@ struct CrossingComparison {
 };
 
 struct RectifyResult {
-  int frames = 0;                            // in poses.csv
-  int validation_frames = 0;                 // in gt.csv: of validation lines, or held out
-  std::vector<std::string> left_out{};       // frames without a pose
-  std::vector<LightGain> gains{};            // by frame; exactly 1 where nothing is corrected
-  std::optional<ExposureResult> exposure{};  // nullopt: not measured
+  std::vector<std::string> files{};     // by frame, as the lists name them; "": without a pose
+  int frames = 0;                       // in poses.csv
+  int validation_frames = 0;            // in gt.csv: of validation lines, or held out
+  std::vector<std::string> left_out{};  // frames without a pose
   std::vector<CrossingComparison> crossings{};
   // The --line-tolerance-mm for raywalk-build-lf pack; 0: not needed. nullopt: none is enough.
   std::optional<double> line_tolerance_mm{};
@@ -57,11 +54,14 @@ struct RectifyResult {
   std::optional<double> same_station_mm{};
 };
 
-// Writes OUT/rectified/ (rectified_frames.h), OUT/crossings/ with the overlays, OUT/poses.csv
-// (file,x,y,z[,mask],line), OUT/gt.csv if there are validation lines or held-out frames,
-// OUT/before.csv (the frames before the calibration: a room packed of it shows what the calibration
-// gains, by raywalk-render validate), and rectify.json. Positions are those of `poses`. Throws
-// Error if no frame has a pose, or a file cannot be read or written; Interrupted.
+// Writes OUT/rectified/ (rectified_frames.h) where there are fisheye pictures, OUT/crossings/ with
+// the overlays, OUT/poses.csv, OUT/gt.csv if there are validation lines or held-out frames,
+// OUT/before.csv (the stations before the calibration: a room packed of it shows what the
+// calibration gains, by raywalk-render validate), and rectify.json. The lists are frame lists
+// (frame_list.h) with the names of lines. They name captured and stitched panoramas as they are,
+// with their attitudes, by paths relative to OUT if both are in one folder, else absolute; their
+// masks are joined with that of all frames in OUT/masks/. Throws Error if no frame has a pose, or a
+// file cannot be read or written; Interrupted.
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
                           const RectifyOptions& options);
 

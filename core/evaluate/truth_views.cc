@@ -12,7 +12,9 @@
 
 #include "core/base/error.h"
 #include "core/files/csv.h"
+#include "core/files/frame_list.h"
 #include "core/files/image_file.h"
+#include "core/panorama/panorama_rotation.h"
 #include "core/view/view_plan.h"
 
 namespace raywalk {
@@ -80,6 +82,7 @@ ListedTruth truth_at(const CsvTable& table, std::size_t row, const std::filesyst
   if (!truth.mask.empty() && cv::countNonZero(read_truth_mask(truth)) == 0) {
     throw Error(truth.mask.string() + " masks every pixel; remove this view from the list");
   }
+  truth.world_from_camera = world_from_camera(read_attitude(table, row));
   truth.distances = file_in(table, row, "distance", list);
   read_true_distances(truth);
   const double height_m = table.number(row, "y");
@@ -95,7 +98,8 @@ ListedTruth truth_at(const CsvTable& table, std::size_t row, const std::filesyst
 }  // namespace
 
 std::vector<ListedTruth> read_truth(const std::filesystem::path& list, const Room& room) {
-  const CsvTable table = CsvTable::read(list, {"file", "x", "y", "z"}, {"mask", "distance"});
+  const CsvTable table =
+      CsvTable::read(list, {"file", "x", "y", "z"}, {"yaw", "pitch", "roll", "mask", "distance"});
   std::vector<ListedTruth> truths;
   TurnedPictures turned;
   std::set<std::string> names;
@@ -120,12 +124,18 @@ std::vector<ListedTruth> read_truth(const std::filesystem::path& list, const Roo
 }
 
 TrueView read_view(const ListedTruth& truth) {
-  return {.name = truth.name,
-          .viewpoint = truth.viewpoint,
-          .height_m = truth.height_m,
-          .image = read_panorama(truth.file),
-          .mask = read_truth_mask(truth),
-          .distances = read_true_distances(truth)};
+  TrueView view{.name = truth.name,
+                .viewpoint = truth.viewpoint,
+                .height_m = truth.height_m,
+                .image = read_panorama(truth.file),
+                .mask = read_truth_mask(truth),
+                .distances = read_true_distances(truth)};
+  const Eigen::Matrix3d& turn = truth.world_from_camera;
+  if (turn.isIdentity(0.0)) return view;
+  view.image = rotate_panorama(view.image, turn);
+  if (!view.mask.empty()) view.mask = rotate_mask(view.mask, turn);
+  if (!view.distances.empty()) view.distances = rotate_distance_map(view.distances, turn);
+  return view;
 }
 
 std::vector<std::size_t> spread_over_distance(std::span<const ListedTruth> truths,

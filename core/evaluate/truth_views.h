@@ -1,6 +1,7 @@
 // Ground truth of a room: panoramas captured between the lines.
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -19,7 +20,8 @@ struct ListedTruth {
   PlanPoint viewpoint{};
   // y, where it is off the height of the lines. Initial views are rendered at that of the lines.
   std::optional<double> height_m{};
-  int width = 0;                      // of the picture, pixels
+  Eigen::Matrix3d world_from_camera = Eigen::Matrix3d::Identity();  // of picture, mask, distances
+  int width = 0;                                                    // of the picture, pixels
   std::filesystem::path mask{};       // picture, 0 = not compared; empty: all pixels count
   std::filesystem::path distances{};  // true distance map; empty: not known
   // Plan distance to the nearest line that serves the view; vertical parallax grows with it.
@@ -37,7 +39,8 @@ struct TrueView {
   cv::Mat distances{};               // CV_16UC1 in millimetres; empty: not known
 };
 
-// Reads columns file,x,y,z (metres; files relative to the list) and, where given, mask (an 8-bit
+// Reads columns file,x,y,z (metres; files relative to the list) and, where given, yaw,pitch,roll
+// (degrees, of a picture that is not in world axes, as of its mask and distances), mask (an 8-bit
 // grey picture of the same size, 0 = not compared, for example a dolly in view; may be empty) and
 // distance (a true distance map of the same size; may be empty), and checks every picture's header.
 // A truth at another height than the lines causes a warning, since initial views are at theirs.
@@ -46,7 +49,7 @@ struct TrueView {
 // views of one stem, a viewpoint the room cannot be rendered from.
 std::vector<ListedTruth> read_truth(const std::filesystem::path& list, const Room& room);
 
-// Reads its files. Throws Error as above.
+// Reads its files, rotated to world axes. Throws Error as above.
 TrueView read_view(const ListedTruth& truth);
 
 // Indices of at most `most` truths, nearest first, spread over the distance from the line, with the

@@ -217,7 +217,7 @@ TEST_F(CalibrateTest, UntrustworthyResultIsFlaggedAndKept) {
                         frame.position_m.z());
   }
   write_file_atomically(blind / "poses.csv", rows);
-  const CommandResult result = calibrate("all " + blind.string() + " --method rotation --no-gain");
+  const CommandResult result = calibrate("all " + blind.string() + " --method rotation");
   expect_error(result, 1, "not trustworthy");
   EXPECT_THAT(result.errors, HasSubstr("x1"));
   const json calibration = json_of(blind / "calibration/calibration.json");
@@ -235,12 +235,9 @@ TEST_F(CalibrateTest, RectifyWithExternalPoses) {
   const std::vector<Frame> listed = read_frame_list(out() / "poses.csv");
   ASSERT_EQ(listed.size(), read_frame_list(capture() / "poses.csv").size());
   ASSERT_TRUE(listed[0].mask);
-  // The cameras were upright, so the frames change only by interpolation.
-  const cv::Mat before =
-      read_panorama(capture() / "capture" / (listed[0].path.stem().string() + ".jpg"));
-  EXPECT_LT(cv::norm(before, read_panorama(listed[0].path), cv::NORM_L1) /
-                (3.0 * static_cast<double>(before.total())),
-            2.0);
+  EXPECT_TRUE(fs::equivalent(listed[0].path, capture() / "capture" / listed[0].path.filename()));
+  EXPECT_EQ(json_of(out() / "calibration.json")["rectify"], json_of(out() / "rectify.json"));
+  EXPECT_TRUE(fs::exists(out() / "index.html"));
 }
 
 TEST_F(CalibrateTest, MasksAndHeldOutFramesReachTheRoom) {
@@ -273,7 +270,7 @@ TEST_F(CalibrateTest, MasksAndHeldOutFramesReachTheRoom) {
   const std::vector<Frame> views = read_frame_list(out() / "gt.csv");
   EXPECT_EQ(stations.size(), 31U);
   ASSERT_EQ(views.size(), 1U);
-  EXPECT_EQ(views[0].file, "rectified/x0_003.png");
+  EXPECT_EQ(views[0].path.stem(), "x0_003");
   ASSERT_TRUE(views[0].mask);
   EXPECT_NEAR(cv::countNonZero(read_mask(*views[0].mask, {512, 256})), 192 * 512, 3 * 512);
   const std::string room = (directory_ / "room.lf").string();
@@ -289,65 +286,6 @@ TEST_F(CalibrateTest, MasksAndHeldOutFramesReachTheRoom) {
     expect_error(calibrate(fmt::format("{} {} --out {}", step, folder.string(), out().string())), 1,
                  "gt.csv:2: ");
   }
-}
-
-TEST_F(CalibrateTest, EqualExposuresAreNotCorrected) {
-  const std::string poses = "--poses " + (capture() / "truth.csv").string();
-  const CommandResult result = run("rectify", poses);
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  EXPECT_THAT(result.errors, HasSubstr("none is corrected"));
-  const json report = json_of(out() / "rectify.json");
-  EXPECT_EQ(report["exposure"]["corrected_frames"], 0);
-  EXPECT_EQ(report["exposure"]["measured_frames"], report["frames"].size());
-  for (const json& kind : report["exposure"]["kinds"]) EXPECT_EQ(kind["model"], "equal");
-  std::map<std::string, std::string> pixels;
-  for (const json& frame : report["frames"]) {
-    EXPECT_EQ(frame["gain"]["red"], 1.0);
-    EXPECT_EQ(frame["gain"]["green"], 1.0);
-    EXPECT_EQ(frame["gain"]["blue"], 1.0);
-    pixels[frame["name"]] = read_file(out() / frame["file"]);
-  }
-  ASSERT_EQ(run("rectify", poses + " --no-gain").exit_code, 0);
-  for (const auto& [name, before] : pixels) {
-    EXPECT_EQ(read_file(out() / "rectified" / (name + ".png")), before) << name;
-  }
-  EXPECT_TRUE(json_of(out() / "rectify.json")["exposure"].is_null());
-}
-
-TEST_F(CalibrateTest, ExposuresThatDifferAreCorrected) {
-  constexpr double kDarker = 0.93;
-  std::string list = "file,x,y,z\n", poses = "file,x,y,z,yaw,pitch,roll\n";
-  for (const Frame& frame : read_frame_list(capture() / "poses.csv")) {
-    const std::string name = frame.path.stem().string();
-    cv::Mat picture = read_panorama(frame.path);
-    if (name == "x0_003") {
-      for (auto pixel = picture.begin<cv::Vec3b>(); pixel != picture.end<cv::Vec3b>(); ++pixel) {
-        for (int c = 0; c < 3; ++c) {
-          (*pixel)[c] = cv::saturate_cast<uchar>(
-              srgb_level_from_linear(kDarker * linear_from_srgb_level((*pixel)[c])));
-        }
-      }
-    }
-    write_image(directory_ / (name + ".png"), picture);
-    const Eigen::Vector3d& at = frame.position_m;
-    const std::string row = fmt::format("{}.png,{},{},{}", name, at.x(), at.y(), at.z());
-    list += row + "\n";
-    poses += row + ",0,0,0\n";
-  }
-  write_file_atomically(directory_ / "poses.csv", list);
-  write_file_atomically(directory_ / "truth.csv", poses);
-  const CommandResult result =
-      calibrate(fmt::format("rectify {} --out {} --poses {}", directory_.path().string(),
-                            out().string(), (directory_ / "truth.csv").string()));
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const json report = json_of(out() / "rectify.json");
-  EXPECT_GE(report["exposure"]["corrected_frames"], 1);
-  for (const json& frame : report["frames"]) {
-    const double expected = frame["name"] == "x0_003" ? 1.0 / kDarker : 1.0;
-    EXPECT_NEAR(frame["gain"]["green"].get<double>(), expected, 0.01) << frame["name"];
-  }
-  EXPECT_EQ(json_of(out() / "calibration.json")["rectify"], report);
-  EXPECT_TRUE(fs::exists(out() / "index.html"));
 }
 
 TEST_F(CalibrateTest, AllStepsAlignTheLinesAndAreNotRepeated) {
@@ -386,13 +324,13 @@ TEST_F(CalibrateTest, AllStepsAlignTheLinesAndAreNotRepeated) {
   EXPECT_THAT(read_file(out() / "index.html"),
               AllOf(HasSubstr("\"kind\":\"calibration\""), HasSubstr("x0 × z0")));
 
-  const auto made = fs::last_write_time(out() / "rectified/x0_000.png");
+  const auto made = fs::last_write_time(out() / "poses.csv");
   const CommandResult second = run("all", options);
   EXPECT_EQ(second.exit_code, 0);
   for (const char* step : {"mask", "grid", "rectify"}) {
     EXPECT_THAT(second.output, ::testing::ContainsRegex(std::string(step) + ".*done earlier"));
   }
-  EXPECT_EQ(fs::last_write_time(out() / "rectified/x0_000.png"), made);
+  EXPECT_EQ(fs::last_write_time(out() / "poses.csv"), made);
 }
 
 }  // namespace

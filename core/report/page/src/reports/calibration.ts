@@ -444,7 +444,7 @@ function deviations({ line, stations }: Json) {
 }
 
 function rectifySection(rectify: Json, images: Images) {
-  const { frame_masks: own, left_out, exposure } = rectify;
+  const { frame_masks: own, left_out } = rectify;
   return section(
     "Rectify",
     facts(
@@ -454,8 +454,8 @@ function rectifySection(rectify: Json, images: Images) {
       own && ["frames with a mask of their own", own.frames],
       own && ["of their sphere is masked", textOf("masked_share", own.masked_share)],
     ),
-    "Frames are rotated to world axes in one resampling; their positions are those of the " +
-      "estimated poses. What the calibration gains: pack " +
+    "Frames of fisheye pictures are made in world axes; captured panoramas are listed with their " +
+      "attitudes. What the calibration gains: pack " +
       `${rectify.before_list} too, the frames at their planned positions, and let ` +
       "raywalk-render validate measure both rooms.",
     left_out.length > 0 && `Left out, without a pose: ${left_out.join(", ")}.`,
@@ -464,96 +464,5 @@ function rectifySection(rectify: Json, images: Images) {
         "direction with the most texture: where they agree the image is grey. They were not taken " +
         "at exactly the same position, so near objects keep a little parallax.",
     images("rectify"),
-    exposure
-      ? `Exposure: ${exposure.summary}.`
-      : "Exposure: not compared (--no-gain); the frames' light is as captured.",
-    exposure?.corrected_frames > 0 &&
-      chart(
-        seriesOf(
-          rectify.frames,
-          "rail_m",
-          "gain_stops",
-          (frame) => frame.line,
-          "both",
-          (frame) => frame.name,
-        ),
-        {
-          title: "Gain of every frame",
-          x: "position on the rail / m",
-          y: "mean gain / stops",
-          caption: "Mean over the colours; 0 stops: not corrected",
-        },
-      ),
-    exposure?.kinds[0].tests.length > 0 && evidence(rectify),
   );
-}
-
-function evidence({ exposure, frames }: Json) {
-  const { kinds } = exposure;
-  const parts = (key: string) =>
-    kinds.flatMap((kind: Json) =>
-      kind[key].map((part: Json) => ({ light: kind.kind, t_limit: kind.t_limit, ...part })),
-    );
-  const brightness = (key: string, name: string) => percent(`exposure.brightness.${key}`, name);
-  return [
-    h(
-      "p",
-      {},
-      `How it was measured: ${exposure.patches} small surfaces, each seen by two of ` +
-        `${exposure.links} pairs of frames, in ${exposure.scene_parts} of ` +
-        `${exposure.scene_parts_in_all} parts of the scene. Each is compared at its own distance, ` +
-        "found by matching both ways, so that parallax does not enter; darkening towards the edges " +
-        "of the lenses is fitted as common to all frames. The standard errors come from the " +
-        "scatter between the parts of the scene, and from what halves of the surfaces disagree by " +
-        `beyond it. The pairs close ${counted(exposure.loops, "loop")}, to ` +
-        `${text(exposure.loop_error, 100)} %. A difference counts if it would occur by chance in ` +
-        `less than ${100 * exposure.significance} % of captures.`,
-    ),
-    table(kinds, {
-      caption: "What is taken, and by how much frames differ (RMS)",
-      columns: [
-        { key: "kind", name: "light" },
-        { key: "model_text", name: "taken" },
-        percent("spread", "differs by"),
-      ],
-    }),
-    table(parts("tests"), {
-      caption: "Which differences the measurement shows",
-      columns: [
-        "light",
-        { key: "model_text", name: "assumed" },
-        { key: "largest_t", name: "largest deviation / standard errors" },
-        { key: "frame", name: "at" },
-        { key: "t_limit", name: "allowed by chance" },
-        {
-          key: "rejected",
-          name: "verdict",
-          value: (test) => (test.rejected ? "contradicted" : "agrees"),
-        },
-      ],
-    }),
-    table(parts("halves"), {
-      caption: "Halves of the surfaces, measured separately (RMS over the frames)",
-      columns: [
-        "light",
-        { key: "split", name: "halves by" },
-        percent("difference", "disagree by"),
-        percent("by_chance", "expected by chance"),
-      ],
-    }),
-    table(frames, {
-      caption: "Brightness of every frame, relative to the mean of all",
-      rows: 20,
-      columns: [
-        { key: "name", name: "frame" },
-        brightness("measured_change", "measured"),
-        brightness("fitted_change", "taken"),
-        brightness("error", "standard error"),
-        { key: "exposure.brightness.corrected", name: "significant" },
-        "gain.red",
-        "gain.green",
-        "gain.blue",
-      ],
-    }),
-  ];
 }
