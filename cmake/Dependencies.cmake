@@ -4,12 +4,6 @@ find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
 find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs video videoio features2d
              stitching)
-# ArUco markers moved from a contributed module to a main one.
-if(OpenCV_VERSION VERSION_LESS 4.7)
-  set(RAYWALK_OPENCV_MARKERS opencv_aruco)
-else()
-  set(RAYWALK_OPENCV_MARKERS opencv_objdetect)
-endif()
 find_package(HDF5 1.10 REQUIRED COMPONENTS C)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(TBB REQUIRED)

@@ -24,14 +24,7 @@ std::string content_line(const fs::path& file) {
 std::string lens_options_text(const CalibrationOptions& options) {
   const LensOptions& lens = options.lens;
   if (options.lens_file) return "given " + content_line(*options.lens_file);
-  std::string text =
-      fmt::format("{}{} {}\n", content_line(lens.start), lens.pairs, lens.ignore_below_deg);
-  if (lens.board) {
-    text += fmt::format("{} {} {} {} {}\n", lens.board->dictionary, lens.board->squares_x,
-                        lens.board->squares_y, lens.board->square_mm, lens.board->marker_mm);
-  }
-  for (const fs::path& picture : lens.board_pictures) text += content_line(picture);
-  return text;
+  return fmt::format("{}{} {}\n", content_line(lens.start), lens.pairs, lens.ignore_below_deg);
 }
 
 std::string stitch_options_text(const StitchOptions& stitch) {

@@ -94,10 +94,7 @@ void add_lens(CLI::App* app) {
       ->add_option("--ignore-below-deg", arguments->options.lens.ignore_below_deg,
                    "Half angle of an ignored cone below the camera, degrees")
       ->check(CLI::Range(0.0, 89.0));
-  command->footer(
-      "Example:\n  raywalk-calibrate lens hall --lens-start theta-like\n"
-      "  raywalk-calibrate lens hall --lens-start hall.yaml --board 11x8 --square-mm 30 "
-      "--marker-mm 22 --board-pictures board/*.jpg");
+  command->footer("Example:\n  raywalk-calibrate lens hall --lens-start theta-like");
   command->callback([arguments] { run_step(*arguments, CalibrationStep::kLens); });
 }
 

@@ -1,33 +1,11 @@
 #include "calibrate/commands/step_options.h"
 
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
-#include <cmath>
 
-#include "core/base/error.h"
 #include "core/command_line/command_options.h"
 #include "core/files/shipped_configs.h"
-#include "core/files/words.h"
 
 namespace raywalk::calibrate {
-namespace {
-
-// "11x8": squares along the two sides of a board.
-void read_squares(const std::string& text, CharucoBoard* board) {
-  const std::size_t cross = text.find('x');
-  const auto columns = parse_whole_number(text.substr(0, cross));
-  const auto rows =
-      cross == std::string::npos ? std::nullopt : parse_whole_number(text.substr(cross + 1));
-  if (!columns || !rows) {
-    throw UsageError(
-        fmt::format("--board {}: not a number of squares; give it as 11x8", excerpt(text)));
-  }
-  board->squares_x = *columns;
-  board->squares_y = *rows;
-}
-
-}  // namespace
 
 void add_input(CLI::App* command, StepArguments* arguments) {
   command
@@ -63,25 +41,6 @@ void add_lens_options(CLI::App* command, StepArguments* arguments) {
       ->excludes("--lens-start");
   command->add_option("--pairs", lens->pairs, "Stations to fit the lenses to")
       ->check(CLI::Range(6, 10000))
-      ->capture_default_str();
-  CLI::Option* board =
-      command
-          ->add_option("--board", arguments->board,
-                       "Squares of a ChArUco board, as 11x8, to calibrate with instead")
-          ->type_name("COLUMNSxROWS");
-  command->add_option("--board-pictures", lens->board_pictures, "Pictures of the board")
-      ->needs(board);
-  command->add_option("--square-mm", arguments->charuco.square_mm, "Side of a square of the board")
-      ->needs(board)
-      ->check(CLI::PositiveNumber);
-  command->add_option("--marker-mm", arguments->charuco.marker_mm, "Side of a marker of the board")
-      ->needs(board)
-      ->check(CLI::PositiveNumber);
-  command
-      ->add_option("--dictionary", arguments->charuco.dictionary,
-                   "Dictionary of the board's markers, by OpenCV's name")
-      ->type_name("NAME")
-      ->needs(board)
       ->capture_default_str();
 }
 
@@ -151,11 +110,6 @@ CalibrationOptions options_of(const StepArguments& arguments) {
   options.input.directory = arguments.input;
   options.out = arguments.out;
   options.input.tolerance = tolerance_of(arguments.lines);
-  if (!arguments.board.empty()) {
-    CharucoBoard board = arguments.charuco;
-    read_squares(arguments.board, &board);
-    options.lens.board = board;
-  }
   options.lens.start = named_config(arguments.lens_start, ConfigKind::kLens, "--lens-start");
   if (!arguments.lens_file.empty()) {
     options.lens_file = named_config(arguments.lens_file, ConfigKind::kLens, "--lens");

@@ -19,8 +19,6 @@ struct StepArguments {
   std::string out{};
   std::string lens_start{};
   std::string lens_file{};
-  std::string board{};  // "11x8"; empty: no board
-  CharucoBoard charuco{};
   std::string blend = "multi-band";
   std::string mask_picture{};
   std::string method = "poses";
@@ -38,7 +36,7 @@ void add_mask_options(CLI::App* command, StepArguments* arguments);
 void add_poses_options(CLI::App* command, StepArguments* arguments);
 void add_method_option(CLI::App* command, StepArguments* arguments);
 
-// The parsed options. Throws UsageError for an invalid board.
+// The parsed options. Throws UsageError for a lens file that is neither a file nor shipped.
 CalibrationOptions options_of(const StepArguments& arguments);
 
 }  // namespace raywalk::calibrate

@@ -4,7 +4,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "calibrate/lens/board_fit.h"
 #include "calibrate/lens/capture_fit.h"
 #include "calibrate/lens/lens_report.h"
 #include "core/base/error.h"
@@ -60,12 +59,11 @@ void add_warnings(LensFit* fit) {
   }
   if (fit->sigma.worst_px() > kLargestSigma_px) {
     fit->warnings.push_back(
-        fmt::format("the image position of a direction is uncertain by {:.2f} px; use more {}",
-                    fit->sigma.worst_px(),
-                    fit->method == "charuco" ? "pictures, with the board all over both circles"
-                                             : "stations, spread over lines of both axes"));
+        fmt::format("the image position of a direction is uncertain by {:.2f} px; use more "
+                    "stations, spread over lines of both axes",
+                    fit->sigma.worst_px()));
   }
-  if (fit->back_pose_fitted && fit->overlap_points < kLeastOverlap) {
+  if (fit->overlap_points < kLeastOverlap) {
     fit->warnings.push_back(fmt::format(
         "only {} points were seen by both lenses, too few for their rotation relative to "
         "each other",
@@ -78,7 +76,7 @@ void add_warnings(LensFit* fit) {
 LensFit calibrate_lens(const CaptureSet& set, const LensOptions& options) {
   require_options(options);
   const DualFisheyeCamera start = read_lens_file(options.start);
-  LensFit fit = options.board ? fit_to_board(start, options) : fit_to_set(set, start, options);
+  LensFit fit = fit_to_set(set, start, options);
   add_warnings(&fit);
   require_monotonic_radius(fit.camera.layout.front);
   require_monotonic_radius(fit.camera.layout.back);

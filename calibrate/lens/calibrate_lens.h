@@ -1,8 +1,7 @@
 // Calibrates the lenses of a dual-fisheye camera: radial models, image centres, and the pose of the
 // back lens relative to the front lens.
 //
-// There are two methods: from pictures of a ChArUco board, whose corners are known; or without a
-// target, from the frames of a capture: the rail gives the camera's displacement between them, so
+// No target is needed: the rail gives the camera's displacement between the frames of a capture, so
 // that features tracked along it and across the overlap of the two lenses determine every angle in
 // the picture.
 #pragma once
@@ -10,7 +9,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,20 +17,8 @@
 
 namespace raywalk::calibrate {
 
-// A ChArUco board: a chessboard with an ArUco marker in every white square.
-struct CharucoBoard {
-  std::string dictionary = "DICT_5X5_250";  // by OpenCV's name
-  int squares_x = 0;
-  int squares_y = 0;
-  double square_mm = 0.0;  // side of a square
-  double marker_mm = 0.0;  // side of a marker, less than that of a square
-};
-
 struct LensOptions {
-  std::filesystem::path start{};        // lens file with starting values
-  std::optional<CharucoBoard> board{};  // nullopt: from the frames of the capture
-  std::vector<std::filesystem::path>
-      board_pictures{};           // for a camera with two files: front, back, front, ...
+  std::filesystem::path start{};  // lens file with starting values
   int pairs = 24;                 // stations to use, at least 6
   double ignore_below_deg = 0.0;  // half angle of an ignored cone about the nadir, [0, 90)
   std::filesystem::path out{};    // directory
@@ -71,27 +57,24 @@ struct LensResidual {
 struct LensFit {
   DualFisheyeCamera start{};   // in the size of the pictures
   DualFisheyeCamera camera{};  // fitted
-  std::string method{};        // "charuco" or "capture"
   double residual_px = 0.0;    // root mean square distance over the kept observations
   CameraUncertainty sigma{};
-  // A "view" is one lens at one station or board picture.
-  int pictures = 0;
-  int points = 0;          // tracks or board corners
+  int pictures = 0;        // stations used
+  int points = 0;          // tracks
   int observations = 0;    // of these points, kept
   int overlap_points = 0;  // seen by both lenses
   int dropped_still = 0;   // tracks that move with the camera: dolly, pole, rim
   int dropped_observations = 0;
-  bool back_pose_fitted = true;  // false: no picture shows the same points to both lenses
   std::vector<LensResidual> residuals{};
   std::vector<std::string> warnings{};  // why the result is not trustworthy
 
   bool trustworthy() const { return warnings.empty(); }
 };
 
-// Fits, and writes OUT/lens.yaml, OUT/lens.json and its figures. `set` is ignored if a board is
-// given. Throws UsageError for an invalid start file or options; Error for frames that are already
-// panoramas, pictures of another aspect ratio than the start's, pictures whose motion contradicts
-// the plan (mirrored, lenses swapped), and too few features; Interrupted.
+// Fits, and writes OUT/lens.yaml, OUT/lens.json and its figures. Throws UsageError for an invalid
+// start file or options; Error for frames that are already panoramas, pictures of another aspect
+// ratio than the start's, pictures whose motion contradicts the plan (mirrored, lenses swapped),
+// and too few features; Interrupted.
 LensFit calibrate_lens(const CaptureSet& set, const LensOptions& options);
 
 }  // namespace raywalk::calibrate

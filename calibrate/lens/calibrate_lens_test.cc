@@ -68,21 +68,5 @@ TEST(CalibrateLensTest, InvalidOptionsAreUsageErrors) {
   }
 }
 
-TEST(CalibrateLensTest, InvalidBoardsAreUsageErrors) {
-  Request request;
-  request.options.board_pictures = {"board.png"};
-  const CharucoBoard right{"DICT_5X5_250", 7, 5, 40.0, 30.0};
-  const auto refused = [&](const CharucoBoard& board) {
-    request.options.board = board;
-    EXPECT_THROW(calibrate_lens(request.set, request.options), UsageError);
-    return request.complaint();
-  };
-  EXPECT_THAT(refused({"DICT_8X8_1", 7, 5, 40.0, 30.0}), HasSubstr("DICT_8X8_1"));
-  EXPECT_THAT(refused({"DICT_5X5_250", 2, 5, 40.0, 30.0}), HasSubstr("2 x 5"));
-  EXPECT_THAT(refused({"DICT_5X5_250", 7, 5, 40.0, 40.0}), HasSubstr("smaller than its squares"));
-  request.options.board_pictures.clear();
-  EXPECT_THAT(refused(right), HasSubstr("missing"));
-}
-
 }  // namespace
 }  // namespace raywalk::calibrate

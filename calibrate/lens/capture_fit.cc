@@ -262,7 +262,6 @@ LensFit CaptureFit::result(const BundleResult& bundle) const {
       ending_at_rim(fit.camera.layout.front, rims_.camera.layout.front, rims_.front);
   fit.camera.layout.back =
       ending_at_rim(fit.camera.layout.back, rims_.camera.layout.back, rims_.back);
-  fit.method = "capture";
   std::optional<CameraCovariance> covariance = bundle.covariance;
   if (covariance) *covariance *= kErrorCorrelation * kErrorCorrelation;
   set_uncertainty(bundle.state.camera, covariance, &fit);

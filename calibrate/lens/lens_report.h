@@ -8,9 +8,9 @@
 
 namespace raywalk::calibrate {
 
-// {"format": "raywalk-lens", "format_version": 1, "method", "trustworthy", "warnings",
+// {"format": "raywalk-lens", "format_version": 1, "trustworthy", "warnings",
 //  "residual_px", "worst_imaging_sigma_px", "pictures", "points", "overlap_points",
-//  "observations", "dropped_observations", "dropped_still", "back_pose_fitted",
+//  "observations", "dropped_observations", "dropped_still",
 //  "picture": {"width_px", "height_px", "two_files"},
 //  "front": {"centre_u_px": {"start", "fitted", "sigma" (null: not fitted)}, ... "k4",
 //            "largest_angle_deg", "imaging_sigma_px": {"middle", "rim"}},

@@ -18,7 +18,6 @@ LensFit fit_with_residuals() {
   LensFit fit;
   fit.start = plain_camera({1120, 560});
   fit.camera = true_camera({1120, 560});
-  fit.method = "capture";
   fit.sigma.front.focal_px = 0.02;
   fit.dropped_still = 17;
   const FisheyeLens& lens = fit.camera.layout.front;

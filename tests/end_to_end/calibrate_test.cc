@@ -118,7 +118,6 @@ TEST_F(CalibrateTest, WrongUsageIsExitCodeTwo) {
   expect_error(run("mask", "--cone-deg 90"), 2, "--cone-deg");
   expect_error(run("all", "--method guess"), 2, "--method");
   expect_error(run("all", "--redo dishes"), 2, "--redo");
-  expect_error(run("lens", "--board 11 --lens-start a.yaml"), 2, "11x8");
   EXPECT_FALSE(fs::exists(out()));
 }
 

@@ -64,7 +64,6 @@ const figures = (...shown: (HTMLElement | null)[]) => h("div", { class: "figures
 const percent = (key: string, name: string): Column => ({ key, name, unit: "%", factor: 100 });
 
 function lensSection(lens: Json, images: Images) {
-  const board = lens.method === "charuco";
   // The values of a lens differ in size, so each has its own digits.
   const digits = (key: string): Column => ({
     key,
@@ -86,19 +85,19 @@ function lensSection(lens: Json, images: Images) {
   };
   return section(
     "Lens",
-    board ? "Fitted to images of a ChArUco board." : "Fitted to features tracked along the rail.",
+    "Fitted to features tracked along the rail.",
     facts(
       ["root mean square residual", textOf("residual_px", lens.residual_px)],
       [
         "largest standard deviation of an image position",
         textOf("worst_imaging_sigma_px", lens.worst_imaging_sigma_px),
       ],
-      [board ? "board corners, once per image" : "features followed", lens.points],
+      ["features followed", lens.points],
       ["seen by both lenses", lens.overlap_points],
-      [board ? "images that show the board" : "stations", lens.pictures],
+      ["stations", lens.pictures],
       ["image points", lens.observations],
       ["image points dropped as outliers", lens.dropped_observations],
-      !board && ["features dropped: they move with the camera", lens.dropped_still],
+      ["features dropped: they move with the camera", lens.dropped_still],
     ),
     "Residuals of the image points: observed minus fitted. Arrows of random directions are noise; " +
       "arrows that agree with their neighbours show an error of the lens model.",
