@@ -65,15 +65,15 @@ void add_scale_options(CLI::App* command, ImportArguments* arguments) {
 }  // namespace
 
 void add_import(CLI::App* app) {
-  CLI::App* command = app->add_subcommand(
-      "import", "Take the poses of panoramas from another program, or from GPS");
+  CLI::App* command =
+      app->add_subcommand("import", "Take the poses of panoramas from another program");
   auto arguments = std::make_shared<ImportArguments>();
   ImportOptions* options = &arguments->options;
   command
-      ->add_option("poses", options->source,
-                   "Folder of a COLMAP model of faces, OpenSfM's reconstruction.json, nerfstudio's "
-                   "transforms.json, or a table: of GPS and attitude (file,latitude_deg,"
-                   "longitude_deg,altitude_m,heading_deg,pitch_deg,roll_deg), or a frame list")
+      ->add_option(
+          "poses", options->source,
+          "Folder of a COLMAP model of faces or panoramas, nerfstudio's transforms.json, or "
+          "a frame list: file,x,y,z in metres, [yaw,pitch,roll]")
       ->required();
   command->add_option("--panoramas", options->panoramas,
                       "Folder of the panoramas (default: where the source says)");
@@ -95,7 +95,7 @@ void add_import(CLI::App* app) {
       "Examples:\n  raywalk-calibrate import sparse/0 --panoramas pictures --cell-m 1.2 --out "
       "hall\n"
       "  raywalk-build-lf pack --frames hall/poses.csv\n"
-      "  raywalk-calibrate import drive.csv --out street\n"
+      "  raywalk-calibrate import positions.csv --out street\n"
       "Panoramas are not copied or changed; pack turns them as poses.csv says.");
   command->callback([arguments] { run(*arguments); });
 }

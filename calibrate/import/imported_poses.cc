@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include "calibrate/import/face_poses.h"
-#include "calibrate/import/gps_table.h"
-#include "calibrate/import/opensfm_file.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
@@ -65,34 +63,17 @@ ImportedPoses of_frame_list(const fs::path& source) {
   return poses;
 }
 
-// The first line of a table tells whose it is.
-bool is_gps_table(const fs::path& source) {
-  const std::string text = read_file_prefix(source, 4096);
-  return text.find("latitude_deg") != std::string::npos;
-}
-
-// OpenSfM's file is a list of reconstructions, nerfstudio's an object.
-bool is_list(const fs::path& source) {
-  const std::string text = read_file_prefix(source, 4096);
-  const std::size_t first = text.find_first_not_of(" \t\r\n");
-  return first != std::string::npos && text[first] == '[';
-}
-
 }  // namespace
 
 ImportedPoses read_imported_poses(const fs::path& source, const std::optional<fs::path>& faces) {
   if (fs::is_directory(source)) return of_model(source, faces);
   if (!fs::exists(source)) {
     throw Error(source.string() +
-                ": no such file; give the folder of a COLMAP model, reconstruction.json, "
-                "transforms.json or a table");
+                ": no such file; give the folder of a COLMAP model, transforms.json "
+                "or a frame list");
   }
-  if (source.extension() == ".json") {
-    return is_list(source) ? read_opensfm(source) : of_nerfstudio(source);
-  }
-  if (source.extension() == ".csv") {
-    return is_gps_table(source) ? read_gps_table(source) : of_frame_list(source);
-  }
+  if (source.extension() == ".json") return of_nerfstudio(source);
+  if (source.extension() == ".csv") return of_frame_list(source);
   throw Error(source.string() +
               ": is neither the folder of a COLMAP model nor a .json nor a .csv file");
 }

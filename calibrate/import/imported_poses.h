@@ -1,4 +1,4 @@
-// Poses of panoramas that another program or device found, and the search among them.
+// Poses of panoramas that another program found, and the search among them.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@ namespace raywalk::calibrate {
 struct ImportedFrame {
   std::string file{};   // the panorama, as the source names it; of COLMAP's faces without extension
   CameraPose pose{};    // in Raywalk's kind of axes: left-handed, the camera's y up
-  std::string where{};  // "transforms.json: frames[3]", "gps.csv:12", for errors
+  std::string where{};  // "transforms.json: frames[3]", "list.csv:12", for errors
 };
 
 struct ImportedPoses {
@@ -29,10 +29,8 @@ struct ImportedPoses {
 
 // Reads, by what it is: a folder with a COLMAP model (or with sparse/0 or sparse in it), whose
 // images are panoramas (of EQUIRECTANGULAR cameras) or faces of them as `faces` describes (a table
-// folder,yaw,pitch,roll in degrees; none: those of raywalk-build-lf export); OpenSfM's
-// reconstruction.json; nerfstudio's transforms.json; a table with columns
-// latitude_deg,longitude_deg (gps_table.h); a frame list. Throws Error as the readers do and if it
-// is none of these.
+// folder,yaw,pitch,roll in degrees; none: those of raywalk-build-lf export); nerfstudio's
+// transforms.json; a frame list. Throws Error as the readers do and if it is none of these.
 ImportedPoses read_imported_poses(const std::filesystem::path& source,
                                   const std::optional<std::filesystem::path>& faces);
 

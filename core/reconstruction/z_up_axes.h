@@ -1,5 +1,4 @@
-// The right-handed world of programs whose z is up: x right, y forward, z up. Of GPS: east, north,
-// up.
+// The right-handed world of programs whose z is up: x right, y forward, z up.
 #pragma once
 
 #include <Eigen/Core>

@@ -4,8 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/import/gps_table.h"
-#include "calibrate/import/opensfm_file.h"
 #include "core/base/error.h"
 #include "core/reconstruction/colmap_images.h"
 #include "core/reconstruction/nerfstudio_file.h"
@@ -39,16 +37,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   expect_poses([&] {
     for (const auto& frame : raywalk::nerfstudio_of_text(text, "t.json"))
       require_finite(frame.pose);
-  });
-  expect_poses([&] {
-    for (const auto& frame : raywalk::calibrate::opensfm_of_text(text, "r.json").frames) {
-      require_finite(frame.pose);
-    }
-  });
-  expect_poses([&] {
-    for (const auto& frame : raywalk::calibrate::gps_of_text(text, "gps.csv").frames) {
-      require_finite(frame.pose);
-    }
   });
   return 0;
 }
