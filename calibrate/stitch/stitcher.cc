@@ -117,19 +117,6 @@ cv::Mat sampled(const cv::Mat& bordered, const LensSamples& lens, const ColourRo
   return levels;
 }
 
-// `levels` are CV_16SC3, times kLevelParts.
-cv::Mat changed(const cv::Mat& levels, const ColourChange& change) {
-  cv::Mat picture(levels.size(), CV_8UC3);
-  for (int v = 0; v < levels.rows; ++v) {
-    const auto* from = levels.ptr<cv::Vec3s>(v);
-    auto* to = picture.ptr<cv::Vec3b>(v);
-    for (int u = 0; u < levels.cols; ++u) {
-      to[u] = cv::Vec3b(change(cv::Vec3f(from[u]) * (1.0F / kLevelParts)));
-    }
-  }
-  return picture;
-}
-
 }  // namespace
 
 int default_panorama_width(const DualFisheyeCamera& camera) {
@@ -155,19 +142,6 @@ Stitcher::Stitcher(const DualFisheyeCamera& camera, int width, const StitcherOpt
   }
 }
 
-StitchedFrame Stitcher::stitch_finely(const cv::Mat& front, const cv::Mat& back,
-                                      const cv::Mat& mask) const {
-  const cv::Mat front_padded = padded(front);
-  const cv::Mat back_padded = front.data == back.data ? front_padded : padded(back);
-  cv::Mat levels = sampled(front_padded, tables_.front, ColourRoots{}, tables_.size);
-  cv::Mat back_levels = sampled(back_padded, tables_.back, back_roots_, tables_.size);
-  StitchedFrame fine;
-  if (!mask.empty()) fine.mask = join_masked_halves(tables_, mask, &levels, &back_levels);
-  seam_.blend(&levels, back_levels);
-  fine.panorama = levels;
-  return fine;
-}
-
 void Stitcher::reduce(cv::Mat* picture) const {
   if (oversampling_ == 1) return;
   cv::Mat fine = *picture;
@@ -182,20 +156,15 @@ void Stitcher::reduce_mask(cv::Mat* mask) const {
 
 StitchedFrame Stitcher::stitch(const cv::Mat& front, const cv::Mat& back,
                                const cv::Mat& mask) const {
-  StitchedFrame stitched = stitch_finely(front, back, mask);
-  cv::Mat levels = stitched.panorama;
+  const cv::Mat front_padded = padded(front);
+  const cv::Mat back_padded = front.data == back.data ? front_padded : padded(back);
+  cv::Mat levels = sampled(front_padded, tables_.front, ColourRoots{}, tables_.size);
+  cv::Mat back_levels = sampled(back_padded, tables_.back, back_roots_, tables_.size);
+  StitchedFrame stitched;
+  if (!mask.empty()) stitched.mask = join_masked_halves(tables_, mask, &levels, &back_levels);
+  seam_.blend(&levels, back_levels);
   levels.convertTo(stitched.panorama, CV_8U, 1.0 / kLevelParts);
   reduce(&stitched.panorama);
-  reduce_mask(&stitched.mask);
-  return stitched;
-}
-
-StitchedFrame Stitcher::stitch(const cv::Mat& front, const cv::Mat& back, const cv::Mat& mask,
-                               const ColourChange& change) const {
-  StitchedFrame stitched = stitch_finely(front, back, mask);
-  cv::Mat levels = stitched.panorama;
-  reduce(&levels);
-  stitched.panorama = changed(levels, change);
   reduce_mask(&stitched.mask);
   return stitched;
 }
