@@ -1,7 +1,7 @@
 // Stitches the frames of one dual-fisheye camera to panoramas.
 #pragma once
 
-#include <opencv2/core/mat.hpp>
+#include <opencv2/core.hpp>
 
 #include "calibrate/stitch/lens_balance.h"
 #include "calibrate/stitch/seam_blend.h"
@@ -55,7 +55,7 @@ class Stitcher {
   PanoramaSize size_;
   int oversampling_;  // of the tables over the panorama
   StitchTables tables_;
-  ColourRoots back_roots_;
+  cv::Vec3f back_roots_;  // by colour: what corrects the back lens
   SeamBlend seam_;
 };
 
