@@ -10,7 +10,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Part of every fingerprint; incremented when a step gives other outputs for the same inputs.
-constexpr int kStepsVersion = 3;
+constexpr int kStepsVersion = 4;
 
 std::string file_line(const fs::path& file) {
   return fs::absolute(file).string() + " " + stamp_of(file).text() + "\n";

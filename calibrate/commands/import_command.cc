@@ -70,9 +70,10 @@ void add_import(CLI::App* app) {
   auto arguments = std::make_shared<ImportArguments>();
   ImportOptions* options = &arguments->options;
   command
-      ->add_option("poses", options->source,
-                   "Folder of a COLMAP model of panoramas or their faces, nerfstudio's "
-                   "transforms.json, or a frame list")
+      ->add_option(
+          "poses", options->source,
+          "Folder of a COLMAP model of faces or panoramas, nerfstudio's transforms.json, or "
+          "a frame list: file,x,y,z in metres, [yaw,pitch,roll]")
       ->required();
   command->add_option("--panoramas", options->panoramas,
                       "Folder of the panoramas (default: where the source says)");
@@ -94,7 +95,7 @@ void add_import(CLI::App* app) {
       "Examples:\n  raywalk-calibrate import sparse/0 --panoramas pictures --cell-m 1.2 --out "
       "hall\n"
       "  raywalk-build-lf pack --frames hall/poses.csv\n"
-      "  raywalk-calibrate import drive.csv --out street\n"
+      "  raywalk-calibrate import positions.csv --out street\n"
       "Panoramas are not copied or changed; pack turns them as poses.csv says.");
   command->callback([arguments] { run(*arguments); });
 }

@@ -36,7 +36,7 @@ void add_mask_options(CLI::App* command, StepArguments* arguments);
 void add_poses_options(CLI::App* command, StepArguments* arguments);
 void add_method_option(CLI::App* command, StepArguments* arguments);
 
-// The parsed options.
+// The parsed options. Throws UsageError for a lens file that is neither a file nor shipped.
 CalibrationOptions options_of(const StepArguments& arguments);
 
 }  // namespace raywalk::calibrate

@@ -69,8 +69,8 @@ ImportedPoses read_imported_poses(const fs::path& source, const std::optional<fs
   if (fs::is_directory(source)) return of_model(source, faces);
   if (!fs::exists(source)) {
     throw Error(source.string() +
-                ": no such file; give the folder of a COLMAP model, transforms.json or a "
-                "frame list");
+                ": no such file; give the folder of a COLMAP model, transforms.json "
+                "or a frame list");
   }
   if (source.extension() == ".json") return of_nerfstudio(source);
   if (source.extension() == ".csv") return of_frame_list(source);

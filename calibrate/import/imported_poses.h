@@ -14,7 +14,7 @@ namespace raywalk::calibrate {
 struct ImportedFrame {
   std::string file{};   // the panorama, as the source names it; of COLMAP's faces without extension
   CameraPose pose{};    // in Raywalk's kind of axes: left-handed, the camera's y up
-  std::string where{};  // "transforms.json: frames[3]", "poses.csv:12", for errors
+  std::string where{};  // "transforms.json: frames[3]", "list.csv:12", for errors
 };
 
 struct ImportedPoses {

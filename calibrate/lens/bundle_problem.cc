@@ -7,7 +7,7 @@
 #include <array>
 
 #include "calibrate/base/cauchy_loss.h"
-#include "calibrate/lens/fit_details.h"
+#include "calibrate/lens/camera_model.h"
 
 namespace raywalk::calibrate {
 namespace {

@@ -60,8 +60,7 @@ void add_warnings(LensFit* fit) {
   if (fit->sigma.worst_px() > kLargestSigma_px) {
     fit->warnings.push_back(
         fmt::format("the image position of a direction is uncertain by {:.2f} px; use more "
-                    "stations, spread over "
-                    "lines of both axes",
+                    "stations, spread over lines of both axes",
                     fit->sigma.worst_px()));
   }
   if (fit->overlap_points < kLeastOverlap) {

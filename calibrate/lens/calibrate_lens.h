@@ -1,15 +1,14 @@
 // Calibrates the lenses of a dual-fisheye camera: radial models, image centres, and the pose of the
 // back lens relative to the front lens.
 //
-// No target is needed, as the rail gives the camera's displacement between the frames of a capture:
-// features tracked along it and across the overlap of the two lenses determine every angle in the
-// picture.
+// No target is needed: the rail gives the camera's displacement between the frames of a capture, so
+// that features tracked along it and across the overlap of the two lenses determine every angle in
+// the picture.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -60,7 +59,7 @@ struct LensFit {
   DualFisheyeCamera camera{};  // fitted
   double residual_px = 0.0;    // root mean square distance over the kept observations
   CameraUncertainty sigma{};
-  int pictures = 0;
+  int pictures = 0;        // stations used
   int points = 0;          // tracks
   int observations = 0;    // of these points, kept
   int overlap_points = 0;  // seen by both lenses

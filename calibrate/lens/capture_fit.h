@@ -1,4 +1,4 @@
-// Lenses from the frames of a capture, without a target (see lens_bundle.h).
+// Lenses from the frames of a capture (see lens_bundle.h).
 #pragma once
 
 #include "calibrate/lens/calibrate_lens.h"

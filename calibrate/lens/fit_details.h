@@ -1,4 +1,4 @@
-// What the fit to a capture (capture_fit.h) solves and reports with.
+// Parts of the camera fit: solving, covariance and residuals.
 #pragma once
 
 #include <ceres/problem.h>
@@ -15,8 +15,8 @@ namespace raywalk::calibrate {
 // An observation further from the fit than this many standard deviations is an outlier.
 inline constexpr double kOutlierSigmas = 5.0;
 
-// Runs the solver until it converges. `eliminated_first` are the parameter blocks of points, if
-// any, for the Schur complement. Throws Interrupted, and Error if there is no usable solution.
+// Runs the solver until it converges. `eliminated_first` are the parameter blocks of points, for
+// the Schur complement. Throws Interrupted, and Error if there is no usable solution.
 void solve_fit(ceres::Problem* problem, const std::vector<double*>& eliminated_first,
                int most_iterations);
 

@@ -13,8 +13,8 @@ namespace {
 constexpr double kWorkBytes = 1.5e9;
 constexpr double kBytesPerPicturePixel = 10.0;
 constexpr double kBytesPerPanoramaPixel = 20.0;
-// A sample for nearly every pixel, twice while rows are joined, and what picks the lens.
-constexpr double kBytesPerTablePixel = 30.0;
+// A position and a root in each lens, and what picks the lens.
+constexpr double kBytesPerTablePixel = 29.0;
 
 }  // namespace
 

@@ -8,6 +8,9 @@
 
 namespace raywalk::calibrate {
 
+// Levels are blended times this, which keeps fractions of a level.
+inline constexpr int kLevelParts = 16;
+
 // Works only on tiles near the seam, about a fifth of the panorama. Thread-safe.
 class SeamBlend {
  public:

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -14,11 +15,6 @@ namespace {
 // Cubics read two pixels further, and the outermost pixel of an image circle is dim.
 constexpr double kRim_px = 3.0;
 constexpr int kRowsAtOnce = 16;
-
-struct RowTables {
-  LensSamples front{};
-  LensSamples back{};
-};
 
 class TableBuilder {
  public:
@@ -41,7 +37,7 @@ class TableBuilder {
   }
 
   // Fills a row of the tables' pictures; returns the number of pixels seen by neither lens.
-  int fill_row(int row, StitchTables* tables, RowTables* in_row) const {
+  int fill_row(int row, StitchTables* tables) const {
     auto* region = tables->region.ptr<unsigned char>(row);
     auto* weight = tables->front_weight.ptr<float>(row);
     int unseen = 0;
@@ -56,8 +52,8 @@ class TableBuilder {
         continue;
       }
       region[column] = region_of(in_front, in_back, &weight[column]);
-      if (region[column] != kBackOnly) add(*in_front, row, column, &in_row->front);
-      if (region[column] != kFrontOnly) add(*in_back, row, column, &in_row->back);
+      if (region[column] != kBackOnly) set(*in_front, row, column, &tables->front);
+      if (region[column] != kFrontOnly) set(*in_back, row, column, &tables->back);
     }
     return unseen;
   }
@@ -81,13 +77,11 @@ class TableBuilder {
     return from_seam >= 0.0 ? kFrontOnly : kBackOnly;
   }
 
-  void add(const LensImage& image, int row, int column, LensSamples* to) const {
-    const bool follows =
-        !to->runs.empty() && to->runs.back().column + to->runs.back().count == column;
-    if (!follows) to->runs.push_back({row, column, 0, to->samples.size()});
-    ++to->runs.back().count;
-    to->samples.push_back({static_cast<float>(image.pixel.u), static_cast<float>(image.pixel.v),
-                           static_cast<float>(root_of_light(balance_.share_at(image.angle_rad)))});
+  void set(const LensImage& image, int row, int column, LensSamples* of) const {
+    of->positions.at<cv::Vec2f>(row, column) = {static_cast<float>(image.pixel.u),
+                                                static_cast<float>(image.pixel.v)};
+    of->roots.at<float>(row, column) =
+        static_cast<float>(root_of_light(balance_.share_at(image.angle_rad)));
   }
 
   PanoramaSize size_;
@@ -98,26 +92,6 @@ class TableBuilder {
   double blend_rad_;
   double reach_rad_;
 };
-
-void append(const LensSamples& from, LensSamples* to) {
-  for (SampleRun run : from.runs) {
-    run.first += to->samples.size();
-    to->runs.push_back(run);
-  }
-  to->samples.insert(to->samples.end(), from.samples.begin(), from.samples.end());
-}
-
-LensSamples joined(std::vector<RowTables>* rows, LensSamples RowTables::*lens) {
-  LensSamples all;
-  std::size_t count = 0;
-  for (const RowTables& row : *rows) count += (row.*lens).samples.size();
-  all.samples.reserve(count);
-  for (RowTables& row : *rows) {
-    append(row.*lens, &all);
-    row.*lens = {};
-  }
-  return all;
-}
 
 // Pixels extend half a pixel beyond their centres.
 bool is_within(PixelPosition pixel, PanoramaSize picture) {
@@ -162,13 +136,15 @@ StitchTables make_stitch_tables(const DualFisheyeCamera& camera, PanoramaSize si
   tables.size = size;
   tables.region.create(size.height, size.width, CV_8UC1);
   tables.front_weight.create(size.height, size.width, CV_32FC1);
+  for (LensSamples* lens : {&tables.front, &tables.back}) {
+    lens->positions = cv::Mat::zeros(size.height, size.width, CV_32FC2);
+    lens->roots = cv::Mat::ones(size.height, size.width, CV_32FC1);
+  }
   const TableBuilder builder(camera, size, options, balance, world_from_camera);
-  std::vector<RowTables> rows(static_cast<std::size_t>(size.height));
-  std::vector<int> unseen(rows.size());
+  std::vector<int> unseen(static_cast<std::size_t>(size.height));
   parallel_for(0, size.height, kRowsAtOnce, [&](int begin, int end) {
     for (int row = begin; row < end; ++row) {
-      const auto at = static_cast<std::size_t>(row);
-      unseen[at] = builder.fill_row(row, &tables, &rows[at]);
+      unseen[static_cast<std::size_t>(row)] = builder.fill_row(row, &tables);
     }
   });
   // Weighted by solid angle.
@@ -184,8 +160,6 @@ StitchTables make_stitch_tables(const DualFisheyeCamera& camera, PanoramaSize si
                     "them; increase largest_angle_deg of both until they overlap",
                     100.0 * unseen_share));
   }
-  tables.front = joined(&rows, &RowTables::front);
-  tables.back = joined(&rows, &RowTables::back);
   return tables;
 }
 

@@ -3,13 +3,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstddef>
 #include <limits>
 #include <opencv2/core/mat.hpp>
 #include <optional>
-#include <vector>
 
-#include "calibrate/stitch/fisheye_kernels.h"
 #include "calibrate/stitch/lens_balance.h"
 #include "core/files/lens_file.h"
 #include "core/geometry/sphere.h"
@@ -62,17 +59,10 @@ class LensView {
 LensView front_view(const DualFisheyeCamera& camera, double distance_m);
 LensView back_view(const DualFisheyeCamera& camera, double distance_m);
 
-// Consecutive pixels of a panorama's row that are read from one lens.
-struct SampleRun {
-  int row = 0;
-  int column = 0;
-  int count = 0;
-  std::size_t first = 0;  // index into LensSamples::samples
-};
-
+// What the pixels of a panorama are read from in one lens, where its region includes the lens.
 struct LensSamples {
-  std::vector<SampleRun> runs{};
-  std::vector<FisheyeSample> samples{};
+  cv::Mat positions{};  // CV_32FC2: right and down in the lens's picture, pixels; 0 elsewhere
+  cv::Mat roots{};      // CV_32FC1: what corrects the levels there (root_of_light); 1 elsewhere
 };
 
 // Which lenses a pixel of the panorama is read from.

@@ -3,32 +3,26 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
+#include "core/panorama/srgb.h"
 
 namespace raywalk::calibrate {
 namespace {
 
+constexpr float kBrightest = 255.0F;
+
 // 255 where a sample reads only valid pixels; 0 elsewhere, also where the lens is not sampled.
-cv::Mat valid_samples(const cv::Mat& mask, const LensSamples& lens, PanoramaSize size) {
-  constexpr int kBorder = kFisheyeBorder;
-  cv::Mat bordered, least;
-  cv::copyMakeBorder(mask, bordered, kBorder, kBorder, kBorder, kBorder, cv::BORDER_REPLICATE);
-  // Cubic interpolation between pixels 0 and 1 reads pixels -1 to 2.
-  cv::erode(bordered, least, cv::Mat::ones(4, 4, CV_8UC1), {1, 1});
-  cv::Mat valid(size.height, size.width, CV_8UC1, cv::Scalar(0));
-  for (const SampleRun& run : lens.runs) {
-    auto* row = valid.ptr<uchar>(run.row) + run.column;
-    for (int i = 0; i < run.count; ++i) {
-      const FisheyeSample& sample = lens.samples[run.first + static_cast<std::size_t>(i)];
-      const int u = static_cast<int>(std::floor(sample.u)) + kBorder;
-      const int v = static_cast<int>(std::floor(sample.v)) + kBorder;
-      row[i] = least.at<uchar>(v, u) != 0 ? 255 : 0;
-    }
-  }
-  return valid;
+cv::Mat valid_samples(const cv::Mat& mask, const LensSamples& lens, const cv::Mat& sampled) {
+  // Cubic interpolation reads pixels up to two away from the nearest one.
+  cv::Mat least, valid;
+  cv::erode(mask, least, cv::Mat::ones(5, 5, CV_8UC1));
+  cv::remap(least, valid, lens.positions, cv::noArray(), cv::INTER_NEAREST, cv::BORDER_REPLICATE);
+  return (valid != 0) & sampled;
 }
 
 // `front` and `back` are the two halves, CV_16SC3 of the tables' size; `mask` is that of the frame
@@ -38,8 +32,8 @@ cv::Mat valid_samples(const cv::Mat& mask, const LensSamples& lens, PanoramaSize
 // masked, if only in part.
 cv::Mat join_masked_halves(const StitchTables& tables, const cv::Mat& mask, cv::Mat* front,
                            cv::Mat* back) {
-  const cv::Mat in_front = valid_samples(mask, tables.front, tables.size);
-  const cv::Mat in_back = valid_samples(mask, tables.back, tables.size);
+  const cv::Mat in_front = valid_samples(mask, tables.front, tables.region != kBackOnly);
+  const cv::Mat in_back = valid_samples(mask, tables.back, tables.region != kFrontOnly);
   const cv::Mat both = tables.region == kBothLenses;
   back->copyTo(*front, both & ~in_front & in_back);
   // Equal halves are blended to themselves, so that nothing of a masked pixel reaches others.
@@ -92,42 +86,58 @@ PanoramaSize scaled(PanoramaSize size, int factor) {
   return {factor * size.width, factor * size.height};
 }
 
-// With the border that cubics read, and a fourth channel so that a pixel has 32 bits.
-cv::Mat padded(const cv::Mat& picture) {
-  constexpr int border_px = kFisheyeBorder;
-  cv::Mat bordered(picture.rows + 2 * border_px, picture.cols + 2 * border_px, CV_8UC4);
-  cv::Mat inner = bordered(cv::Rect({border_px, border_px}, picture.size()));
-  cv::cvtColor(picture, inner, cv::COLOR_BGR2BGRA);
-  // Writes only the border, as the source is already in the middle of the result.
-  cv::copyMakeBorder(inner, bordered, border_px, border_px, border_px, border_px,
-                     cv::BORDER_REPLICATE | cv::BORDER_ISOLATED);
-  return bordered;
-}
-
-// Levels times kLevelParts, CV_16SC3; only what the runs cover is written.
-cv::Mat sampled(const cv::Mat& bordered, const LensSamples& lens, const ColourRoots& colours,
-                PanoramaSize size) {
-  const FisheyePixels pixels{bordered.ptr(kFisheyeBorder) + 4 * kFisheyeBorder,
-                             static_cast<std::int64_t>(bordered.step[0])};
-  cv::Mat levels(size.height, size.width, CV_16SC3);
-  for (const SampleRun& run : lens.runs) {
-    fisheye_kernels().sample(pixels, &lens.samples[run.first], run.count, colours,
-                             levels.ptr<std::int16_t>(run.row) + std::ptrdiff_t{3} * run.column);
+// By level: the shift that makes light a power of levels; on the linear toe its share of that, an
+// approximation.
+std::array<float, 256> shifts_of_levels() {
+  std::array<float, 256> shifts{};
+  for (std::size_t level = 0; level < shifts.size(); ++level) {
+    shifts[level] = static_cast<float>(kSrgbShift_levels *
+                                       std::min(static_cast<double>(level) / kSrgbToe_levels, 1.0));
   }
-  return levels;
+  return shifts;
 }
 
-// `levels` are CV_16SC3, times kLevelParts.
-cv::Mat changed(const cv::Mat& levels, const ColourChange& change) {
-  cv::Mat picture(levels.size(), CV_8UC3);
-  for (int v = 0; v < levels.rows; ++v) {
-    const auto* from = levels.ptr<cv::Vec3s>(v);
-    auto* to = picture.ptr<cv::Vec3b>(v);
-    for (int u = 0; u < levels.cols; ++u) {
-      to[u] = cv::Vec3b(change(cv::Vec3f(from[u]) * (1.0F / kLevelParts)));
+// Levels with their light corrected by the roots, times kLevelParts. `picture` is CV_8UC3, `roots`
+// CV_32FC1 and `levels` CV_16SC3, all of one size.
+void correct(const cv::Mat& picture, const cv::Mat& roots, const cv::Vec3f& colour_roots,
+             cv::Mat levels) {
+  static const std::array<float, 256> shifts = shifts_of_levels();
+  for (int v = 0; v < picture.rows; ++v) {
+    const auto* from = picture.ptr<cv::Vec3b>(v);
+    const auto* roots_in_row = roots.ptr<float>(v);
+    auto* to = levels.ptr<cv::Vec3s>(v);
+    for (int u = 0; u < picture.cols; ++u) {
+      for (int c = 0; c < 3; ++c) {
+        const float shift = shifts[from[u][c]];
+        const float root = roots_in_row[u] * colour_roots[c];
+        const float level = root * (static_cast<float>(from[u][c]) + shift) - shift;
+        // Never negative, so truncation after adding a half rounds.
+        const float parts = std::clamp(level, 0.0F, kBrightest) * kLevelParts + 0.5F;
+        to[u][c] = static_cast<std::int16_t>(parts);
+      }
     }
   }
-  return picture;
+}
+
+// Levels times kLevelParts, CV_16SC3, of what is read from a lens; the rest is undefined.
+// `other_only` is the region of the other lens alone.
+cv::Mat sampled(const cv::Mat& picture, const LensSamples& lens, const cv::Vec3f& colour_roots,
+                const cv::Mat& region, unsigned char other_only) {
+  // Each lens shows about half of the panorama: tiles that read nothing from it are left out.
+  constexpr int kTile_px = 128;
+  const cv::Rect whole({0, 0}, region.size());
+  cv::Mat levels(region.size(), CV_16SC3);
+  cv::Mat read;
+  for (int v = 0; v < whole.height; v += kTile_px) {
+    for (int u = 0; u < whole.width; u += kTile_px) {
+      const cv::Rect tile = cv::Rect(u, v, kTile_px, kTile_px) & whole;
+      if (cv::countNonZero(region(tile) != other_only) == 0) continue;
+      cv::remap(picture, read, lens.positions(tile), cv::noArray(), cv::INTER_CUBIC,
+                cv::BORDER_REPLICATE);
+      correct(read, lens.roots(tile), colour_roots, levels(tile));
+    }
+  }
+  return levels;
 }
 
 }  // namespace
@@ -150,22 +160,10 @@ Stitcher::Stitcher(const DualFisheyeCamera& camera, int width, const StitcherOpt
       tables_(make_stitch_tables(camera, scaled(size_, oversampling_), checked(options), balance,
                                  world_from_camera)),
       seam_(tables_, options) {
-  for (std::size_t colour = 0; colour < balance.back_gain.size(); ++colour) {
-    back_roots_.bgr[colour] = static_cast<float>(root_of_light(balance.back_gain[colour]));
+  for (int colour = 0; colour < 3; ++colour) {
+    back_roots_[colour] =
+        static_cast<float>(root_of_light(balance.back_gain[static_cast<std::size_t>(colour)]));
   }
-}
-
-StitchedFrame Stitcher::stitch_finely(const cv::Mat& front, const cv::Mat& back,
-                                      const cv::Mat& mask) const {
-  const cv::Mat front_padded = padded(front);
-  const cv::Mat back_padded = front.data == back.data ? front_padded : padded(back);
-  cv::Mat levels = sampled(front_padded, tables_.front, ColourRoots{}, tables_.size);
-  cv::Mat back_levels = sampled(back_padded, tables_.back, back_roots_, tables_.size);
-  StitchedFrame fine;
-  if (!mask.empty()) fine.mask = join_masked_halves(tables_, mask, &levels, &back_levels);
-  seam_.blend(&levels, back_levels);
-  fine.panorama = levels;
-  return fine;
 }
 
 void Stitcher::reduce(cv::Mat* picture) const {
@@ -182,20 +180,14 @@ void Stitcher::reduce_mask(cv::Mat* mask) const {
 
 StitchedFrame Stitcher::stitch(const cv::Mat& front, const cv::Mat& back,
                                const cv::Mat& mask) const {
-  StitchedFrame stitched = stitch_finely(front, back, mask);
-  cv::Mat levels = stitched.panorama;
+  const cv::Mat& region = tables_.region;
+  cv::Mat levels = sampled(front, tables_.front, cv::Vec3f::all(1.0F), region, kBackOnly);
+  cv::Mat back_levels = sampled(back, tables_.back, back_roots_, region, kFrontOnly);
+  StitchedFrame stitched;
+  if (!mask.empty()) stitched.mask = join_masked_halves(tables_, mask, &levels, &back_levels);
+  seam_.blend(&levels, back_levels);
   levels.convertTo(stitched.panorama, CV_8U, 1.0 / kLevelParts);
   reduce(&stitched.panorama);
-  reduce_mask(&stitched.mask);
-  return stitched;
-}
-
-StitchedFrame Stitcher::stitch(const cv::Mat& front, const cv::Mat& back, const cv::Mat& mask,
-                               const ColourChange& change) const {
-  StitchedFrame stitched = stitch_finely(front, back, mask);
-  cv::Mat levels = stitched.panorama;
-  reduce(&levels);
-  stitched.panorama = changed(levels, change);
   reduce_mask(&stitched.mask);
   return stitched;
 }

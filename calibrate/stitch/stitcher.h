@@ -1,14 +1,13 @@
 // Stitches the frames of one dual-fisheye camera to panoramas.
 #pragma once
 
-#include <opencv2/core/mat.hpp>
+#include <opencv2/core.hpp>
 
 #include "calibrate/stitch/lens_balance.h"
 #include "calibrate/stitch/seam_blend.h"
 #include "calibrate/stitch/stitch_tables.h"
 #include "core/files/lens_file.h"
 #include "core/geometry/sphere.h"
-#include "core/panorama/panorama_rotation.h"
 
 namespace raywalk::calibrate {
 
@@ -47,13 +46,8 @@ class Stitcher {
   // With the frame's mask, CV_8UC1 of the picture's size, 0 = masked, or empty: what one lens hides
   // the other shows where both are blended.
   StitchedFrame stitch(const cv::Mat& front, const cv::Mat& back, const cv::Mat& mask) const;
-  // The same with `change` applied to each colour of the panorama before it is rounded.
-  StitchedFrame stitch(const cv::Mat& front, const cv::Mat& back, const cv::Mat& mask,
-                       const ColourChange& change) const;
 
  private:
-  // Levels times kLevelParts, CV_16SC3, and the mask, both of the tables' size.
-  StitchedFrame stitch_finely(const cv::Mat& front, const cv::Mat& back, const cv::Mat& mask) const;
   // Averages down to the panorama's size.
   void reduce(cv::Mat* picture) const;
   void reduce_mask(cv::Mat* mask) const;
@@ -61,7 +55,7 @@ class Stitcher {
   PanoramaSize size_;
   int oversampling_;  // of the tables over the panorama
   StitchTables tables_;
-  ColourRoots back_roots_;
+  cv::Vec3f back_roots_;  // by colour: what corrects the back lens
   SeamBlend seam_;
 };
 

@@ -10,6 +10,7 @@
 #include "calibrate/stitch/stitch_test_camera.h"
 #include "core/base/error.h"
 #include "core/panorama/panorama_rotation.h"
+#include "core/panorama/srgb.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -163,6 +164,24 @@ TEST(StitcherTest, BalanceCorrectsGainAndFalloff) {
   EXPECT_NEAR(brightened.at<cv::Vec3b>(64, 128)[1], 100, 1);
   // At 90 degrees e^(0.2 * 2.467) = 1.638 times the light: level 126.
   EXPECT_NEAR(brightened.at<cv::Vec3b>(64, 192)[1], 126, 1);
+}
+
+// Dark levels lie on sRGB's straight toe, for which the correction is an approximation.
+TEST(StitcherTest, BalanceCorrectsLightByTheTransferCurve) {
+  const DualFisheyeCamera camera = grey_camera();
+  for (const double factor : {0.7, 0.95, 1.1, 1.6}) {
+    const LensBalance balance{{1 / factor, 1 / factor, 1 / factor}, 0.0, 0.0};
+    const Stitcher stitcher(camera, 128, {}, balance);
+    for (int level = 0; level <= 255; level += level < 20 ? 1 : 20) {
+      const double truth =
+          std::min(srgb_level_from_linear(factor * linear_from_srgb_level(level)), 255.0);
+      const cv::Mat panorama = stitcher.stitch(two_levels(camera.picture, 90, level));
+      // Half a level is the rounding of the panorama.
+      EXPECT_NEAR(panorama.at<cv::Vec3b>(32, 0)[1], truth,
+                  std::min<double>(level, truth) < 11 ? 1.3 : 0.55)
+          << factor << " " << level;
+    }
+  }
 }
 
 TEST(StitcherTest, BlendsHideAStepOfBrightness) {

@@ -32,32 +32,21 @@ void for_each_source(cv::Size size, const Eigen::Matrix3d& world_from_camera, co
   }
 }
 
-template <typename Change>
-cv::Mat rotate_changed(const cv::Mat& panorama, const Eigen::Matrix3d& world_from_camera,
-                       const Change& change) {
-  const PanoramaSampler source(panorama);
-  cv::Mat rotated(panorama.size(), CV_8UC3);
-  for_each_source(panorama.size(), world_from_camera, [&](int u, int v, PixelPosition position) {
-    const cv::Vec3f color = change(source.at(position));
-    rotated.at<cv::Vec3b>(v, u) = {cv::saturate_cast<uchar>(color[0]),
-                                   cv::saturate_cast<uchar>(color[1]),
-                                   cv::saturate_cast<uchar>(color[2])};
-  });
-  return rotated;
-}
-
 // Rows and columns that cubic interpolation reads beyond each border.
 constexpr int kMaskBorder = 2;
 
 }  // namespace
 
 cv::Mat rotate_panorama(const cv::Mat& panorama, const Eigen::Matrix3d& world_from_camera) {
-  return rotate_changed(panorama, world_from_camera, [](const cv::Vec3f& color) { return color; });
-}
-
-cv::Mat rotate_panorama(const cv::Mat& panorama, const Eigen::Matrix3d& world_from_camera,
-                        const ColourChange& change) {
-  return rotate_changed(panorama, world_from_camera, change);
+  const PanoramaSampler source(panorama);
+  cv::Mat rotated(panorama.size(), CV_8UC3);
+  for_each_source(panorama.size(), world_from_camera, [&](int u, int v, PixelPosition position) {
+    const cv::Vec3f colour = source.at(position);
+    rotated.at<cv::Vec3b>(v, u) = {cv::saturate_cast<uchar>(colour[0]),
+                                   cv::saturate_cast<uchar>(colour[1]),
+                                   cv::saturate_cast<uchar>(colour[2])};
+  });
+  return rotated;
 }
 
 cv::Mat rotate_distance_map(const cv::Mat& map, const Eigen::Matrix3d& world_from_camera) {

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
 #include <opencv2/core/mat.hpp>
 
 namespace raywalk {
@@ -14,12 +13,6 @@ namespace raywalk {
 // `panorama` is CV_8UC3, width = 2 * height; the result has the same size. Catmull-Rom cubic
 // interpolation, continued across the seam and over the poles.
 cv::Mat rotate_panorama(const cv::Mat& panorama, const Eigen::Matrix3d& world_from_camera);
-
-// The same with `change` applied to each colour before rounding. Its input may lie slightly outside
-// [0, 255], as cubic interpolation overshoots.
-using ColourChange = std::function<cv::Vec3f(const cv::Vec3f&)>;
-cv::Mat rotate_panorama(const cv::Mat& panorama, const Eigen::Matrix3d& world_from_camera,
-                        const ColourChange& change);
 
 // `map` is a distance map, CV_16UC1. Nearest-pixel sampling, as interpolation across an edge would
 // give distances on no surface. Distances along the ray do not change with rotation.
