@@ -223,10 +223,8 @@ TiledRaysWriter::TiledRaysWriter(Hdf5File* hdf5, const RayForm& form, int statio
                                  PanoramaSize panorama, const TileLayout& layout)
     : hdf5_(hdf5), form_(form), layout_(layout) {
   places_.resize(2 * static_cast<std::size_t>(stations) * static_cast<std::size_t>(layout.tiles()));
-  hdf5->create_encoded("rays", shape_of_rays(stations, panorama),
-                       {.chunk = shape_of_tile(layout),
-                        .filter = kTileFilter,
-                        .values = filter_values(form.kind, layout.tile())});
+  hdf5->create_encoded("rays", shape_of_rays(stations, panorama), shape_of_tile(layout),
+                       kTileFilter, filter_values(form.kind, layout.tile()));
   hdf5->write_attribute("/", "compression", name_of(form));
 }
 
