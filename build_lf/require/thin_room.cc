@@ -19,7 +19,7 @@
 #include "core/files/output_folder.h"
 #include "core/room/gain_fields.h"
 #include "core/room/omega_map.h"
-#include "core/room/room_fingerprint.h"
+#include "core/room/room.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -16,7 +16,7 @@
 #include "core/base/progress.h"
 #include "core/files/fingerprint.h"
 #include "core/geometry/position_tolerance.h"
-#include "core/room/room_fingerprint.h"
+#include "core/room/room.h"
 #include "core/view/column_sources.h"
 #include "core/view/connection.h"
 #include "core/view/prepared_view.h"

@@ -10,7 +10,7 @@
 #include "core/evaluate/captured_station.h"
 #include "core/evaluate/metrics.h"
 #include "core/geometry/panorama_pixels.h"
-#include "core/room/tile_cache.h"
+#include "core/room/tiled_rays.h"
 #include "core/view/column_sources.h"
 #include "core/view/station_mixing.h"
 

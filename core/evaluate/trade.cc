@@ -20,7 +20,7 @@
 #include "core/files/json.h"
 #include "core/report/report.h"
 #include "core/room/requirements.h"
-#include "core/room/room_fingerprint.h"
+#include "core/room/room.h"
 
 namespace raywalk {
 namespace {

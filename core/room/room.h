@@ -125,4 +125,10 @@ class Room {
   GainFields gains_;
 };
 
+// What detects that a room has changed since earlier results were made from it. A hexadecimal
+// SHA-256 of the distances that its views use: over the positions and checksums of the maps.
+std::string distances_sha256(const Room& room);
+// One that changes when the rays, the distances or the gains of a room do.
+std::string room_fingerprint(const Room& room);
+
 }  // namespace raywalk
