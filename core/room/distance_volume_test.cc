@@ -1,4 +1,4 @@
-#include "core/room/left_out.h"
+#include "core/room/distance_volume.h"
 
 #include <gmock/gmock.h>
 
