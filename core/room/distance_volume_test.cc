@@ -27,12 +27,6 @@ TEST(LeftOutPixels, AreFoundByStationAndColumn) {
   EXPECT_THAT(pixels.rows(0, 7), IsEmpty());
 }
 
-TEST(LeftOutPixels, NoneByDefault) {
-  const LeftOutPixels none;
-  EXPECT_FALSE(none.any(0));
-  EXPECT_THAT(none.rows(0, 0), IsEmpty());
-}
-
 TEST(LeftOutPixels, FollowASubsetOfTheStations) {
   const std::vector<std::int32_t> runs = {1, 0, 0, 4, 3, 5, 1, 2};
   const std::vector<int> kept = {0, 2, 3};

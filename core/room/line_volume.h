@@ -37,11 +37,6 @@ struct RowRun {
   friend bool operator==(const RowRun&, const RowRun&) = default;
 };
 
-// The intersection of two runs.
-inline RowRun common_rows(RowRun a, RowRun b) {
-  return {std::max(a.begin, b.begin), std::min(a.end, b.end)};
-}
-
 class LineVolume {
  public:
   // Maps the volume read-only. Throws Error naming the file when it is missing, not HDF5,

@@ -1,7 +1,6 @@
 #include "core/room/room.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -157,25 +156,6 @@ Room Room::with_distances(int line, DistanceVolume distances) const {
 bool Room::has_distances() const {
   return std::any_of(distances_.begin(), distances_.end(),
                      [](const DistanceVolume& volume) { return volume.maps() > 0; });
-}
-
-std::string Room::compression() const {
-  std::vector<std::string> forms;
-  for (const LineVolume& volume : volumes_) {
-    const std::string form = name_of(volume.form());
-    if (std::ranges::find(forms, form) == forms.end()) forms.push_back(form);
-  }
-  return fmt::format("{}", fmt::join(forms, " and "));
-}
-
-std::uint64_t Room::ray_file_bytes() const {
-  std::uint64_t bytes = 0;
-  for (const Line& line : grid().lines) {
-    std::error_code error;
-    const std::uintmax_t of_line = fs::file_size(line_volume_path(directory_, line.id), error);
-    if (!error) bytes += of_line;
-  }
-  return bytes;
 }
 
 bool Room::masked() const {

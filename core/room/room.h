@@ -107,10 +107,6 @@ class Room {
   const GainFields& gains() const { return gains_; }
   // Where the distances come from, for reports: "given", "estimated by sweep", ..., or "none".
   std::string distances_origin() const { return origin_of(distances_); }
-  // How its panoramas are stored, for reports: "none", "jpeg:95" (name_of a RayForm), "none and
-  // lossless" where lines differ; and the bytes of the files that hold them.
-  std::string compression() const;
-  std::uint64_t ray_file_bytes() const;
   // Whether any station has a mask (LineVolume::valid_rows).
   bool masked() const;
 
