@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"
-#include "core/room/omega_map.h"
+#include "core/room/distance_maps.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -20,7 +20,6 @@
 #include "core/files/output_folder.h"
 #include "core/room/requirements.h"
 #include "core/room/room.h"
-#include "core/room/room_fingerprint.h"
 
 namespace raywalk::build_lf {
 namespace {

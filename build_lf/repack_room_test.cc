@@ -15,7 +15,7 @@
 #include "core/files/test_directory.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/room.h"
-#include "core/room/tile_cache.h"
+#include "core/room/tiled_rays.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -1,6 +1,7 @@
 #include "build_lf/room_info.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -27,6 +28,16 @@ std::uintmax_t bytes_of(const fs::path& file) {
   std::error_code error;
   const std::uintmax_t bytes = fs::file_size(file, error);
   return error ? 0 : bytes;
+}
+
+// The forms in which the lines are stored, each once.
+std::string compression_of(const std::vector<LineInfo>& lines) {
+  std::vector<std::string> forms;
+  for (const LineInfo& line : lines) {
+    const std::string form = name_of(line.form);
+    if (std::ranges::find(forms, form) == forms.end()) forms.push_back(form);
+  }
+  return fmt::format("{}", fmt::join(forms, " and "));
 }
 
 // Sets the overhang of a line beyond the outermost of the cell corners on it.
@@ -194,7 +205,7 @@ RoomInfo info_of(const Room& room) {
     info.bytes += info.lines.back().bytes;
   }
   info.masked_share /= info.stations;
-  info.compression = room.compression();
+  info.compression = compression_of(info.lines);
   info.distances = room.distances_origin();
   info.refined = refined_text(room);
   for (const auto& line : room.gains()) {

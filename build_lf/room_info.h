@@ -46,10 +46,10 @@ struct RoomInfo {
   std::string distances;      // where those in use come from: Room::distances_origin
   std::vector<DistancesInfo> distance_sets;
   std::vector<std::string> distance_faults;  // why recorded ones that are not in use cannot be used
-  std::string compression;                   // Room::compression
-  std::string refined;                       // refined_text(); empty: a captured room
-  int stations_with_gains = 0;               // whose gains are not 1
-  std::uintmax_t bytes = 0;  // of the manifest, the volumes, the distances and gains in use
+  std::string compression;      // "none", "jpeg:95", "none and lossless" where lines differ
+  std::string refined;          // refined_text(); empty: a captured room
+  int stations_with_gains = 0;  // whose gains are not 1
+  std::uintmax_t bytes = 0;     // of the manifest, the volumes, the distances and gains in use
 };
 
 RoomInfo info_of(const Room& room);

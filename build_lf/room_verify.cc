@@ -16,7 +16,7 @@
 #include "core/files/fingerprint.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/refined_record.h"
-#include "core/room/tile_cache.h"
+#include "core/room/tiled_rays.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/files/image_file.h"
-#include "core/room/tile_cache.h"
+#include "core/room/tiled_rays.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/work.h"

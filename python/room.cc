@@ -14,7 +14,7 @@
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/files/words.h"
-#include "core/room/tile_cache.h"
+#include "core/room/tiled_rays.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/work.h"

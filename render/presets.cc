@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "core/base/error.h"
-#include "core/room/distance_samples.h"
+#include "core/room/distance_maps.h"
 #include "core/room/requirements.h"
 
 namespace raywalk::render {

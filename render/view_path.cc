@@ -12,7 +12,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/output_folder.h"
-#include "core/room/room_fingerprint.h"
+#include "core/room/room.h"
 #include "render/picture/write_picture.h"
 #include "render/view_file.h"
 

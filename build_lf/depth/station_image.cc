@@ -4,7 +4,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/panorama/transposed_border.h"
-#include "core/room/tile_cache.h"
+#include "core/room/tiled_rays.h"
 
 namespace raywalk::build_lf {
 

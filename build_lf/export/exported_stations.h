@@ -33,7 +33,7 @@ cv::Mat station_columns(const Room& room, int line, int station, bool gains);
 cv::Mat station_picture(const Room& room, const ExportedStation& station, bool gains);
 
 // Whether a picture has pixels that are not to be used: masked ones, and what moved
-// (core/room/left_out.h).
+// (core/room/distance_volume.h).
 bool has_unusable_pixels(const Room& room);
 // CV_8UC1 of the panorama's size, 0 = not to be used, else 255.
 cv::Mat station_mask(const Room& room, const ExportedStation& station);

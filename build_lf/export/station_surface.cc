@@ -7,7 +7,7 @@
 
 #include "build_lf/export/exported_stations.h"
 #include "core/geometry/panorama_pixels.h"
-#include "core/room/omega_map.h"
+#include "core/room/distance_maps.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "build_lf/refine/directional_mean.h"
 #include "core/base/parallel.h"
-#include "core/room/tile_cache.h"
+#include "core/room/tiled_rays.h"
 #include "core/view/column_geometry.h"
 #include "core/view/mask_check.h"
 #include "core/view/vector_clones.h"

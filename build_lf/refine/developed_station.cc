@@ -21,7 +21,7 @@
 #include "core/files/atomic_output.h"
 #include "core/geometry/sphere.h"
 #include "core/panorama/transposed_border.h"
-#include "core/room/omega_map.h"
+#include "core/room/distance_maps.h"
 #include "core/view/distance_view.h"
 
 namespace raywalk::build_lf {

@@ -7,7 +7,7 @@
 
 #include "build_lf/refine/source_views.h"
 #include "build_lf/station_data.h"
-#include "core/room/omega_map.h"
+#include "core/room/distance_maps.h"
 #include "core/room/room.h"
 #include "core/view/exposure.h"
 

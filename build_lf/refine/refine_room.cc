@@ -24,7 +24,6 @@
 #include "core/room/refined_record.h"
 #include "core/room/requirements.h"
 #include "core/room/room.h"
-#include "core/room/room_fingerprint.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -15,7 +15,7 @@
 #include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"
 #include "core/room/refined_record.h"
-#include "core/room/tile_cache.h"
+#include "core/room/tiled_rays.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -12,8 +12,7 @@
 #include "build_lf/room_maps.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/room/distance_samples.h"
-#include "core/room/omega_map.h"
+#include "core/room/distance_maps.h"
 #include "core/view/distance_view.h"
 
 namespace raywalk::build_lf {
@@ -99,8 +98,11 @@ std::optional<double> quantile(std::vector<Difference> values, double share) {
 }  // namespace
 
 DistanceFacts distance_facts(const Room& room) {
-  const int per_map = std::clamp(kMaxSamples / std::max(1, static_cast<int>(map_count(room))), 256,
-                                 kMaxSamplesPerMap);
+  int maps = 0;
+  for (size_t line = 0; line < room.grid().lines.size(); ++line) {
+    maps += room.distances(static_cast<int>(line)).maps();
+  }
+  const int per_map = std::clamp(kMaxSamples / std::max(1, maps), 256, kMaxSamplesPerMap);
   DistanceSamples known = sample_distances(room, per_map);
   if (known.samples.empty()) {
     throw Error(

@@ -9,7 +9,7 @@
 #include "build_lf/room_maps.h"
 #include "core/base/parallel.h"
 #include "core/geometry/spacing.h"
-#include "core/room/omega_map.h"
+#include "core/room/distance_maps.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -37,7 +37,7 @@ struct DistanceWidth {
 
 // The smallest width, halving from that of the maps, at which (as at all larger ones) the
 // displacement reach * |error of omega| is within the tolerance for kKeptShare of the solid angle
-// of a sample of maps. Coarse maps are interpolated as in omega_map.h.
+// of a sample of maps. Coarse maps are interpolated as in distance_maps.h.
 DistanceWidth distance_width_needed(const Room& room, const StorageNeed& need);
 
 // Widths, precision and bytes; `stations_needed` is the number of stations to keep.

@@ -17,10 +17,10 @@
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/output_folder.h"
+#include "core/room/distance_maps.h"
 #include "core/room/gain_fields.h"
 #include "core/room/kept_stations.h"
-#include "core/room/omega_map.h"
-#include "core/room/room_fingerprint.h"
+#include "core/room/room.h"
 #include "core/view/renderer.h"
 
 namespace raywalk::build_lf {

@@ -15,6 +15,7 @@
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "core/geometry/position_tolerance.h"
+#include "core/room/room.h"
 #include "core/view/column_sources.h"
 #include "core/view/connection.h"
 #include "core/view/prepared_view.h"

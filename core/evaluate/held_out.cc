@@ -15,7 +15,7 @@
 #include "core/files/json.h"
 #include "core/files/shipped_configs.h"
 #include "core/room/kept_stations.h"
-#include "core/room/tile_cache.h"
+#include "core/room/tiled_rays.h"
 
 namespace raywalk {
 namespace {

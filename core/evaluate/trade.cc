@@ -25,7 +25,7 @@
 #include "core/panorama/pitch_remap.h"
 #include "core/report/report.h"
 #include "core/room/requirements.h"
-#include "core/room/room_fingerprint.h"
+#include "core/room/room.h"
 #include "core/view/renderer.h"
 
 namespace raywalk {

@@ -24,7 +24,7 @@
 #include "core/files/fingerprint.h"
 #include "core/files/json.h"
 #include "core/report/report.h"
-#include "core/room/room_fingerprint.h"
+#include "core/room/room.h"
 
 namespace raywalk {
 namespace {

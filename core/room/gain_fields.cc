@@ -38,28 +38,21 @@ cv::Size patches_of(const GainFields& fields) {
 }
 
 void append(const GainField& field, cv::Size patches, std::vector<double>* values) {
-  for (int theta = 0; theta < patches.height; ++theta) {
-    for (int phi = 0; phi < patches.width; ++phi) {
-      for (int c = 0; c < 3; ++c) {
-        const float local = field.local.empty() ? 1.0F : field.local.at<cv::Vec3f>(theta, phi)[c];
-        values->push_back(static_cast<double>(field.whole[c] * local));
-      }
-    }
+  const cv::Mat_<cv::Vec3f> local = field.local.empty()
+                                        ? cv::Mat_<cv::Vec3f>(patches, cv::Vec3f::all(1.0F))
+                                        : cv::Mat_<cv::Vec3f>(field.local);
+  for (const cv::Vec3f& patch : local) {
+    for (int c = 0; c < 3; ++c) values->push_back(static_cast<double>(field.whole[c] * patch[c]));
   }
 }
 
 // The field of one station; without local factors if all its patches are alike.
 GainField field_from(std::span<const double> values, int thetas, int phis) {
-  GainField field;
   cv::Mat local(thetas, phis, CV_32FC3);
-  bool uniform = true;
-  for (size_t i = 0; i < values.size(); ++i) {
-    auto& patch =
-        local.at<cv::Vec3f>(static_cast<int>(i / 3) / phis, static_cast<int>(i / 3) % phis);
-    patch[static_cast<int>(i % 3)] = static_cast<float>(values[i]);
-    uniform = uniform && values[i] == values[i % 3];
-  }
-  if (uniform) {
+  std::ranges::transform(values, local.ptr<float>(),
+                         [](double value) { return static_cast<float>(value); });
+  GainField field;
+  if (std::ranges::equal(values.subspan(3), values.first(values.size() - 3))) {
     field.whole = local.at<cv::Vec3f>(0, 0);
   } else {
     field.local = local;

@@ -26,14 +26,6 @@ struct FilePlace {
   std::uint64_t bytes = 0;
 };
 
-// How a dataset of bytes is stored whose chunks the caller encodes, with a filter for other
-// programs: this one need not have it.
-struct EncodedChunks {
-  Shape chunk{};
-  int filter = 0;
-  std::vector<unsigned> values{};  // that the filter is told
-};
-
 // An open file.
 class Hdf5File {
  public:
@@ -85,7 +77,10 @@ class Hdf5File {
   void create_deflated(const std::string& name, ElementType type, const Shape& shape);
   // Writes the values at one index of the first dimension of either.
   void write_slab(const std::string& name, std::size_t index, const void* values);
-  void create_encoded(const std::string& name, const Shape& shape, const EncodedChunks& chunks);
+  // One of bytes whose chunks the caller encodes. Other programs need HDF5's filter of this number
+  // and values to decode them, this one need not have it.
+  void create_encoded(const std::string& name, const Shape& shape, const Shape& chunk, int filter,
+                      const std::vector<unsigned>& filter_values);
   // Writes an encoded chunk, which begins at `start`; returns where it is.
   FilePlace write_chunk(const std::string& name, const Shape& start,
                         std::span<const std::uint8_t> encoded);
@@ -95,12 +90,6 @@ class Hdf5File {
 
  private:
   explicit Hdf5File(std::filesystem::path path);
-  // What `call` returns. Throws Error "<file>: <what>: <HDF5's innermost reason>" where HDF5 fails.
-  template <typename Call>
-  auto guarded(const std::string& what, const Call& call) const;
-  // The same of what writes.
-  template <typename Call>
-  auto write_guarded(const std::string& what, const Call& call);
 
   std::filesystem::path path_;
   std::int64_t file_ = -1;  // HDF5's identifier

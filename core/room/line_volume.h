@@ -37,11 +37,6 @@ struct RowRun {
   friend bool operator==(const RowRun&, const RowRun&) = default;
 };
 
-// The intersection of two runs.
-inline RowRun common_rows(RowRun a, RowRun b) {
-  return {std::max(a.begin, b.begin), std::min(a.end, b.end)};
-}
-
 class LineVolume {
  public:
   // Maps the volume read-only. Throws Error naming the file when it is missing, not HDF5,
@@ -60,7 +55,7 @@ class LineVolume {
   PanoramaSize panorama() const { return panorama_; }
   const RayForm& form() const { return form_; }
   // Of a compressed line these may be called, and what they return be read, only while a
-  // TileReading is alive in the thread (tile_cache.h); std::logic_error without. They throw Error
+  // TileReading is alive in the thread (tiled_rays.h); std::logic_error without. They throw Error
   // where what is stored cannot be decoded.
   //
   // height * 3 bytes, RGB, top to bottom. `theta` in [0, width), `station` in [0, stations).

@@ -92,12 +92,6 @@ std::string read_line_id(const CheckedJson& json, LineAxis axis) {
   return id;
 }
 
-LineAxis read_axis(const CheckedJson& json) {
-  const std::string axis = json.text();
-  if (axis != "x" && axis != "z") json.fail("is neither x nor z");
-  return axis == "x" ? LineAxis::kX : LineAxis::kZ;
-}
-
 PlanPoint read_direction(const CheckedJson& json, LineAxis axis) {
   const PlanPoint direction = plan_point(json);
   const double along_axis = axis == LineAxis::kX ? direction.x_m : direction.z_m;
@@ -131,7 +125,9 @@ Station read_station(const CheckedJson& json, const Line& line) {
 
 Line read_line(const CheckedJson& json) {
   Line line;
-  line.axis = read_axis(json.at("axis"));
+  const std::string axis = json.at("axis").text();
+  if (axis != "x" && axis != "z") json.at("axis").fail("is neither x nor z");
+  line.axis = axis == "x" ? LineAxis::kX : LineAxis::kZ;
   line.id = read_line_id(json.at("id"), line.axis);
   line.origin = plan_point(json.at("origin_m"));
   line.direction = read_direction(json.at("direction"), line.axis);
@@ -218,15 +214,8 @@ Cell read_cell(const CheckedJson& json, const std::vector<Line>& lines) {
 }  // namespace
 
 std::string name_of(DistanceKind kind) {
-  switch (kind) {
-    case DistanceKind::kGiven:
-      return "given";
-    case DistanceKind::kEstimated:
-      return "estimated";
-    case DistanceKind::kNone:
-      break;
-  }
-  return "none";
+  constexpr std::array kNames{"none", "given", "estimated"};
+  return kNames[static_cast<size_t>(kind)];
 }
 
 std::string manifest_to_json(const RoomManifest& manifest) {

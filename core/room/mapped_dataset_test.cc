@@ -58,17 +58,5 @@ TEST(MappedDataset, FetchesLittleMoreThanRequested) {
   EXPECT_FALSE(mapped.in_memory(rays + kRowBytes / 2));
 }
 
-TEST(MappedDataset, AdviceChangesNoByte) {
-  const TestDirectory directory;
-  const MappedDataset mapped(Hdf5File::open(write_cold(directory)), "rays", ElementType::kUint8);
-  const auto* rays = static_cast<const std::uint8_t*>(mapped.data());
-  mapped.fetch(rays + 5, 3 * kRowBytes);
-  for (std::size_t row = 0; row < kRows; ++row) {
-    const std::vector<std::uint8_t> values(rays + row * kRowBytes, rays + (row + 1) * kRowBytes);
-    EXPECT_EQ(values, row_values(row));
-    EXPECT_TRUE(mapped.in_memory(rays + row * kRowBytes));
-  }
-}
-
 }  // namespace
 }  // namespace raywalk

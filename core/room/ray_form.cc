@@ -26,28 +26,15 @@ RayForm ray_form_from_name(const std::string& name) {
       excerpt(name)));
 }
 
-std::uint64_t estimated_bytes(const RayForm& form, std::uint64_t raw_bytes) {
-  switch (form.kind) {
-    case RayForm::Kind::kLossless:
-      return raw_bytes / 10 * 7;
-    case RayForm::Kind::kJpeg:
-      return form.jpeg_quality > 95 ? raw_bytes / 2 : raw_bytes / 4;
-    case RayForm::Kind::kRaw:
-      break;
-  }
-  return raw_bytes;
+std::string name_of(const RayForm& form) {
+  if (form.kind == RayForm::Kind::kJpeg) return fmt::format("jpeg:{}", form.jpeg_quality);
+  return form.compressed() ? "lossless" : "none";
 }
 
-std::string name_of(const RayForm& form) {
-  switch (form.kind) {
-    case RayForm::Kind::kLossless:
-      return "lossless";
-    case RayForm::Kind::kJpeg:
-      return fmt::format("jpeg:{}", form.jpeg_quality);
-    case RayForm::Kind::kRaw:
-      break;
-  }
-  return "none";
+std::uint64_t estimated_bytes(const RayForm& form, std::uint64_t raw_bytes) {
+  if (!form.compressed()) return raw_bytes;
+  if (form.kind == RayForm::Kind::kLossless) return raw_bytes / 10 * 7;
+  return form.jpeg_quality > 95 ? raw_bytes / 2 : raw_bytes / 4;
 }
 
 }  // namespace raywalk

@@ -1,4 +1,4 @@
-// How the rays of a line are stored: as they are, or compressed in tiles (tile_layout.h).
+// How the rays of a line are stored: as they are, or compressed in tiles (tiled_rays.h).
 #pragma once
 
 #include <cstdint>

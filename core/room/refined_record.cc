@@ -8,7 +8,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/json.h"
 #include "core/files/output_folder.h"
-#include "core/room/room_fingerprint.h"
+#include "core/room/room.h"
 
 namespace raywalk {
 namespace {

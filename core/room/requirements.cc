@@ -6,10 +6,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
-#include "core/files/atomic_output.h"
-#include "core/files/fingerprint.h"
 #include "core/files/json.h"
-#include "core/room/hdf5_file.h"
 
 namespace raywalk {
 

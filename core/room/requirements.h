@@ -8,7 +8,6 @@
 
 #include "core/geometry/spacing.h"
 #include "core/room/room.h"
-#include "core/room/room_fingerprint.h"
 
 namespace raywalk {
 

@@ -1,7 +1,6 @@
 #include "core/room/room.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -10,6 +9,8 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/fingerprint.h"
+#include "core/room/hdf5_file.h"
 
 namespace raywalk {
 namespace {
@@ -151,28 +152,35 @@ bool Room::has_distances() const {
                      [](const DistanceVolume& volume) { return volume.maps() > 0; });
 }
 
-std::string Room::compression() const {
-  std::vector<std::string> forms;
-  for (const LineVolume& volume : volumes_) {
-    const std::string form = name_of(volume.form());
-    if (std::ranges::find(forms, form) == forms.end()) forms.push_back(form);
-  }
-  return fmt::format("{}", fmt::join(forms, " and "));
-}
-
-std::uint64_t Room::ray_file_bytes() const {
-  std::uint64_t bytes = 0;
-  for (const Line& line : grid().lines) {
-    std::error_code error;
-    const std::uintmax_t of_line = fs::file_size(line_volume_path(directory_, line.id), error);
-    if (!error) bytes += of_line;
-  }
-  return bytes;
-}
-
 bool Room::masked() const {
   return std::any_of(volumes_.begin(), volumes_.end(),
                      [](const LineVolume& volume) { return volume.masked(); });
+}
+
+std::string distances_sha256(const Room& room) {
+  std::string text;
+  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
+    const DistanceVolume& volume = room.distances(line);
+    if (volume.maps() == 0) continue;
+    const Line& of_line = room.grid().lines[static_cast<std::size_t>(line)];
+    text += of_line.id;
+    for (const int station : volume.stations()) {
+      const Eigen::Vector3d& p = of_line.stations[static_cast<std::size_t>(station)].position_m;
+      text += fmt::format(" {},{},{}", p.x(), p.y(), p.z());
+    }
+    text += " " + volume.header_sha256() + "\n";
+  }
+  return sha256_hex(text);
+}
+
+std::string room_fingerprint(const Room& room) {
+  RoomManifest manifest = room.manifest();
+  manifest.distances = DistanceKind::kNone;  // those in use are compared instead
+  std::string text = manifest_to_json(manifest) + distances_sha256(room);
+  if (!room.gains().empty()) {
+    text += Hdf5File::open(gains_path(room.directory())).text_attribute("sha256").value_or("");
+  }
+  return sha256_hex(text);
 }
 
 }  // namespace raywalk

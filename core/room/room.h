@@ -105,10 +105,6 @@ class Room {
   const GainFields& gains() const { return gains_; }
   // Where the distances come from, for reports: "given", "estimated by sweep", ..., or "none".
   std::string distances_origin() const { return origin_of(distances_); }
-  // How its panoramas are stored, for reports: "none", "jpeg:95" (name_of a RayForm), "none and
-  // lossless" where lines differ; and the bytes of the files that hold them.
-  std::string compression() const;
-  std::uint64_t ray_file_bytes() const;
   // Whether any station has a mask (LineVolume::valid_rows).
   bool masked() const;
 
@@ -122,5 +118,11 @@ class Room {
   std::vector<DistanceVolume> distances_;
   GainFields gains_;
 };
+
+// What detects that a room has changed since earlier results were made from it. A hexadecimal
+// SHA-256 of the distances that its views use: over the positions and checksums of the maps.
+std::string distances_sha256(const Room& room);
+// One that changes when the rays, the distances or the gains of a room do.
+std::string room_fingerprint(const Room& room);
 
 }  // namespace raywalk

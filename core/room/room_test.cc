@@ -11,7 +11,7 @@
 #include <numeric>
 #include <string>
 
-#include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 #include "core/room/hdf5_file.h"
@@ -21,22 +21,12 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 namespace fs = std::filesystem;
 
 constexpr int kStations = 3;
 constexpr PanoramaSize kSize{8, 4};
 constexpr std::size_t kColumnBytes = 12;
-
-template <typename Open>
-std::string error_of(const Open& open) {
-  try {
-    open();
-  } catch (const Error& error) {
-    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
-    return error.what();
-  }
-  return "no error";
-}
 
 // rays[i] = i modulo 251, so that every byte identifies its position.
 std::vector<std::uint8_t> numbered_rays() {
@@ -45,14 +35,24 @@ std::vector<std::uint8_t> numbered_rays() {
   return rays;
 }
 
-void write_line(const fs::path& path, int version = kVolumeFormatVersion,
-                const std::string& format = kLineVolumeFormat) {
+// A line volume; its valid rows, if they have a shape, are each {station + theta - 1, 4 + theta}.
+void write_line(const fs::path& path, const Shape& valid_rows = {},
+                int version = kVolumeFormatVersion, const std::string& format = kLineVolumeFormat) {
   Hdf5File file = Hdf5File::create(path);
   file.write_format(format, version);
   const std::vector<std::uint8_t> rays = numbered_rays();
   file.create_contiguous("rays", ElementType::kUint8, {kStations, 8, 4, 3});
-  for (size_t i = 0; i < kStations; ++i) {
+  if (!valid_rows.empty()) file.create_contiguous("valid_rows", ElementType::kInt32, valid_rows);
+  for (int station = 0; station < kStations; ++station) {
+    const auto i = static_cast<size_t>(station);
     file.write_slab("rays", i, rays.data() + i * 8 * kColumnBytes);
+    if (valid_rows.empty()) continue;
+    std::vector<std::int32_t> rows;
+    for (int theta = 0; theta < static_cast<int>(valid_rows[1]); ++theta) {
+      rows.insert(rows.end(), {station + theta - 1, 4 + theta});
+    }
+    rows.resize(valid_rows[1] * valid_rows[2]);
+    file.write_slab("valid_rows", i, rows.data());
   }
   file.close();
 }
@@ -108,33 +108,13 @@ TEST_F(VolumeTest, ColumnsAreWhatWasWritten) {
   }
 }
 
-// A line volume with valid rows of the given shape, each {station + theta, 4 + theta}.
-void write_masked_line(const fs::path& path, const Shape& shape) {
-  Hdf5File file = Hdf5File::create(path);
-  file.write_format(kLineVolumeFormat);
-  const std::vector<std::uint8_t> rays = numbered_rays();
-  file.create_contiguous("rays", ElementType::kUint8, {kStations, 8, 4, 3});
-  file.create_contiguous("valid_rows", ElementType::kInt32, shape);
-  for (int i = 0; i < kStations; ++i) {
-    const auto station = static_cast<size_t>(i);
-    file.write_slab("rays", station, rays.data() + station * 8 * kColumnBytes);
-    std::vector<std::int32_t> rows;
-    for (int theta = 0; theta < static_cast<int>(shape[1]); ++theta) {
-      rows.insert(rows.end(), {i + theta - 1, 4 + theta});
-    }
-    rows.resize(shape[1] * shape[2]);
-    file.write_slab("valid_rows", station, rows.data());
-  }
-  file.close();
-}
-
 TEST_F(VolumeTest, ValidRowsAreWithinTheColumn) {
   write_line(file_);
   const LineVolume plain = LineVolume::open(file_, kStations, kSize);
   EXPECT_FALSE(plain.masked());
   EXPECT_EQ(plain.valid_rows(2, 7), (RowRun{0, 4}));
   EXPECT_TRUE(plain.stored_valid_rows(1).empty());
-  write_masked_line(file_, {kStations, 8, 2});
+  write_line(file_, {kStations, 8, 2});
   const LineVolume masked = LineVolume::open(file_, kStations, kSize);
   EXPECT_TRUE(masked.masked());
   // A damaged file may hold any number.
@@ -145,18 +125,11 @@ TEST_F(VolumeTest, ValidRowsAreWithinTheColumn) {
 }
 
 TEST_F(VolumeTest, ValidRowsOfAnotherShapeAreRefused) {
-  write_masked_line(file_, {kStations, 7, 2});
+  write_line(file_, {kStations, 7, 2});
   EXPECT_THAT(line_error(), AllOf(HasSubstr(file_.string()), HasSubstr("'valid_rows'"),
                                   HasSubstr("[3, 7, 2]"), HasSubstr("[3, 8, 2]")));
-  write_masked_line(file_, {kStations, 8, 3});
+  write_line(file_, {kStations, 8, 3});
   EXPECT_THAT(line_error(), HasSubstr("'valid_rows'"));
-}
-
-TEST_F(VolumeTest, MappingOutlivesAMove) {
-  write_line(file_);
-  LineVolume first = LineVolume::open(file_, kStations, kSize);
-  const LineVolume second = std::move(first);
-  EXPECT_EQ(second.column(0, 0)[5], 5);
 }
 
 TEST_F(VolumeTest, MissingFileIsNamed) {
@@ -174,7 +147,8 @@ TEST_F(VolumeTest, EveryLengthShorterThanTheFileIsRefused) {
   const fs::path cut = directory_ / "cut.h5";
   for (size_t length = 0; length < whole.size(); length += 37) {
     std::ofstream(cut, std::ios::binary) << whole.substr(0, length);
-    EXPECT_THAT(error_of([&] { LineVolume::open(cut, kStations, kSize); }), HasSubstr("cut.h5"))
+    EXPECT_THAT(error_of([&] { LineVolume::open(cut, kStations, kSize); }),
+                AllOf(HasSubstr("cut.h5"), Not(HasSubstr("\n"))))
         << length;
   }
 }
@@ -186,11 +160,11 @@ TEST_F(VolumeTest, ShapeMustBeTheManifests) {
 }
 
 TEST_F(VolumeTest, OtherVersionsAndFormatsAreRefused) {
-  write_line(file_, kVolumeFormatVersion + 1);
+  write_line(file_, {}, kVolumeFormatVersion + 1);
   EXPECT_THAT(line_error(), HasSubstr("newer"));
-  write_line(file_, kVolumeFormatVersion - 1);
+  write_line(file_, {}, kVolumeFormatVersion - 1);
   EXPECT_THAT(line_error(), HasSubstr("older"));
-  write_line(file_, kVolumeFormatVersion, "something-else");
+  write_line(file_, {}, kVolumeFormatVersion, "something-else");
   EXPECT_THAT(line_error(), HasSubstr("format is not raywalk-line"));
 }
 

@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/base/usable_memory.h"
 
 namespace raywalk {
 namespace {
@@ -26,6 +27,8 @@ std::size_t page_size() {
 std::size_t whole_pages(std::size_t bytes) {
   return (bytes + page_size() - 1) / page_size() * page_size();
 }
+
+thread_local int readings_of_thread = 0;
 
 std::string reason_of(int number) { return std::generic_category().message(number); }
 
@@ -76,11 +79,10 @@ TileLayout TileLayout::usual(PanoramaSize size) {
 TiledRays::TiledRays(const Hdf5File& hdf5, int stations, PanoramaSize panorama)
     : path_(hdf5.path()), form_(form_of(hdf5)), layout_(layout_of(hdf5, panorama)) {
   hdf5.require_shape("rays", shape_of_rays(stations, panorama));
-  const auto count = static_cast<std::size_t>(index_of(stations, 0));
   hdf5.require_shape(
       "tiles", {static_cast<std::size_t>(stations), static_cast<std::size_t>(layout_.tiles()), 2});
   places_ = hdf5.read<std::uint64_t>("tiles");
-  states_ = std::vector<std::atomic<State>>(count);
+  states_ = std::vector<std::atomic<State>>(static_cast<std::size_t>(index_of(stations, 0)));
   file_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
   if (file_ < 0) throw Error(fmt::format("{}: {}", path_.string(), reason_of(errno)));
   // Each station begins with a page and ends with kSlack bytes that no other station has.
@@ -114,7 +116,7 @@ void TiledRays::require(int station, std::size_t begin, std::size_t end) {
 
 void TiledRays::bring(int station, int tile) {
   const std::int64_t index = index_of(station, tile);
-  std::atomic<State>& state = this->state(index);
+  std::atomic<State>& state = states_[static_cast<std::size_t>(index)];
   while (true) {
     State found = state.load(std::memory_order_acquire);
     if (found == State::kBusy) {
@@ -131,20 +133,16 @@ void TiledRays::bring(int station, int tile) {
     state.notify_all();
   };
   try {
-    decode(station, tile);
+    auto* const out = const_cast<std::uint8_t*>(rays(station)) + layout_.bytes_of(tile).begin;
+    if (!decode_tile(form_.kind, layout_.tile(), read(station, tile), out)) {
+      throw_damaged(station, tile, "cannot be decoded");
+    }
   } catch (...) {
     leave(State::kAbsent);
     throw;
   }
   leave(State::kUsed);
   TileCache::of_process().add(this, index);
-}
-
-void TiledRays::decode(int station, int tile) {
-  auto* const out = const_cast<std::uint8_t*>(rays(station)) + layout_.bytes_of(tile).begin;
-  if (!decode_tile(form_.kind, layout_.tile(), read(station, tile), out)) {
-    throw_damaged(station, tile, "cannot be decoded");
-  }
 }
 
 FilePlace TiledRays::place_of(std::int64_t tile) const {
@@ -178,11 +176,10 @@ void TiledRays::throw_damaged(int station, int tile, const std::string& what) co
 }
 
 bool TiledRays::evict_unless_used(std::int64_t tile) {
-  if (state_of(tile) == State::kUsed) {
-    state(tile).store(State::kDecoded, std::memory_order_release);
-    return false;
-  }
-  state(tile).store(State::kAbsent, std::memory_order_release);
+  const bool used = state_of(tile) == State::kUsed;
+  states_[static_cast<std::size_t>(tile)].store(used ? State::kDecoded : State::kAbsent,
+                                                std::memory_order_release);
+  if (used) return false;
   const auto station = static_cast<int>(tile / layout_.tiles());
   const auto of_station = static_cast<int>(tile % layout_.tiles());
   const auto are_absent = [&](int tile_begin, int tile_end) {
@@ -219,14 +216,83 @@ void TiledRays::fetch(int station, std::size_t begin, std::size_t end) const {
   }
 }
 
+TileCache& TileCache::of_process() {
+  static TileCache cache;
+  return cache;
+}
+
+std::uint64_t TileCache::default_limit_bytes() { return usable_memory_bytes() / 4; }
+
+void TileCache::set_limit_bytes(std::uint64_t bytes) {
+  {
+    const std::lock_guard lock(mutex_);
+    limit_bytes_ = bytes;
+    full_ = counts_.bytes > limit_bytes_;
+  }
+  evict_if_full();
+}
+
+TileCounts TileCache::counts() const {
+  const std::lock_guard lock(mutex_);
+  return counts_;
+}
+
+void TileCache::add(TiledRays* rays, std::int64_t tile) {
+  const std::lock_guard lock(mutex_);
+  tiles_.push_back({rays, tile});
+  ++counts_.decoded;
+  counts_.bytes += rays->layout().tile_bytes();
+  full_ = counts_.bytes > limit_bytes_;
+}
+
+void TileCache::forget(const TiledRays* rays) {
+  const std::lock_guard lock(mutex_);
+  const auto gone = std::erase_if(tiles_, [&](const Tile& tile) { return tile.rays == rays; });
+  counts_.bytes -= gone * rays->layout().tile_bytes();
+}
+
+void TileCache::evict_if_full() {
+  if (!full_.load(std::memory_order_relaxed)) return;
+  const std::unique_lock nobody_reads(reading_);
+  const std::lock_guard lock(mutex_);
+  if (counts_.bytes <= limit_bytes_) return;
+  // A little more than needed, so that not every tile decoded takes a round.
+  const std::uint64_t goal = limit_bytes_ - limit_bytes_ / 16;
+  while (counts_.bytes > goal) {
+    const Tile tile = tiles_.front();
+    tiles_.pop_front();
+    if (tile.rays->evict_unless_used(tile.tile)) {
+      counts_.bytes -= tile.rays->layout().tile_bytes();
+      ++counts_.evicted;
+    } else {
+      tiles_.push_back(tile);
+    }
+  }
+  full_ = false;
+}
+
+TileReading::TileReading() {
+  if (readings_of_thread++ == 0) TileCache::of_process().reading_.lock_shared();
+}
+
+TileReading::~TileReading() {
+  if (--readings_of_thread > 0) return;
+  TileCache::of_process().reading_.unlock_shared();
+  TileCache::of_process().evict_if_full();
+}
+
+void TileReading::require_one() {
+  if (readings_of_thread == 0) {
+    throw std::logic_error("rays of a compressed line are read without a TileReading");
+  }
+}
+
 TiledRaysWriter::TiledRaysWriter(Hdf5File* hdf5, const RayForm& form, int stations,
                                  PanoramaSize panorama, const TileLayout& layout)
     : hdf5_(hdf5), form_(form), layout_(layout) {
   places_.resize(2 * static_cast<std::size_t>(stations) * static_cast<std::size_t>(layout.tiles()));
-  hdf5->create_encoded("rays", shape_of_rays(stations, panorama),
-                       {.chunk = shape_of_tile(layout),
-                        .filter = kTileFilter,
-                        .values = filter_values(form.kind, layout.tile())});
+  hdf5->create_encoded("rays", shape_of_rays(stations, panorama), shape_of_tile(layout),
+                       kTileFilter, filter_values(form.kind, layout.tile()));
   hdf5->write_attribute("/", "compression", name_of(form));
 }
 

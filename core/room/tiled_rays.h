@@ -7,11 +7,14 @@
 // form by its name (ray_form.h).
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
-#include <memory>
+#include <mutex>
+#include <shared_mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,7 +22,6 @@
 #include "core/geometry/sphere.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/ray_form.h"
-#include "core/room/tile_cache.h"
 #include "core/room/tile_codec.h"
 
 namespace raywalk {
@@ -95,14 +97,13 @@ class TiledRays {
   std::int64_t index_of(int station, int tile) const {
     return static_cast<std::int64_t>(station) * layout_.tiles() + tile;
   }
-  std::atomic<State>& state(std::int64_t tile) { return states_[static_cast<std::size_t>(tile)]; }
   State state_of(std::int64_t tile) const {
     return states_[static_cast<std::size_t>(tile)].load(std::memory_order_acquire);
   }
   FilePlace place_of(std::int64_t tile) const;
   // Waits for or decodes a tile.
   void bring(int station, int tile);
-  void decode(int station, int tile);
+  // Its encoded bytes.
   std::vector<std::uint8_t> read(int station, int tile) const;
   [[noreturn]] void throw_damaged(int station, int tile, const std::string& what) const;
 
@@ -117,6 +118,66 @@ class TiledRays {
   const std::uint8_t* first_ray_ = nullptr;
   std::size_t stride_ = 0;  // from one station to the next
   std::vector<std::atomic<State>> states_;
+};
+
+struct TileCounts {
+  std::int64_t decoded = 0;  // tiles decoded
+  std::int64_t evicted = 0;
+  std::uint64_t bytes = 0;  // of the tiles that are decoded now
+};
+
+// The decoded tiles of all open rooms: bounded, shared by all threads, counted.
+//
+// A thread that reads rays of a compressed line does so while a TileReading is alive in it. What it
+// asks for meanwhile stays decoded until its end. As soon as all tiles together take more than the
+// limit, a thread whose reading ends waits for those of the others to end, and evicts tiles,
+// roughly those longest unused first. So memory exceeds the limit only by what threads read at that
+// moment.
+class TileCache {
+ public:
+  // The cache of all rooms.
+  static TileCache& of_process();
+
+  // A quarter of the memory that the process may use (usable_memory.h).
+  static std::uint64_t default_limit_bytes();
+  // Not while this thread reads.
+  void set_limit_bytes(std::uint64_t bytes);
+  TileCounts counts() const;
+
+  // A tile has been decoded.
+  void add(TiledRays* rays, std::int64_t tile);
+  // Rays are about to go, and their tiles with them.
+  void forget(const TiledRays* rays);
+
+ private:
+  friend class TileReading;
+  struct Tile {
+    TiledRays* rays = nullptr;
+    std::int64_t tile = 0;
+  };
+
+  void evict_if_full();
+
+  std::shared_mutex reading_;  // shared by the readings under way
+  std::atomic<bool> full_ = false;
+  mutable std::mutex mutex_;  // of what follows
+  std::deque<Tile> tiles_;    // in about the order of their use
+  std::uint64_t limit_bytes_ = default_limit_bytes();
+  TileCounts counts_;
+};
+
+// While it is alive in a thread, the rays that the thread asks a compressed line for stay. Nested
+// ones are of no effect. A thread that reads must not wait for others, as in a parallel loop or
+// where OpenCV has one: these may wait for it to evict tiles.
+class TileReading {
+ public:
+  TileReading();
+  ~TileReading();
+  TileReading(const TileReading&) = delete;
+  TileReading& operator=(const TileReading&) = delete;
+
+  // Throws std::logic_error unless this thread has one: rays read then could vanish.
+  static void require_one();
 };
 
 // Writes the rays of a compressed line into `hdf5`, which must outlive this.

@@ -17,7 +17,7 @@
 
 #include "core/geometry/fast_math.h"
 #include "core/geometry/sphere.h"
-#include "core/room/omega_map.h"
+#include "core/room/distance_maps.h"
 #include "core/view/vector_clones.h"
 
 namespace raywalk {

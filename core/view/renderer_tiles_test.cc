@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/room/tile_cache.h"
+#include "core/room/tiled_rays.h"
 #include "core/view/test_room.h"
 
 namespace raywalk {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/geometry/panorama_pixels.h"
-#include "core/room/tile_cache.h"
+#include "core/room/tiled_rays.h"
 #include "core/view/column_rows.h"
 #include "core/view/mask_check.h"
 #include "core/view/mixing_scratch.h"

@@ -7,7 +7,7 @@
 
 #include "core/command_line/command_options.h"
 #include "core/files/words.h"
-#include "core/room/tile_cache.h"
+#include "core/room/tiled_rays.h"
 
 namespace raywalk::render {
 namespace {

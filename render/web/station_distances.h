@@ -2,7 +2,7 @@
 // knows nothing.
 #pragma once
 
-#include "core/room/omega_map.h"
+#include "core/room/distance_maps.h"
 #include "core/room/room.h"
 #include "core/view/distance_view.h"
 

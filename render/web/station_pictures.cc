@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/panorama/gain_field.h"
-#include "core/room/tile_cache.h"
+#include "core/room/tiled_rays.h"
 #include "core/view/view_plan.h"
 
 namespace raywalk::render {

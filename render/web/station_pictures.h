@@ -5,7 +5,7 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 
-#include "core/room/omega_map.h"
+#include "core/room/distance_maps.h"
 #include "core/room/room.h"
 #include "core/view/renderer.h"
 

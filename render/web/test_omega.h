@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "core/room/omega_map.h"
+#include "core/room/distance_maps.h"
 
 namespace raywalk::render {
 

@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "core/files/test_directory.h"
 #include "core/room/line_volume.h"
-#include "core/room/tile_cache.h"
+#include "core/room/tiled_rays.h"
 #include "tests/fuzz/expect.h"
 
 namespace {

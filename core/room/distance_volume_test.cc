@@ -1,4 +1,4 @@
-#include "core/room/left_out.h"
+#include "core/room/distance_volume.h"
 
 #include <gmock/gmock.h>
 
@@ -25,12 +25,6 @@ TEST(LeftOutPixels, AreFoundByStationAndColumn) {
   EXPECT_THAT(pixels.rows(1, 3), ElementsAre(RowRun{0, 1}, RowRun{2, 4}));
   EXPECT_THAT(pixels.rows(2, 7), ElementsAre(RowRun{3, 4}));
   EXPECT_THAT(pixels.rows(0, 7), IsEmpty());
-}
-
-TEST(LeftOutPixels, NoneByDefault) {
-  const LeftOutPixels none;
-  EXPECT_FALSE(none.any(0));
-  EXPECT_THAT(none.rows(0, 0), IsEmpty());
 }
 
 TEST(LeftOutPixels, FollowASubsetOfTheStations) {

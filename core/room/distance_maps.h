@@ -1,6 +1,5 @@
-// Maps of inverse distances at other widths. Parallax is proportional to omega = 1 / d. It is 0 for
-// the sky, and on a plane it is linear in the direction's components, so that it can be
-// interpolated.
+// What is made of a room's distance maps: maps of inverse distances at other widths, and samples
+// for statistics of the scene.
 #pragma once
 
 #include <cstdint>
@@ -16,6 +15,8 @@ namespace raywalk {
 // at 80 degrees incidence, at most a quarter.
 float surface_tolerance_of(int width);
 
+// Inverse distances omega = 1 / d: parallax is proportional to them, they are 0 for the sky, and on
+// a plane they are linear in the direction's components, so that they can be interpolated.
 class OmegaMap {
  public:
   // All pixels unknown.
@@ -51,5 +52,25 @@ OmegaMap omega_map_of(const DistanceVolume& volume, int map, std::uint8_t least_
 
 // The map resampled at another width.
 OmegaMap resized(const OmegaMap& map, int width);
+
+struct DistanceSample {
+  float distance_m = 0.0f;  // from the station, along the ray; +inf: no surface
+  float weight = 0.0f;      // solid angle (cos phi) times confidence in [0, 1]; > 0
+};
+
+struct DistanceSamples {
+  std::vector<DistanceSample> samples{};
+  double known_share = 0.0;  // of the solid angle of all maps, weighted by confidence
+};
+
+// About `per_map` pixels of every distance map, spread evenly over rows and columns. Pixels with
+// confidence 0 or an invalid distance (0, negative, NaN) count as unknown. Empty if the room has no
+// maps.
+DistanceSamples sample_distances(const Room& room, int per_map);
+
+// The weighted quantiles of the distances, metres, for `shares` in [0, 1]. Sorts the samples. NaN
+// if there are none.
+std::vector<double> distance_quantiles(std::span<DistanceSample> samples,
+                                       std::span<const double> shares);
 
 }  // namespace raywalk

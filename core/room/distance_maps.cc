@@ -1,11 +1,17 @@
-#include "core/room/distance_samples.h"
+#include "core/room/distance_maps.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "core/geometry/panorama_pixels.h"
+
 namespace raywalk {
 namespace {
+
+bool same_surface(float a, float b, float tolerance) {
+  return std::abs(a - b) <= tolerance * std::max(a, b);
+}
 
 // Adds a map's samples; returns the solid angle sampled.
 double add_samples(const DistanceVolume& volume, int map, int count,
@@ -19,15 +25,12 @@ double add_samples(const DistanceVolume& volume, int map, int count,
     const auto confidence = volume.confidence_column(map, theta);
     for (int row = stride / 2; row < size.height; row += stride) {
       const auto i = static_cast<size_t>(row);
-      const SphereAngles angles =
-          angles_from_pixel({static_cast<double>(theta), static_cast<double>(row)}, size);
-      const double solid_angle = std::cos(angles.phi_rad);
+      const double solid_angle =
+          std::cos(angles_from_pixel({0.0, static_cast<double>(row)}, size).phi_rad);
       looked_at += solid_angle;
       if (confidence[i] == 0 || !(distances_m[i] > 0.0f)) continue;
       samples->push_back({.distance_m = distances_m[i],
-                          .weight = static_cast<float>(solid_angle * confidence[i] / 255.0),
-                          .theta_rad = static_cast<float>(angles.theta_rad),
-                          .phi_rad = static_cast<float>(angles.phi_rad)});
+                          .weight = static_cast<float>(solid_angle * confidence[i] / 255.0)});
     }
   }
   return looked_at;
@@ -41,12 +44,52 @@ double total_weight(std::span<const DistanceSample> samples) {
 
 }  // namespace
 
-std::size_t map_count(const Room& room) {
-  std::size_t count = 0;
-  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
-    count += static_cast<std::size_t>(room.distances(line).maps());
+float surface_tolerance_of(int width) {
+  static const double slope = std::tan(radians_from_degrees(80.0));
+  return static_cast<float>(std::min(0.25, slope * kTwoPi / width));
+}
+
+float OmegaMap::sample(PixelPosition pixel) const {
+  const PixelsAround around = pixels_around(pixel, size_);
+  const float nearest = at(around.nearest_column(), around.nearest_row());
+  if (nearest < 0.0f) return nearest;
+  const float tolerance = surface_tolerance_of(size_.width);
+  double sum = 0.0, weight = 0.0;
+  for (size_t i = 0; i < 2; ++i) {
+    for (size_t j = 0; j < 2; ++j) {
+      const float omega = at(around.column[i], around.row[j]);
+      if (omega < 0.0f || !same_surface(omega, nearest, tolerance)) continue;
+      sum += around.weight(i, j) * omega;
+      weight += around.weight(i, j);
+    }
   }
-  return count;
+  return static_cast<float>(sum / weight);
+}
+
+OmegaMap omega_map_of(const DistanceVolume& volume, int map, std::uint8_t least_confidence) {
+  OmegaMap result(volume.size());
+  for (int theta = 0; theta < volume.size().width; ++theta) {
+    const auto distances_m = volume.distance_column(map, theta);
+    const auto confidence = volume.confidence_column(map, theta);
+    for (int row = 0; row < volume.size().height; ++row) {
+      const auto i = static_cast<size_t>(row);
+      if (confidence[i] < least_confidence || !(distances_m[i] > 0.0f)) continue;
+      const float omega = 1.0f / distances_m[i];
+      if (std::isfinite(omega)) result.at(theta, row) = omega;
+    }
+  }
+  return result;
+}
+
+OmegaMap resized(const OmegaMap& map, int width) {
+  OmegaMap result({width, width / 2});
+  const double scale = static_cast<double>(map.size().width) / width;
+  for (int theta = 0; theta < width; ++theta) {
+    for (int row = 0; row < width / 2; ++row) {
+      result.at(theta, row) = map.sample({(theta + 0.5) * scale - 0.5, (row + 0.5) * scale - 0.5});
+    }
+  }
+  return result;
 }
 
 DistanceSamples sample_distances(const Room& room, int per_map) {
