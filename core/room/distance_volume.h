@@ -10,7 +10,7 @@
 // past the last row], pixels of the line's stations, with or without a map, in the maps' size
 // (LeftOutPixels); `sha256`, a checksum of each map. Root attributes, which files of other programs
 // may lack: `line` (its id), `origin`, `stations_sha256` (sha256_of the line) and `header_sha256`
-// (distance_header_sha256).
+// (sha256_of the header).
 #pragma once
 
 #include <cstdint>
