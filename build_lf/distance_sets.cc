@@ -32,7 +32,8 @@ std::string text_of(const FoundDistances& found) {
   return fmt::format("  {:<20} {:<11} {} of {} x {} on {}, {:.1f} MB, in {}\n", found.origin,
                      found.in_use ? "in use" : "not in use", counted(maps, "map"), size.width,
                      size.height, counted(lines, "line"),
-                     static_cast<double>(bytes_in(found.folder)) * 1e-6, escaped(found.folder.string()));
+                     static_cast<double>(bytes_in(found.folder)) * 1e-6,
+                     escaped(found.folder.string()));
 }
 
 }  // namespace
@@ -66,8 +67,8 @@ std::string distances_text(const fs::path& room) {
   for (const FoundDistances& found : all) text += text_of(found);
   for (const FoundDistances& found : all) {
     if (found.in_use || !found.fault.empty()) continue;
-    text += fmt::format("`raywalk-build-lf distances {} --use {}` switches\n", escaped(room.string()),
-                        name_of(found.kind));
+    text += fmt::format("`raywalk-build-lf distances {} --use {}` switches\n",
+                        escaped(room.string()), name_of(found.kind));
   }
   return text;
 }
