@@ -274,7 +274,7 @@ std::vector<fs::path> Calibration::outputs_of(CalibrationStep step) const {
       outputs = {"poses.csv"};
       add_if_there("gt.csv");
       add_if_there("before.csv");
-      add_folder("masks");
+      add_folder("joined_masks");
       add_folder("rectified");
       add_folder("crossings");
       break;

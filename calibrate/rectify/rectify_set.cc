@@ -21,7 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kMasks = "masks";
+// Not "masks", which a capture that is calibrated in its own folder may have.
+constexpr const char* kMasks = "joined_masks";
 
 // Relative to OUT if the two are in the same folder, as a capture and its calibration are, which
 // are moved together; else absolute.
@@ -44,8 +45,8 @@ std::string mask_file(const CaptureSet& set, int index, const cv::Mat& common,
   return file.generic_string();
 }
 
-// Writes the masks of all frames to OUT/masks, which is removed where nothing is masked in common.
-// By frame: the file of its mask, "" if nothing is masked.
+// Writes the masks of all frames to OUT/joined_masks, which is removed where nothing is masked in
+// common. By frame: the file of its mask, "" if nothing is masked.
 std::vector<std::string> write_masks(const CaptureSet& set, const cv::Mat& common,
                                      const fs::path& out) {
   fs::remove_all(out / kMasks);

@@ -60,8 +60,8 @@ struct RectifyResult {
 // calibration gains, by raywalk-render validate), and rectify.json. The lists are frame lists
 // (frame_list.h) with the names of lines. They name captured and stitched panoramas as they are,
 // with their attitudes, by paths relative to OUT if both are in one folder, else absolute; their
-// masks are joined with that of all frames in OUT/masks/. Throws Error if no frame has a pose, or a
-// file cannot be read or written; Interrupted.
+// masks are joined with that of all frames in OUT/joined_masks/. Throws Error if no frame has a
+// pose, or a file cannot be read or written; Interrupted.
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
                           const RectifyOptions& options);
 

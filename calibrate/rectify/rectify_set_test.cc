@@ -169,7 +169,7 @@ TEST_F(RectifySetTest, FramesBeforeTheCalibrationAreListedWithTheSameStations) {
   EXPECT_EQ(before[2].path, set_->frames[3].file);
   EXPECT_LT((before[2].position_m - set_->frames[3].nominal_m).norm(), 1e-8);
   EXPECT_FALSE(before[0].mask);
-  EXPECT_FALSE(fs::exists(in_out("masks")));
+  EXPECT_FALSE(fs::exists(in_out("joined_masks")));
 
   CaptureSet own = *set_;
   cv::Mat half(kSize.height, kSize.width, CV_8UC1, cv::Scalar(255));
@@ -244,7 +244,8 @@ TEST_F(RectifySetTest, MasksOfFramesAreJoinedWithThatOfAll) {
   WithHeldOut more(*set_, *poses_, out_.path(), *room_);
   cv::Mat own(kSize.height, kSize.width, CV_8UC1, cv::Scalar(1));
   own(cv::Rect(kSize.width / 2 - 8, kSize.height / 2 - 8, 16, 16)) = cv::Scalar(0);
-  const fs::path file = out_.path() / "own.png";
+  const fs::path file = in_out("masks/own.png");  // the user's folder, which stays
+  make_directories(directory_of(file));
   write_image(file, own);
   more.set.frames[0].mask = file;
   more.set.frames[3 * kStations].mask = file;
@@ -265,6 +266,7 @@ TEST_F(RectifySetTest, MasksOfFramesAreJoinedWithThatOfAll) {
   EXPECT_EQ(both.at<uchar>(127, 0), 0);
   ASSERT_TRUE(again[1].mask);
   EXPECT_EQ(read_mask(*again[1].mask, kSize).at<uchar>(kSize.height / 2, kSize.width / 2), 255);
+  EXPECT_TRUE(fs::exists(file));
 }
 
 }  // namespace
