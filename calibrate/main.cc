@@ -22,7 +22,6 @@ int main(int argc, char** argv) {
   raywalk::calibrate::add_stitch(&app);
   raywalk::calibrate::add_mask(&app);
   raywalk::calibrate::add_poses(&app);
-  raywalk::calibrate::add_grid(&app);
   raywalk::calibrate::add_rectify(&app);
   raywalk::calibrate::add_all(&app);
   raywalk::calibrate::add_import(&app);

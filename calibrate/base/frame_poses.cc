@@ -129,12 +129,6 @@ ordered_json frame_poses_json(const CaptureSet& set, const FramePoses& poses) {
   return frames;
 }
 
-void write_frame_poses(const fs::path& file, const CaptureSet& set, const FramePoses& poses) {
-  const ordered_json document{{"format_version", kFormatVersion},
-                              {"frames", frame_poses_json(set, poses)}};
-  write_file_atomically(file, json_text(document));
-}
-
 FramePoses read_frame_poses(const fs::path& file, const CaptureSet& set,
                             const std::string& advice) {
   const auto root = CheckedJson::read(file, advice);

@@ -44,13 +44,11 @@ double angle_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b);
 
 // JSON: {"format_version": 1, "frames": [{"name", "position_m": [x, y, z], "planned_m", "yaw_deg",
 // "pitch_deg", "roll_deg", "origin", "position_sigma_mm", "rotation_sigma_deg", "observations",
-// "residual_px"}]}, only frames with a pose; frame_poses_json is the list. Written atomically.
+// "residual_px"}]}, only frames with a pose; frame_poses_json is the list.
 // Reading throws Error naming the file if it is missing, not JSON or of a newer format version, has
 // a frame that is not in the set, or a value that is not a finite number. `advice`: how the file is
 // made again.
 nlohmann::ordered_json frame_poses_json(const CaptureSet& set, const FramePoses& poses);
-void write_frame_poses(const std::filesystem::path& file, const CaptureSet& set,
-                       const FramePoses& poses);
 FramePoses read_frame_poses(const std::filesystem::path& file, const CaptureSet& set,
                             const std::string& advice = "solve the poses again");
 

@@ -3,10 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include <Eigen/Geometry>
 
 #include "calibrate/base/test_capture_folder.h"
 #include "core/base/error.h"
+#include "core/files/json.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -19,6 +22,11 @@ class FramePosesTest : public ::testing::Test {
   FramePosesTest() {
     folder_.write_cross();
     set_ = folder_.read();
+  }
+  void write(const std::string& file, const FramePoses& poses) const {
+    const nlohmann::ordered_json document{{"format_version", 1},
+                                          {"frames", frame_poses_json(set_, poses)}};
+    write_file_atomically(folder_ / file, json_text(document));
   }
   std::string read_error(const std::string& text) const {
     write_file_atomically(folder_ / "poses.json", text);
@@ -63,7 +71,7 @@ TEST_F(FramePosesTest, ReadsWhatItWrote) {
                        .observations = 77,
                        .residual_px = 0.4};
   poses[4] = FramePose{.origin = PoseOrigin::kGiven};
-  write_frame_poses(folder_ / "poses.json", set_, poses);
+  write("poses.json", poses);
   const FramePoses read = read_frame_poses(folder_ / "poses.json", set_);
   ASSERT_EQ(read.size(), poses.size());
   for (const std::size_t i : {0U, 2U, 3U, 5U}) EXPECT_FALSE(read[i]);
@@ -79,7 +87,7 @@ TEST_F(FramePosesTest, ReadsWhatItWrote) {
 }
 
 TEST_F(FramePosesTest, DamagedFilesAreNamed) {
-  write_frame_poses(folder_ / "good.json", set_, nominal_poses(set_));
+  write("good.json", nominal_poses(set_));
   const std::string good = read_file(folder_ / "good.json");
   const auto replaced = [&](const std::string& what, const std::string& by) {
     std::string text = good;

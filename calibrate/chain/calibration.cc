@@ -41,13 +41,6 @@ void require_lens(const CalibrationOptions& options) {
       options.input.directory.string()));
 }
 
-std::string with_rotation_hint(const std::string& message) {
-  constexpr const char* kOther = "--method rotation";
-  if (message.find(kOther) != std::string::npos) return message;
-  return fmt::format("{}; raywalk-calibrate all {} aligns the lines without COLMAP", message,
-                     kOther);
-}
-
 // Creates the directory and locks it against other processes.
 std::unique_ptr<FileLock> locked(const fs::path& directory) {
   make_directories(directory);
@@ -59,7 +52,7 @@ std::unique_ptr<FileLock> locked(const fs::path& directory) {
 }  // namespace
 
 std::string step_name(CalibrationStep step) {
-  constexpr std::array kNames{"lens", "stitch", "mask", "poses", "grid", "rectify"};
+  constexpr std::array kNames{"lens", "stitch", "mask", "poses", "rectify"};
   return kNames[static_cast<std::size_t>(step)];
 }
 
@@ -75,8 +68,6 @@ bool Calibration::has(CalibrationStep step) const {
     case CalibrationStep::kLens:
     case CalibrationStep::kStitch:
       return fisheye;
-    case CalibrationStep::kPoses:
-      return options_.method == GridMethod::kPoses;
     default:
       return true;
   }
@@ -109,8 +100,6 @@ void Calibration::do_step(CalibrationStep step) {
       return run_mask();
     case CalibrationStep::kPoses:
       return run_poses();
-    case CalibrationStep::kGrid:
-      return run_grid();
     case CalibrationStep::kRectify:
       return run_rectify();
   }
@@ -133,23 +122,9 @@ void Calibration::run_lens() {
 void Calibration::run_mask() { write_mask(panoramas(), options_.mask); }
 
 void Calibration::run_poses() {
-  const CaptureSet set = panoramas();
   const PosesOptions poses = poses_options();
-  fs::remove(in_out("poses-report.json"));  // it tells of this run, also of one that fails
-  try {
-    solve_poses(set, poses);
-  } catch (const UsageError&) {
-    throw;
-  } catch (const Error& e) {
-    throw Error(with_rotation_hint(e.what()));
-  }
-}
-
-void Calibration::run_grid() {
-  const CaptureSet set = panoramas();
-  const FramePoses solved =
-      options_.method == GridMethod::kPoses ? solved_poses() : FramePoses(set.frames.size());
-  estimate_grid(set, solved, grid_options());
+  fs::remove(in_out("poses.json"));  // it would describe other poses if this run fails
+  solve_poses(panoramas(), poses);
 }
 
 RectifyOptions Calibration::rectify_options() const {
@@ -203,19 +178,14 @@ std::optional<cv::Mat> Calibration::mask() const {
   return read_mask(in_out("mask.png"), panoramas().frame);
 }
 
-FramePoses Calibration::solved_poses() const {
-  require_file("poses.json", CalibrationStep::kPoses);
-  return read_frame_poses(in_out("poses.json"), captured_);
-}
-
 FramePoses Calibration::final_poses() const {
   if (options_.pose_table) return read_pose_table(*options_.pose_table, captured_);
-  require_file("grid.json", CalibrationStep::kGrid);
-  constexpr const char* kAgain = "run raywalk-calibrate grid again";
-  FramePoses poses = read_frame_poses(in_out("grid.json"), captured_, kAgain);
+  require_file("poses.json", CalibrationStep::kPoses);
+  constexpr const char* kAgain = "run raywalk-calibrate poses again";
+  FramePoses poses = read_frame_poses(in_out("poses.json"), captured_, kAgain);
   for (std::size_t i = 0; i < captured_.stations(); ++i) {
     if (poses[i]) continue;
-    throw Error(fmt::format("{}: frame {} has no pose; {}", in_out("grid.json").string(),
+    throw Error(fmt::format("{}: frame {} has no pose; {}", in_out("poses.json").string(),
                             excerpt(captured_.frames[i].name), kAgain));
   }
   return poses;
@@ -227,14 +197,6 @@ PosesOptions Calibration::poses_options() const {
   poses.lenses = lenses();
   poses.start = nominal_poses(captured_);
   return poses;
-}
-
-GridOptions Calibration::grid_options() const {
-  return {.method = options_.method,
-          .start = nominal_poses(captured_),
-          .mask = mask(),
-          .lenses = lenses(),
-          .out = options_.out};
 }
 
 std::vector<fs::path> Calibration::outputs_of(CalibrationStep step) const {
@@ -265,10 +227,6 @@ std::vector<fs::path> Calibration::outputs_of(CalibrationStep step) const {
       add_if_there("mask.png");
       break;
     case CalibrationStep::kPoses:
-      outputs = {"poses.json"};
-      add_if_there("poses-report.json");
-      break;
-    case CalibrationStep::kGrid:
       break;
     case CalibrationStep::kRectify:
       outputs = {"poses.csv"};

@@ -12,7 +12,6 @@
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/chain/step_records.h"
-#include "calibrate/grid/estimate_grid.h"
 #include "calibrate/lens/calibrate_lens.h"
 #include "calibrate/mask/nadir_mask.h"
 #include "calibrate/poses/solve_poses.h"
@@ -22,11 +21,11 @@
 
 namespace raywalk::calibrate {
 
-enum class CalibrationStep { kLens, kStitch, kMask, kPoses, kGrid, kRectify };
+enum class CalibrationStep { kLens, kStitch, kMask, kPoses, kRectify };
 
 inline constexpr std::array kCalibrationSteps{CalibrationStep::kLens, CalibrationStep::kStitch,
                                               CalibrationStep::kMask, CalibrationStep::kPoses,
-                                              CalibrationStep::kGrid, CalibrationStep::kRectify};
+                                              CalibrationStep::kRectify};
 // "lens", "stitch", ...; also the name of its part of calibration.json.
 std::string step_name(CalibrationStep step);
 
@@ -40,9 +39,8 @@ struct CalibrationOptions {
   StitchOptions stitch{};
   MaskOptions mask{};
   PosesOptions poses{};
-  GridMethod method = GridMethod::kPoses;
   RectifyOptions rectify{};
-  // A table of poses (read_pose_table) that replaces the grid's.
+  // A table of poses (read_pose_table) that replaces the solved ones.
   std::optional<std::filesystem::path> pose_table{};
 };
 
@@ -56,8 +54,7 @@ class Calibration {
   const std::filesystem::path& out() const { return options_.out; }
   const CaptureSet& captured() const { return captured_; }
 
-  // Whether the capture and the method need this step: panoramas need neither lens nor stitch,
-  // GridMethod::kRotation no poses.
+  // Whether the capture needs this step: panoramas need neither lens nor stitch.
   bool has(CalibrationStep step) const;
   // Whether the step was run with the current inputs and options and its outputs are unchanged.
   bool is_done(CalibrationStep step) const;
@@ -73,11 +70,9 @@ class Calibration {
   std::optional<DualFisheyeCamera> camera() const;  // nullopt for panoramas
   CaptureSet panoramas() const;
   std::optional<cv::Mat> mask() const;  // nullopt without a mask
-  FramePoses solved_poses() const;
-  FramePoses final_poses() const;  // the grid's, or the table's
+  FramePoses final_poses() const;  // the solved ones, or the table's
 
   PosesOptions poses_options() const;
-  GridOptions grid_options() const;
   // Hash of everything that the poses depend on, except the spacing of keyframes.
   std::string fingerprint_without_keyframes() const;
 
@@ -98,7 +93,6 @@ class Calibration {
   void run_lens();
   void run_mask();
   void run_poses();
-  void run_grid();
   void run_rectify();
   void do_step(CalibrationStep step);
 

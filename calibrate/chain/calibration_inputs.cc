@@ -10,7 +10,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Part of every fingerprint; incremented when a step gives other outputs for the same inputs.
-constexpr int kStepsVersion = 4;
+constexpr int kStepsVersion = 5;
 
 std::string file_line(const fs::path& file) {
   return fs::absolute(file).string() + " " + stamp_of(file).text() + "\n";
@@ -97,12 +97,9 @@ std::string Calibration::inputs_of(CalibrationStep step) const {
       return panoramas_fingerprint() + mask_options_text(options_.mask);
     case CalibrationStep::kPoses:
       return shared + poses_options_text(options_.poses);
-    case CalibrationStep::kGrid:
-      return shared + fmt::format("{}\n", static_cast<int>(options_.method)) +
-             (has(CalibrationStep::kPoses) ? content_line(in_out("poses.json")) : "");
     case CalibrationStep::kRectify:
       return shared + rectify_options_text(options_) +
-             content_line(options_.pose_table.value_or(in_out("grid.json")));
+             content_line(options_.pose_table.value_or(in_out("poses.json")));
   }
   return {};
 }

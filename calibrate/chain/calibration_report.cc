@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -60,6 +61,22 @@ std::string mask_numbers(const ordered_json& mask) {
                      : fmt::format("masked of the sphere: {}", with_own);
 }
 
+std::string crossing_numbers(const ordered_json& crossings) {
+  if (crossings.empty()) return "no crossings";
+  const auto largest = [&](const char* key) {
+    double most = 0.0;
+    for (const ordered_json& crossing : crossings) {
+      if (crossing.contains(key)) most = std::max(most, number(crossing.at(key)));
+    }
+    return most;
+  };
+  return fmt::format(
+      "largest error at the {} crossings {:.2f} mm and {:.2f} px (W = 4096), by {:.1f} mm and "
+      "{:.2f} degrees corrected",
+      crossings.size(), largest("position_mm"), largest("rotation_px"), largest("correction_mm"),
+      largest("correction_deg"));
+}
+
 std::string poses_numbers(const ordered_json& poses) {
   const int keyframes = count(poses, "keyframes"), stations = count(poses, "stations");
   std::string held_out;
@@ -69,24 +86,11 @@ std::string poses_numbers(const ordered_json& poses) {
   }
   return fmt::format(
       "{} of {} stations posed{}{}, residual {} px (W = 4096), positions to {} mm, attitudes to {} "
-      "deg",
+      "deg; {}",
       count(poses, "posed"), keyframes,
       keyframes < stations ? fmt::format(" ({} in all)", stations) : "", held_out,
       shown(poses.at("residual_px"), 2), shown(poses.at("position_sigma_mm"), 2),
-      shown(poses.at("rotation_sigma_deg"), 3));
-}
-
-std::string grid_numbers(const ordered_json& grid) {
-  const std::string set =
-      fmt::format("{} stations on {} lines", count(grid, "stations"), grid.at("lines").size());
-  const ordered_json& largest = grid.at("largest_disagreement");
-  if (largest.is_null()) return set + ", no crossings";
-  const auto of = [&](const char* when) {
-    return fmt::format("{} mm and {} px", shown(largest.at(when).at("position_mm"), 2),
-                       shown(largest.at(when).at("rotation_px"), 2));
-  };
-  return fmt::format("{}, largest error at the {} crossings {} (W = 4096), before {}", set,
-                     grid.at("crossings").size(), of("after"), of("before"));
+      shown(poses.at("rotation_sigma_deg"), 3), crossing_numbers(poses.at("crossings")));
 }
 
 std::string rectify_numbers(const ordered_json& rectify) {
@@ -116,10 +120,10 @@ ordered_json texts_of(const ordered_json& documents, const char* key) {
 }
 
 ordered_json trustworthy(const ordered_json& documents) {
-  if (!documents.contains("grid")) return nullptr;
+  if (!documents.contains("poses")) return nullptr;
   const bool good_lenses =
       !documents.contains("lens") || documents.at("lens").at("warnings").empty();
-  return good_lenses && documents.at("grid").at("trustworthy").get<bool>();
+  return good_lenses && documents.at("poses").at("trustworthy").get<bool>();
 }
 
 std::vector<ReportImage> images_of(const ordered_json& documents, const fs::path& out) {
@@ -138,9 +142,7 @@ std::vector<ReportImage> images_of(const ordered_json& documents, const fs::path
 }  // namespace
 
 ordered_json step_document(const Calibration& calibration, CalibrationStep step) {
-  // poses.json has only poses, for the next steps.
-  const std::string name = step == CalibrationStep::kPoses ? "poses-report" : step_name(step);
-  const fs::path file = calibration.out() / (name + ".json");
+  const fs::path file = calibration.out() / (step_name(step) + ".json");
   if (!fs::exists(file)) return nullptr;
   try {
     return ordered_json::parse(read_file(file));
@@ -159,8 +161,6 @@ std::string step_numbers(CalibrationStep step, const ordered_json& document) {
       return mask_numbers(document);
     case CalibrationStep::kPoses:
       return poses_numbers(document);
-    case CalibrationStep::kGrid:
-      return grid_numbers(document);
     case CalibrationStep::kRectify:
       return rectify_numbers(document);
   }
@@ -205,15 +205,7 @@ void write_calibration_until(const Calibration& calibration, CalibrationStep las
 }
 
 void run_reported(Calibration* calibration, CalibrationStep step) {
-  try {
-    calibration->run(step);
-  } catch (const Error&) {
-    const bool reported = step == CalibrationStep::kPoses;
-    if (reported && !step_document(*calibration, step).is_null()) {
-      write_calibration_until(*calibration, step);
-    }
-    throw;
-  }
+  calibration->run(step);
   const ordered_json document = step_document(*calibration, step);
   if (document.is_null()) return;
   for (const auto& warning : document.value("warnings", std::vector<std::string>{})) {

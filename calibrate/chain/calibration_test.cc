@@ -37,7 +37,7 @@ class CalibrationTest : public ::testing::Test {
   CalibrationOptions options_;
 };
 
-TEST_F(CalibrationTest, StepsDependOnCaptureAndMethod) {
+TEST_F(CalibrationTest, StepsDependOnTheCapture) {
   const Calibration panoramas(options_);
   EXPECT_FALSE(panoramas.has(CalibrationStep::kLens));
   EXPECT_FALSE(panoramas.has(CalibrationStep::kStitch));
@@ -46,10 +46,8 @@ TEST_F(CalibrationTest, StepsDependOnCaptureAndMethod) {
   CalibrationOptions other = options_;
   other.out = folder_ / "elsewhere";
   other.input.dual_fisheye = true;
-  other.method = GridMethod::kRotation;
   const Calibration fisheye(other);
   EXPECT_TRUE(fisheye.has(CalibrationStep::kStitch));
-  EXPECT_FALSE(fisheye.has(CalibrationStep::kPoses));
   EXPECT_TRUE(fisheye.has(CalibrationStep::kRectify));
 }
 
@@ -119,10 +117,8 @@ TEST_F(CalibrationTest, MaskOfAnEarlierRunIsRemoved) {
 }
 
 TEST_F(CalibrationTest, MissingStepsAreNamed) {
-  EXPECT_THAT(error_of([](Calibration* c) { c->run(CalibrationStep::kGrid); }),
-              AllOf(HasSubstr("poses.json does not exist"), HasSubstr("raywalk-calibrate poses")));
   EXPECT_THAT(error_of([](Calibration* c) { c->run(CalibrationStep::kRectify); }),
-              AllOf(HasSubstr("grid.json"), HasSubstr("raywalk-calibrate grid")));
+              AllOf(HasSubstr("poses.json does not exist"), HasSubstr("raywalk-calibrate poses")));
   options_.input.dual_fisheye = true;
   EXPECT_THAT(error_of([](Calibration* c) { c->run(CalibrationStep::kMask); }),
               AllOf(HasSubstr("panoramas/"), HasSubstr("raywalk-calibrate stitch")));
@@ -131,18 +127,21 @@ TEST_F(CalibrationTest, MissingStepsAreNamed) {
   EXPECT_THROW(Calibration(options_).run(CalibrationStep::kLens), UsageError);
 }
 
-TEST_F(CalibrationTest, EveryStationNeedsAPoseOfTheGrid) {
+TEST_F(CalibrationTest, EveryStationNeedsAPose) {
   const CaptureSet set = folder_.read();
   FramePoses poses = nominal_poses(set);
   poses.front().reset();
   const auto final_poses = [](Calibration* c) { c->final_poses(); };
   std::filesystem::create_directories(folder_ / "calibration");
-  write_frame_poses(folder_ / "calibration/grid.json", set, poses);
+  const auto write = [&](const nlohmann::ordered_json& document) {
+    write_file_atomically(folder_ / "calibration/poses.json", json_text(document));
+  };
+  write({{"format_version", 1}, {"frames", frame_poses_json(set, poses)}});
   EXPECT_THAT(error_of(final_poses),
-              AllOf(HasSubstr("grid.json: frame '" + set.frames[0].name + "' has no pose"),
-                    HasSubstr("run raywalk-calibrate grid again")));
-  write_file_atomically(folder_ / "calibration/grid.json", std::string("{"));
-  EXPECT_THAT(error_of(final_poses), AllOf(HasSubstr("grid.json"), HasSubstr("grid again")));
+              AllOf(HasSubstr("poses.json: frame '" + set.frames[0].name + "' has no pose"),
+                    HasSubstr("run raywalk-calibrate poses again")));
+  write_file_atomically(folder_ / "calibration/poses.json", std::string("{"));
+  EXPECT_THAT(error_of(final_poses), AllOf(HasSubstr("poses.json"), HasSubstr("poses again")));
 }
 
 TEST_F(CalibrationTest, GivenLensesReplaceTheFit) {

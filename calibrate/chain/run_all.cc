@@ -26,7 +26,7 @@ constexpr const char* kFile = "trade.json";
 
 struct SolvedTrial {
   int keyframes = 0;
-  double seconds = 0.0;  // of the steps poses and grid
+  double seconds = 0.0;
   bool trustworthy = false;
   FramePoses poses{};
 };
@@ -39,18 +39,12 @@ SolvedTrial solve(const Calibration& calibration, double spacing_mm) {
   poses.keyframes_mm = spacing_mm;
   poses.out = directory;
   poses.work.clear();
-  GridOptions grid = calibration.grid_options();
-  grid.out = directory;
   PosesResult solved;
-  GridResult estimated;
-  const Times times = times_of([&] {
-    solved = solve_poses(set, poses);
-    estimated = estimate_grid(set, solved.poses, grid);
-  });
+  const Times times = times_of([&] { solved = solve_poses(set, poses); });
   return {.keyframes = static_cast<int>(solved.keyframes.size()),
           .seconds = times.wall_s,
-          .trustworthy = estimated.trustworthy,
-          .poses = std::move(estimated.poses)};
+          .trustworthy = solved.trustworthy(),
+          .poses = std::move(solved.poses)};
 }
 
 // Differences are to the densest spacing, over all stations, after removing the mean displacement,
@@ -81,10 +75,10 @@ ordered_json trial_json(double spacing_mm, const SolvedTrial& solved, const Fram
   return trial;
 }
 
-// Runs the steps poses and grid for each spacing in OUT/trade/, densest first, and writes
+// Runs the step poses for each spacing in OUT/trade/, densest first, and writes
 // OUT/trade.json, which is read instead if it has the same inputs. Returns its content, a list of
-// what each spacing gives: {"keyframes_mm" (0: every station), "keyframes", "seconds" of both
-// steps, "trustworthy", "largest_mm", "largest_deg", "median_mm", "median_deg"}.
+// what each spacing gives: {"keyframes_mm" (0: every station), "keyframes", "seconds",
+// "trustworthy", "largest_mm", "largest_deg", "median_mm", "median_deg"}.
 ordered_json compare_keyframes(Calibration* calibration, std::vector<double> spacings_mm) {
   std::sort(spacings_mm.begin(), spacings_mm.end());
   spacings_mm.erase(std::unique(spacings_mm.begin(), spacings_mm.end()), spacings_mm.end());
@@ -107,8 +101,6 @@ ordered_json compare_keyframes(Calibration* calibration, std::vector<double> spa
   calibration->records().note(kStep, fingerprint, seconds, {kFile});
   return trials;
 }
-
-using nlohmann::ordered_json;
 
 StepRun run_if_needed(Calibration* calibration, CalibrationStep step, std::ostream& out) {
   throw_if_interrupted();

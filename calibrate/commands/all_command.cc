@@ -52,7 +52,6 @@ void add_all(CLI::App* app) {
   add_stitch_options(command, steps);
   add_mask_options(command, steps);
   add_poses_options(command, steps);
-  add_method_option(command, steps);
   command->option_defaults()->group("Options");
   command
       ->add_option("--redo", arguments->redo,

@@ -13,7 +13,6 @@ void add_lens(CLI::App* app);
 void add_stitch(CLI::App* app);
 void add_mask(CLI::App* app);
 void add_poses(CLI::App* app);
-void add_grid(CLI::App* app);
 void add_rectify(CLI::App* app);
 // Poses of other programs instead of the steps.
 void add_import(CLI::App* app);

@@ -1,4 +1,4 @@
-// lens, stitch, mask, poses, grid, rectify: one step each.
+// lens, stitch, mask, poses, rectify: one step each.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -67,13 +67,13 @@ void run_mask(const StepArguments& arguments) {
   run_step(arguments, CalibrationStep::kMask);
 }
 
-void run_grid(const StepArguments& arguments) {
-  const Calibration calibration = run_step(arguments, CalibrationStep::kGrid);
-  const nlohmann::ordered_json grid = step_document(calibration, CalibrationStep::kGrid);
-  if (grid.at("trustworthy").get<bool>()) return;
-  const auto warnings = grid.at("warnings").get<std::vector<std::string>>();
+void run_poses(const StepArguments& arguments) {
+  const Calibration calibration = run_step(arguments, CalibrationStep::kPoses);
+  const nlohmann::ordered_json poses = step_document(calibration, CalibrationStep::kPoses);
+  if (poses.at("trustworthy").get<bool>()) return;
+  const auto warnings = poses.at("warnings").get<std::vector<std::string>>();
   throw Error(
-      fmt::format("the grid is not trustworthy: {}; index.html and grid.json are kept in {}",
+      fmt::format("the poses are not trustworthy: {}; index.html and poses.json are kept in {}",
                   warnings.empty() ? "its own checks contradict it" : warnings.front(),
                   calibration.out().string()));
 }
@@ -124,27 +124,14 @@ void add_mask(CLI::App* app) {
 }
 
 void add_poses(CLI::App* app) {
-  CLI::App* command = app->add_subcommand("poses", "Solve the poses of the panoramas with COLMAP");
+  CLI::App* command = app->add_subcommand("poses", "Solve the poses of the panoramas and the lines of the rail");
   const Arguments arguments = add_step(command);
   add_poses_options(command, arguments.get());
   command->footer(
       "Example:\n  raywalk-calibrate poses hall --keyframes-mm 100\n"
       "Frames of a gt.csv beside poses.csv are solved with the stations, all of them.\n"
       "An interrupted run is resumed by the same command.");
-  command->callback([arguments] { run_step(*arguments, CalibrationStep::kPoses); });
-}
-
-void add_grid(CLI::App* app) {
-  CLI::App* command = app->add_subcommand(
-      "grid", "Estimate the lines of the rail and align them at their crossings");
-  const Arguments arguments = add_step(command);
-  add_method_option(command, arguments.get());
-  command->footer(
-      "Example:\n  raywalk-calibrate grid hall\n"
-      "  raywalk-calibrate grid hall --method rotation\n"
-      "Frames of a gt.csv beside poses.csv have no part in the lines; those that were solved are\n"
-      "corrected as the stations near them.");
-  command->callback([arguments] { run_grid(*arguments); });
+  command->callback([arguments] { run_poses(*arguments); });
 }
 
 void add_rectify(CLI::App* app) {
@@ -154,7 +141,7 @@ void add_rectify(CLI::App* app) {
   const Arguments arguments = add_step(command);
   command->add_option("--poses", arguments->pose_table,
                       "Poses to use: a table file,x,y,z,yaw,pitch,roll in metres and degrees "
-                      "(default: result of the step grid)");
+                      "(default: result of the step poses)");
   command->footer(
       "Example:\n  raywalk-calibrate rectify hall\n"
       "  raywalk-build-lf pack --frames hall/calibration/poses.csv --out hall.lf\n"

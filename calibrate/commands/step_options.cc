@@ -95,16 +95,6 @@ void add_poses_options(CLI::App* command, StepArguments* arguments) {
       "Directory to keep COLMAP's files in, best on a local disk (default: OUT/colmap)");
 }
 
-void add_method_option(CLI::App* command, StepArguments* arguments) {
-  command->option_defaults()->group("Poses");
-  command
-      ->add_option("--method", arguments->method,
-                   "poses: from solved poses, slider and crossings; rotation: from the crossings "
-                   "alone, without COLMAP")
-      ->check(CLI::IsMember({"poses", "rotation"}))
-      ->capture_default_str();
-}
-
 CalibrationOptions options_of(const StepArguments& arguments) {
   CalibrationOptions options = arguments.options;
   options.input.directory = arguments.input;
@@ -119,7 +109,6 @@ CalibrationOptions options_of(const StepArguments& arguments) {
   options.stitch.balance = !arguments.no_balance;
   if (!arguments.mask_picture.empty()) options.mask.picture = arguments.mask_picture;
   options.poses.work = arguments.work;
-  options.method = arguments.method == "rotation" ? GridMethod::kRotation : GridMethod::kPoses;
   if (!arguments.pose_table.empty()) options.pose_table = arguments.pose_table;
   return options;
 }

@@ -21,7 +21,6 @@ struct StepArguments {
   std::string lens_file{};
   std::string blend = "multi-band";
   std::string mask_picture{};
-  std::string method = "poses";
   std::string pose_table{};
   bool no_balance = false;
   std::string work{};  // COLMAP's directory
@@ -34,7 +33,6 @@ void add_lens_options(CLI::App* command, StepArguments* arguments);
 void add_stitch_options(CLI::App* command, StepArguments* arguments);
 void add_mask_options(CLI::App* command, StepArguments* arguments);
 void add_poses_options(CLI::App* command, StepArguments* arguments);
-void add_method_option(CLI::App* command, StepArguments* arguments);
 
 // The parsed options. Throws UsageError for a lens file that is neither a file nor shipped.
 CalibrationOptions options_of(const StepArguments& arguments);

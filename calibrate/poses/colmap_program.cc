@@ -26,8 +26,8 @@ namespace {
 constexpr std::chrono::milliseconds kPollEvery{20};
 
 constexpr const char* kInstall =
-    "install COLMAP 3.8 or newer (Debian: apt install colmap), or use --method rotation, which "
-    "needs none";
+    "install COLMAP 3.8 or newer (Debian: apt install colmap), or give poses solved elsewhere "
+    "(raywalk-calibrate rectify --poses TABLE, raywalk-calibrate import MODEL)";
 constexpr std::pair kOldestVersion{3, 8};
 
 // What differs between versions. Other options that are used have had one name since 3.8, and the

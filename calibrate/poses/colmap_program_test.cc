@@ -146,7 +146,7 @@ TEST(ColmapProgram, UnderstandsOptionsOfEveryVersion) {
   EXPECT_THAT(error_of([&] { ColmapWorkspace(set, {}, ColmapProgram::find(), options); }),
               AllOf(HasSubstr("is COLMAP 5.0, whose feature_extractor has no option "
                               "--FeatureExtraction.use_gpu; install COLMAP 3.8 or newer"),
-                    HasSubstr("--method rotation")));
+                    HasSubstr("rectify --poses")));
 }
 
 TEST(ColmapProgram, IsReportedMissingWithAdvice) {
@@ -154,7 +154,7 @@ TEST(ColmapProgram, IsReportedMissingWithAdvice) {
   fake.remove_all();
   EXPECT_THAT(error_of([] { ColmapProgram::find(); }),
               AllOf(HasSubstr("no COLMAP found in PATH"), HasSubstr("apt install colmap"),
-                    HasSubstr("--method rotation")));
+                    HasSubstr("rectify --poses")));
 }
 
 TEST(ColmapProgram, OfAnOldVersionIsRefusedByName) {
@@ -163,7 +163,7 @@ TEST(ColmapProgram, OfAnOldVersionIsRefusedByName) {
     fake.install(version, "");
     EXPECT_THAT(error_of([] { ColmapProgram::find(); }),
                 AllOf(HasSubstr("is COLMAP " + version + ", which is too old"),
-                      HasSubstr("3.8 or newer"), HasSubstr("--method rotation")));
+                      HasSubstr("3.8 or newer"), HasSubstr("rectify --poses")));
   }
   fake.install("3.8", "");
   std::ofstream(std::filesystem::path(ColmapProgram::find().executable()))

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -12,14 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "calibrate/base/cauchy_loss.h"
-#include "calibrate/base/rotation.h"
+#include "calibrate/poses/point_evidence.h"
 
 namespace raywalk::calibrate {
 namespace {
-
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 // Fewer do not determine a pose, as a handful of wrong matches may agree by chance.
 constexpr int kLeastObservations = 30;
@@ -55,82 +50,13 @@ Unknowns unknowns_of(const FramePoses& poses) {
   return unknowns;
 }
 
-// The residual of an observation and its derivatives, in standard deviations.
-struct LinearObservation {
-  std::size_t pose = 0;  // index into Unknowns::frames
-  Eigen::Matrix<double, 2, 6> by_pose{};
-  Eigen::Matrix<double, 2, 3> by_point{};
-  Eigen::Vector2d error{};
-};
-
-LinearObservation linearised(const RefinedPoses& refined, const Unknowns& unknowns,
-                             std::size_t index) {
-  const PointObservation& observation = refined.points.observations[index];
-  const FramePose& pose = *refined.poses[observation.frame];
-  const Eigen::Matrix3d camera_from_world = pose.world_from_camera.transpose();
-  const Eigen::Vector3d in_camera =
-      camera_from_world * (refined.points.points_m[observation.point] - pose.position_m);
-  const Eigen::Vector3d seen = in_camera - observation.centre_m;
-  const Eigen::Vector3d predicted = seen.normalized();
-  // The Cauchy loss weights an error e by 1 / (1 + (e / width)^2).
-  const double share = refined.errors_px[index] / (kCauchySigmas * refined.noise_px);
-  const Eigen::Matrix<double, 2, 3> across = axes_across(observation.bearing) *
-                                             kResidualPx_per_rad /
-                                             (refined.noise_px * std::sqrt(1.0 + share * share));
-  const Eigen::Matrix<double, 2, 3> by_seen =
-      across * (Eigen::Matrix3d::Identity() - predicted * predicted.transpose()) / seen.norm();
-  LinearObservation linear{.pose = unknowns.index_of[observation.frame],
-                           .by_point = by_seen * camera_from_world,
-                           .error = across * predicted};
-  // A small rotation w takes what the camera sees to seen - w x seen.
-  linear.by_pose.leftCols<3>() = by_seen * cross_matrix(in_camera);
-  linear.by_pose.rightCols<3>() = -unknowns.unit_m * linear.by_point;
-  return linear;
-}
-
-// What one point's observations tell of the poses: the point itself is eliminated (Schur
-// complement).
-class PointEvidence {
- public:
-  explicit PointEvidence(std::vector<LinearObservation> observations)
-      : observations_(std::move(observations)) {
-    Eigen::Matrix3d of_point = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d gradient(0, 0, 0);
-    for (const LinearObservation& one : observations_) {
-      of_point += one.by_point.transpose() * one.by_point;
-      gradient += one.by_point.transpose() * one.error;
-    }
-    // For a point so far away that its distance is undetermined.
-    of_point += 1e-12 * of_point.trace() * Eigen::Matrix3d::Identity();
-    point_covariance_ = of_point.inverse();
-    // What is left of the errors with the point where the observations want it.
-    for (LinearObservation& one : observations_) {
-      one.error -= one.by_point * point_covariance_ * gradient;
-    }
-  }
-
-  std::size_t size() const { return observations_.size(); }
-  std::size_t pose(std::size_t i) const { return observations_[i].pose; }
-  // The share of two observations in the normal equations of the poses, and the gradient of one.
-  Matrix6 normal(std::size_t i, std::size_t j) const {
-    const LinearObservation &a = observations_[i], &b = observations_[j];
-    Eigen::Matrix2d independent = -a.by_point * point_covariance_ * b.by_point.transpose();
-    if (i == j) independent += Eigen::Matrix2d::Identity();
-    return a.by_pose.transpose() * independent * b.by_pose;
-  }
-  Vector6 gradient(std::size_t i) const {
-    return observations_[i].by_pose.transpose() * observations_[i].error;
-  }
-
- private:
-  std::vector<LinearObservation> observations_;
-  Eigen::Matrix3d point_covariance_;
-};
-
 std::vector<PointEvidence> evidence_of(const RefinedPoses& refined, const Unknowns& unknowns) {
   std::vector<std::vector<LinearObservation>> by_point(refined.points.points_m.size());
-  for (std::size_t i = 0; i < refined.points.observations.size(); ++i) {
-    by_point[refined.points.observations[i].point].push_back(linearised(refined, unknowns, i));
+  for (const PointObservation& one : refined.points.observations) {
+    by_point[one.point].push_back(linearised(one, *refined.poses[one.frame],
+                                             refined.points.points_m[one.point], refined.noise_px,
+                                             unknowns.unit_m));
+    by_point[one.point].back().pose = unknowns.index_of[one.frame];
   }
   std::vector<PointEvidence> evidence;
   evidence.reserve(by_point.size());
@@ -175,22 +101,6 @@ Matrix6 anchor_information(const PoseAnchor& anchor, double unit_m) {
   return diagonal.asDiagonal();
 }
 
-// The factor by which the weights overstate the information of the observations. The information is
-// the curvature of the loss: w^2 (1 - (e / c)^2) along an error e and w across it, with the weight
-// w = 1 / (1 + (e / c)^2). The factor is the mean of both over the mean weight (Huber 1981, section
-// 7.6).
-double curvature_share(const RefinedPoses& refined) {
-  double curvature = 0.0;
-  double weights = 0.0;
-  for (const double error_px : refined.errors_px) {
-    const double share = error_px / (kCauchySigmas * refined.noise_px);
-    const double weight = 1.0 / (1.0 + share * share);
-    curvature += 0.5 * (weight + weight * weight * (1.0 - share * share));
-    weights += weight;
-  }
-  return curvature / weights;
-}
-
 void set_from_full_matrix(RefinedPoses* refined, const PoseAnchor& anchor,
                           const Unknowns& unknowns) {
   const Eigen::Index size = unknowns.size();
@@ -214,7 +124,7 @@ void set_from_full_matrix(RefinedPoses* refined, const PoseAnchor& anchor,
   const double weight = normal.diagonal().maxCoeff();
   normal.noalias() += weight * motions * motions.transpose();
   const Eigen::MatrixXd inverse = normal.llt().solve(Eigen::MatrixXd::Identity(size, size));
-  const double share = curvature_share(*refined);
+  const double share = curvature_share(refined->errors_px, refined->noise_px);
   const Eigen::MatrixXd half = inverse * spread / (share * share);
   Eigen::Index at = 0;
   for (const std::size_t frame : unknowns.frames) {
@@ -234,7 +144,7 @@ void set_from_blocks(RefinedPoses* refined, const PoseAnchor& anchor, const Unkn
       spread[point.pose(i)] += point.gradient(i) * point.gradient(i).transpose();
     }
   }
-  const double share = curvature_share(*refined);
+  const double share = curvature_share(refined->errors_px, refined->noise_px);
   for (std::size_t i = 0; i < count; ++i) {
     const Matrix6 inverse = normal[i].llt().solve(Matrix6::Identity());
     set_sigma(&*refined->poses[unknowns.frames[i]], inverse * spread[i] * inverse / (share * share),

@@ -7,8 +7,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "calibrate/base/rotation.h"
 #include "calibrate/poses/match_pairs.h"
-#include "calibrate/poses/pose_accuracy.h"
+#include "calibrate/rails/rail_model.h"
 #include "core/files/atomic_output.h"
 #include "core/files/json.h"
 
@@ -17,7 +18,13 @@ namespace {
 
 // A line further from its plan than this share of a cell was probably laid at a wrong place.
 constexpr double kFarOff = 0.25;
+// Share of a line's keyframes without a pose from which the others are doubted, too.
+constexpr double kManyUnsolved = 0.2;
 constexpr int kFewFeatures = 100;  // over all faces of a panorama
+
+bool is_solved(const std::optional<FramePose>& pose) {
+  return pose && pose->origin == PoseOrigin::kSolved;
+}
 
 LinePoses figures_of(const CaptureSet& set, const PosesResult& result, const FramePoses& start,
                      std::size_t line) {
@@ -29,7 +36,7 @@ LinePoses figures_of(const CaptureSet& set, const PosesResult& result, const Fra
     ++figures.keyframes;
     const auto& pose = result.poses[frame];
     const auto& planned = start[frame];
-    if (!pose) continue;
+    if (!is_solved(pose)) continue;
     ++figures.posed;
     figures.observations += pose->observations;
     squares += pose->observations * pose->residual_px * pose->residual_px;
@@ -44,47 +51,74 @@ LinePoses figures_of(const CaptureSet& set, const PosesResult& result, const Fra
   return figures;
 }
 
-// Flags of the points that stations of a line within `reach_m` of a place see.
-std::vector<bool> seen_near(const CaptureSet& set, const CaptureLine& line, PlanPoint at,
-                            double reach_m, const SeenPoints& points) {
-  const double at_m = line.axis == LineAxis::kX ? at.x_m : at.z_m;
-  std::vector<bool> near(set.frames.size(), false);
-  for (const std::size_t frame : line.frames) {
-    near[frame] = std::abs(set.rail_m(frame) - at_m) <= reach_m;
+// A rail laid at the place of another line gives a consistent grid that differs from the plan.
+std::string place_found(const CaptureSet& set, const Rail& rail, std::size_t line) {
+  const CaptureLine& own = set.lines[line];
+  const Eigen::Vector3d middle_m =
+      rail_position(rail.frame, rail.parameters.data(), rail.frame.rail_middle_m);
+  const double found_m = own.axis == LineAxis::kX ? middle_m.z() : middle_m.x();
+  const CaptureLine* nearest = &own;
+  for (const CaptureLine& other : set.lines) {
+    if (other.axis != own.axis) continue;
+    if (std::abs(found_m - other.across_m) < std::abs(found_m - nearest->across_m)) {
+      nearest = &other;
+    }
   }
-  std::vector<bool> seen(points.points_m.size(), false);
-  for (const PointObservation& one : points.observations) {
-    if (near[one.frame]) seen[one.point] = true;
-  }
-  return seen;
+  return nearest == &own ? ""
+                         : fmt::format(", nearer to the place of line {}: if the rail was laid "
+                                       "there, exchange the lines",
+                                       nearest->id);
 }
 
-void warn_of_line(const CaptureSet& set, const MatchSummary& summary, const LinePoses& line,
-                  double cell_m, std::vector<std::string>* warnings) {
+void warn_of_line(const CaptureSet& set, const LinePoses& line, double cell_m,
+                  PosesResult* result) {
   const std::string& id = set.line_id(line.line);
   if (line.posed == 0) {
-    const bool reversed = summary.motions[line.line] == RailMotion::kReversed;
-    warnings->push_back(
-        reversed
-            ? fmt::format(
-                  "line {}: its pictures move against the slider, unlike those of the others: the "
-                  "rail was laid the other way round, or its pictures are in reverse order",
-                  id)
-            : fmt::format("line {}: nothing in its pictures connects it to the rest of the grid; "
-                          "its stations have no pose. Was the rail laid where it was planned, and "
-                          "are these its pictures?",
-                          id));
+    result->warnings.push_back(fmt::format(
+        "line {}: nothing in its pictures connects it to the rest of the grid; its stations keep "
+        "their planned poses. Was the rail laid where it was planned, and are these its pictures?",
+        id));
     return;
   }
-  if (line.posed < line.keyframes) {
-    warnings->push_back(fmt::format("line {}: {} of {} stations have no pose", id,
-                                    line.keyframes - line.posed, line.keyframes));
+  const Rail& rail = result->rails[line.line];
+  if (line.posed < line.stations) {
+    std::string predicted = fmt::format(
+        "line {}: {} of {} stations are predicted from the rail, within {:.2g} mm and {:.2g} "
+        "degrees",
+        id, line.stations - line.posed, line.stations, 1e3 * rail.scatter.across_m,
+        degrees_from_radians(rail.scatter.rotation_rad));
+    const int unsolved = line.keyframes - line.posed;
+    if (unsolved > 0) {
+      predicted += fmt::format("; {} of {} keyframes could not be solved", unsolved,
+                               line.keyframes);
+    }
+    const bool many = unsolved > kManyUnsolved * line.keyframes;
+    (many ? result->warnings : result->notes).push_back(std::move(predicted));
   }
   if (line.moved_mm > kFarOff * 1e3 * cell_m) {
-    warnings->push_back(
-        fmt::format("line {}: found {:.0f} mm from where it was planned; if the rail was not laid "
-                    "there, check the matches",
-                    id, line.moved_mm));
+    result->warnings.push_back(
+        fmt::format("line {}: found {:.0f} mm from where it was planned{}", id, line.moved_mm,
+                    place_found(set, rail, line.line)));
+  }
+}
+
+// Lines that no other one crosses.
+void warn_of_uncrossed(const CaptureSet& set, PosesResult* result) {
+  if (set.lines.size() == 1) {
+    result->notes.push_back("one line only: no crossing checks the result");
+    return;
+  }
+  for (std::size_t line = 0; line < set.lines.size(); ++line) {
+    const auto crosses = [&](const MeasuredCrossing& crossing) {
+      const auto id = static_cast<int>(line);
+      const LineCrossing& at = crossing.check.crossing;
+      return at.along_x == id || at.along_z == id;
+    };
+    if (std::ranges::any_of(result->crossings, crosses)) continue;
+    result->warnings.push_back(
+        fmt::format("line {}: no line crosses it, so its agreement with the others cannot be "
+                    "checked; capture a line across it",
+                    set.lines[line].id));
   }
 }
 
@@ -94,7 +128,7 @@ using Json = nlohmann::ordered_json;
 int posed_count(const CaptureSet& set, const PosesResult& result, bool held_out) {
   int count = 0;
   for (std::size_t i = 0; i < result.poses.size(); ++i) {
-    if (result.poses[i] && set.frames[i].held_out() == held_out) ++count;
+    if (is_solved(result.poses[i]) && set.frames[i].held_out() == held_out) ++count;
   }
   return count;
 }
@@ -118,25 +152,90 @@ Json alignment_json(const PoseAlignment& alignment) {
           {"rotation_from", rank_text(alignment.rank)}};
 }
 
-Json lines_json(const CaptureSet& set, const std::vector<LinePoses>& lines) {
-  Json json = Json::array();
-  for (const LinePoses& line : lines) {
-    json.push_back({{"id", set.line_id(line.line)},
-                    {"stations", line.stations},
-                    {"keyframes", line.keyframes},
-                    {"posed", line.posed},
-                    {"observations", line.observations},
-                    {"residual_px", line.residual_px},
-                    {"moved_mm", line.moved_mm},
-                    {"turned_deg", line.turned_deg}});
+// The rail relative to the plan, and its stations relative to the rail.
+void add_rail(const CaptureSet& set, const Rail& rail, const FramePoses& poses, std::size_t line,
+              Json* json) {
+  using P = RailParameter;
+  const RailParameters& p = rail.parameters;
+  const RailAxes<double> planned = rail_axes(rail.frame.axis, 0.0, 0.0);
+  const Eigen::Vector3d offset_m(p[P::kOffset], p[P::kOffset + 1], p[P::kOffset + 2]);
+  const Attitude turn = attitude_from_world_from_camera(
+      matrix_of({p[P::kRotation], p[P::kRotation + 1], p[P::kRotation + 2]}));
+  Json stations = Json::array();
+  for (const std::size_t frame : set.lines[line].frames) {
+    if (!poses[frame]) continue;
+    const RailDeviation off = deviation_of(set, rail, frame, *poses[frame]);
+    const Eigen::Vector3d turned_deg = degrees_from_radians(1.0) * off.turned_rad;
+    stations.push_back({{"name", set.frames[frame].name},
+                        {"rail_m", set.rail_m(frame)},
+                        {"along_mm", 1e3 * off.off_m[0]},
+                        {"across_mm", 1e3 * off.off_m[1]},
+                        {"up_mm", 1e3 * off.off_m[2]},
+                        {"about_x_deg", turned_deg.x()},
+                        {"about_y_deg", turned_deg.y()},
+                        {"about_z_deg", turned_deg.z()}});
   }
+  json->update(Json{{"along_mm", 1e3 * offset_m.dot(planned.direction)},
+                    {"across_mm", 1e3 * offset_m.dot(planned.across)},
+                    {"height_mm", 1e3 * offset_m.dot(planned.up)},
+                    {"heading_deg", degrees_from_radians(p[P::kHeading])},
+                    {"tilt_deg", degrees_from_radians(p[P::kTilt])},
+                    {"yaw_deg", degrees_from_radians(turn.yaw_rad)},
+                    {"pitch_deg", degrees_from_radians(turn.pitch_rad)},
+                    {"roll_deg", degrees_from_radians(turn.roll_rad)},
+                    {"bow_mm", {1e3 * p[P::kBow], 1e3 * p[P::kBow + 1]}},
+                    {"scatter_along_mm", 1e3 * rail.scatter.along_m},
+                    {"scatter_mm", 1e3 * rail.scatter.across_m},
+                    {"scatter_deg", degrees_from_radians(rail.scatter.rotation_rad)},
+                    {"deviations", stations}});
+}
+
+Json lines_json(const CaptureSet& set, const PosesResult& result) {
+  Json json = Json::array();
+  for (const LinePoses& line : result.lines) {
+    Json one{{"id", set.line_id(line.line)},
+             {"stations", line.stations},
+             {"keyframes", line.keyframes},
+             {"posed", line.posed},
+             {"observations", line.observations},
+             {"residual_px", line.residual_px},
+             {"moved_mm", line.moved_mm},
+             {"turned_deg", line.turned_deg}};
+    add_rail(set, result.rails[line.line], result.poses, line.line, &one);
+    json.push_back(std::move(one));
+  }
+  return json;
+}
+
+Json crossing_json(const CaptureSet& set, const MeasuredCrossing& crossing) {
+  const CrossingCheck& check = crossing.check;
+  const auto sigma = [&](Eigen::Index first) {
+    return std::sqrt(check.covariance.block<3, 3>(first, first).trace() / 3.0);
+  };
+  Json json{{"along_x", set.line_id(check.crossing.along_x)},
+            {"along_z", set.line_id(check.crossing.along_z)},
+            {"x_m", check.crossing.at.x_m},
+            {"z_m", check.crossing.at.z_m},
+            {"correction_mm", crossing.correction_mm},
+            {"correction_deg", crossing.correction_deg},
+            {"held_out_points", check.points}};
+  if (check.points >= kLeastCheckPoints) {
+    json.update(Json{{"position_mm", 1e3 * check.motion_m.norm()},
+                     {"position_sigma_mm", 1e3 * sigma(0)},
+                     {"rotation_px", kResidualPx_per_rad * check.rotation_rad.norm()},
+                     {"rotation_sigma_px", kResidualPx_per_rad * sigma(3)}});
+  }
+  json["faults"] = crossing.faults;
   return json;
 }
 
 Json poses_document(const CaptureSet& set, const PosesResult& result) {
   const std::size_t held_out = set.frames.size() - set.stations();
   Json document{{"format_version", 1},
-                {"source", set.source.filename().string()},
+                {"source", set.source.string()},
+                {"trustworthy", result.trustworthy()},
+                {"warnings", result.warnings},
+                {"notes", result.notes},
                 {"stations", set.stations()},
                 {"keyframes", result.keyframes.size() - held_out},
                 {"posed", posed_count(set, result, false)},
@@ -149,18 +248,22 @@ Json poses_document(const CaptureSet& set, const PosesResult& result) {
                 {"position_sigma_mm", result.position_sigma_mm},
                 {"rotation_sigma_deg", result.rotation_sigma_deg},
                 {"alignment", alignment_json(result.alignment)},
-                {"lines", lines_json(set, result.lines)},
+                {"contradictions", Json::array()},
+                {"lines", lines_json(set, result)},
                 {"crossings", Json::array()},
                 {"unposed", Json::array()},
                 {"held_out", nullptr},
-                {"warnings", result.warnings},
                 {"seconds", Json::array()},
                 {"total_seconds", 0.0},
                 {"frames", frame_poses_json(set, result.poses)}};
-  for (const CrossingPoints& crossing : result.crossings) {
-    document["crossings"].push_back({{"along_x", set.line_id(crossing.along_x)},
-                                     {"along_z", set.line_id(crossing.along_z)},
-                                     {"points", crossing.points}});
+  for (const Contradiction& one : result.contradictions) {
+    Json stations = Json::array();
+    for (const std::size_t frame : one.frames) stations.push_back(set.frames[frame].name);
+    document["contradictions"].push_back(
+        {{"kind", one.kind}, {"text", one.text}, {"stations", stations}});
+  }
+  for (const MeasuredCrossing& crossing : result.crossings) {
+    document["crossings"].push_back(crossing_json(set, crossing));
   }
   for (const UnposedFrame& unposed : result.unposed) {
     document["unposed"].push_back(
@@ -190,22 +293,25 @@ std::vector<LinePoses> line_figures(const CaptureSet& set, const PosesResult& re
   return lines;
 }
 
-std::vector<CrossingPoints> crossing_figures(const CaptureSet& set,
-                                             std::span<const LineCrossing> crossings,
-                                             const SeenPoints& inliers) {
-  const double reach_m = 0.5 * cell_side_m(set, crossings);
-  std::vector<CrossingPoints> figures;
-  for (const LineCrossing& crossing : crossings) {
-    const auto seen_from = [&](std::size_t line) {
-      return seen_near(set, set.lines[line], crossing.at, reach_m, inliers);
-    };
-    const std::vector<bool> along_x = seen_from(crossing.along_x);
-    const std::vector<bool> along_z = seen_from(crossing.along_z);
-    int points = 0;
-    for (std::size_t i = 0; i < along_x.size(); ++i) points += along_x[i] && along_z[i] ? 1 : 0;
-    figures.push_back({crossing.along_x, crossing.along_z, points});
-  }
-  return figures;
+void set_correction(const CaptureSet& set, const FramePoses& planned, const FramePoses& solved,
+                    MeasuredCrossing* crossing) {
+  const LineCrossing& at = crossing->check.crossing;
+  const auto nearest = [&](int line) {
+    const CaptureLine& of = set.lines[line];
+    const double at_m = of.axis == LineAxis::kX ? at.at.x_m : at.at.z_m;
+    return static_cast<std::size_t>(*std::ranges::min_element(
+        of.frames, {}, [&](int frame) { return std::abs(set.rail_m(frame) - at_m); }));
+  };
+  const std::size_t x = nearest(at.along_x), z = nearest(at.along_z);
+  const auto apart_m = [&](const FramePoses& poses) -> Eigen::Vector3d {
+    return poses[x]->position_m - poses[z]->position_m;
+  };
+  const auto turned = [&](const FramePoses& poses) -> Eigen::Matrix3d {
+    return poses[z]->world_from_camera.transpose() * poses[x]->world_from_camera;
+  };
+  crossing->correction_mm = 1e3 * (apart_m(solved) - apart_m(planned)).norm();
+  crossing->correction_deg =
+      degrees_from_radians(angle_between(turned(planned), turned(solved)));
 }
 
 std::string unposed_reason(const CaptureSet& set, const MatchSummary& summary, std::size_t frame) {
@@ -214,9 +320,6 @@ std::string unposed_reason(const CaptureSet& set, const MatchSummary& summary, s
     return found == counts.end() ? 0 : found->second;
   };
   const CaptureFrame& of = set.frames[frame];
-  if (!of.held_out() && summary.motions[of.line] == RailMotion::kReversed) {
-    return "its line runs against the slider";
-  }
   const int features = count(summary.features);
   if (features < kFewFeatures) {
     return fmt::format("only {} features: too dark, too blurred or too plain{}", features,
@@ -230,35 +333,32 @@ std::string unposed_reason(const CaptureSet& set, const MatchSummary& summary, s
   return fmt::format("too few scene points in common with the others ({} matches)", matches);
 }
 
-std::vector<std::string> pose_warnings(const CaptureSet& set,
-                                       std::span<const LineCrossing> crossings,
-                                       const MatchSummary& summary, const PosesResult& result) {
-  std::vector<std::string> warnings;
+void add_warnings(const CaptureSet& set, PosesResult* result) {
+  for (const Contradiction& one : result->contradictions) {
+    result->warnings.push_back(one.text + "; the pictures are believed: correct the positions");
+  }
+  const std::vector<LineCrossing> crossings = crossings_of(set);
   const double cell_m = cell_side_m(set, crossings);
-  for (const LinePoses& line : result.lines) {
-    warn_of_line(set, summary, line, cell_m, &warnings);
+  for (const LinePoses& line : result->lines) warn_of_line(set, line, cell_m, result);
+  warn_of_uncrossed(set, result);
+  const auto posed = [&](int line) { return result->lines[line].posed > 0; };
+  for (const MeasuredCrossing& crossing : result->crossings) {
+    const LineCrossing& at = crossing.check.crossing;
+    if (!posed(at.along_x) || !posed(at.along_z)) continue;
+    result->warnings.insert(result->warnings.end(), crossing.faults.begin(),
+                            crossing.faults.end());
   }
-  const auto posed = [&](std::size_t line) { return result.lines[line].posed > 0; };
-  for (const CrossingPoints& crossing : result.crossings) {
-    if (!posed(crossing.along_x) || !posed(crossing.along_z)) continue;
-    if (crossing.points >= kLeastSharedPoints) continue;
-    warnings.push_back(
-        fmt::format("lines {} and {} have only {} scene points in common where they should cross: "
-                    "they are connected only by other crossings",
-                    set.line_id(crossing.along_x), set.line_id(crossing.along_z), crossing.points));
-  }
-  for (const UnposedFrame& unposed : result.unposed) {
+  for (const UnposedFrame& unposed : result->unposed) {
     const CaptureFrame& frame = set.frames[unposed.frame];
     if (!frame.held_out()) continue;
-    warnings.push_back(fmt::format("held-out frame {} ({}) has no pose and is left out: {}",
-                                   frame.name, frame.where, unposed.reason));
+    result->notes.push_back(fmt::format("held-out frame {} ({}) has no pose and is left out: {}",
+                                        frame.name, frame.where, unposed.reason));
   }
-  return warnings;
 }
 
-void write_poses_report(const std::filesystem::path& out, const CaptureSet& set,
-                        const PosesResult& result) {
-  write_file_atomically(out / "poses-report.json", json_text(poses_document(set, result)));
+void write_poses(const std::filesystem::path& file, const CaptureSet& set,
+                 const PosesResult& result) {
+  write_file_atomically(file, json_text(poses_document(set, result)));
 }
 
 }  // namespace raywalk::calibrate

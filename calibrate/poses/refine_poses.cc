@@ -10,9 +10,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -20,11 +18,12 @@
 #include "calibrate/base/cauchy_loss.h"
 #include "calibrate/base/rotation.h"
 #include "calibrate/base/stop_on_interrupt.h"
+#include "calibrate/rails/fit_rails.h"
+#include "calibrate/rails/rail_cost.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/median.h"
 #include "core/base/progress.h"
-#include "core/geometry/line_gaps.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -33,11 +32,6 @@ constexpr double kInlierWidth = 4.0;     // standard deviations
 constexpr double kLeastNoise_px = 1e-3;  // below the rounding of COLMAP's features
 constexpr int kPasses = 3;               // of solving and estimating the noise
 constexpr int kIterations = 20;
-// Lower bound of the relative sigma of the slider's distances.
-constexpr double kLeastRailSpread = 1e-3;
-
-// A rotation vector w and the position: world_from_camera = reference * exp(w).
-using PoseParameters = std::array<double, 6>;
 
 // Two residuals of a pose and a point: the sine of the angle between the predicted and the observed
 // bearing, along two axes across the bearing, times kResidualPx_per_rad: pixels for small angles,
@@ -84,86 +78,16 @@ struct AnchorResidual {
   }
 };
 
-// The distance of two stations against the slider's.
-struct RailResidual {
-  double distance_m;
-  double sigma_m;
-
-  template <typename T>
-  bool operator()(const T* a, const T* b, T* residual) const {
-    using std::sqrt;
-    const T x = b[3] - a[3];
-    const T y = b[4] - a[4];
-    const T z = b[5] - a[5];
-    residual[0] = (sqrt(x * x + y * y + z * z) - distance_m) / sigma_m;
-    return true;
-  }
-};
-
 // Ceres owns the cost, which owns the residual.
 template <int... kSizes, typename Residual>
 ceres::CostFunction* cost_of(Residual residual) {
   return new ceres::AutoDiffCostFunction<Residual, kSizes...>(new Residual(std::move(residual)));
 }
 
-// Neighbouring stations on a rail that both have a pose, and their nominal distance. Its error
-// grows with `scale_m`, the distance or, if this is larger, the stations' spacing: what stations of
-// two passes are off does not shrink with the distance between them.
-struct RailStep {
-  std::size_t a = 0;
-  std::size_t b = 0;
-  double distance_m = 0.0;
-  double scale_m = 0.0;
-};
-
-void set_scales(std::vector<RailStep>* steps) {
-  std::vector<double> distances_m;
-  for (const RailStep& step : *steps) distances_m.push_back(step.distance_m);
-  if (distances_m.empty()) return;
-  const double spacing_m = covering_spacing(std::move(distances_m));
-  for (RailStep& step : *steps) step.scale_m = std::max(step.distance_m, spacing_m);
-}
-
-std::vector<RailStep> rail_steps(const CaptureSet& set, const FramePoses& poses) {
-  std::vector<RailStep> steps;
-  for (const CaptureLine& line : set.lines) {
-    std::optional<std::size_t> last;
-    for (const std::size_t frame : line.frames) {
-      if (!poses[frame]) continue;
-      const double distance_m = last ? set.nominal_distance_m(frame, *last) : 0.0;
-      if (distance_m > 0.0) steps.push_back({*last, frame, distance_m});
-      last = frame;
-    }
-  }
-  set_scales(&steps);
-  return steps;
-}
-
-// Relative spread of the poses' distances about the slider's: the carriage rocks, so the feedback
-// is less accurate than its resolution.
-double rail_spread(const std::vector<RailStep>& steps, const FramePoses& poses) {
-  std::vector<double> deviations;
-  for (const RailStep& step : steps) {
-    const double distance_m = (poses[step.b]->position_m - poses[step.a]->position_m).norm();
-    deviations.push_back(std::abs(distance_m - step.distance_m) / step.scale_m);
-  }
-  return deviations.empty() ? kLeastRailSpread
-                            : std::max(kLeastRailSpread, robust_sigma(std::move(deviations)));
-}
-
 FramePoses observed_only(const FramePoses& poses, const SeenPoints& points) {
   FramePoses kept(poses.size());
   for (const PointObservation& one : points.observations) kept[one.frame] = poses[one.frame];
   return kept;
-}
-
-// The norm of a BearingResidual for small angles.
-double error_px(const PointObservation& observation, const FramePose& pose,
-                const Eigen::Vector3d& point_m) {
-  const Eigen::Vector3d seen =
-      pose.world_from_camera.transpose() * (point_m - pose.position_m) - observation.centre_m;
-  return kResidualPx_per_rad *
-         std::atan2(seen.cross(observation.bearing).norm(), seen.dot(observation.bearing));
 }
 
 std::vector<double> errors_of(const FramePoses& poses, const SeenPoints& points) {
@@ -237,11 +161,22 @@ class Adjustment {
     }
   }
 
-  void add_rail(const std::vector<RailStep>& steps, double spread) {
-    for (const RailStep& step : steps) {
-      const RailResidual residual{step.distance_m, spread * step.scale_m};
-      problem_.AddResidualBlock(cost_of<1, 6, 6>(residual), nullptr, parameters_[step.a].data(),
-                                parameters_[step.b].data());
+  // Those of lines without a pose are left out.
+  void add_rails(const CaptureSet& set, std::vector<Rail>* rails) {
+    if (rails->empty()) return;
+    auto* loss = new ceres::CauchyLoss(kCauchySigmas);  // owned by the problem
+    for (std::size_t line = 0; line < rails->size(); ++line) {
+      Rail& rail = (*rails)[line];
+      if (rail.stations == 0) continue;
+      for (const std::size_t frame : set.lines[line].frames) {
+        if (!poses_[frame]) continue;
+        const RailCost cost(rail, set.rail_m(frame), poses_[frame]->world_from_camera,
+                            planned_attitude(set.frames[frame]));
+        problem_.AddResidualBlock(cost_of<6, 6, RailParameter::kCount>(cost), loss,
+                                  parameters_[frame].data(), rail.parameters.data());
+      }
+      add_rail_prior(&rail, &problem_);
+      rails_.push_back(rail.parameters.data());
     }
   }
 
@@ -263,6 +198,7 @@ class Adjustment {
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       if (poses_[i]) ordering->AddElementToGroup(parameters_[i].data(), 1);
     }
+    for (double* rail : rails_) ordering->AddElementToGroup(rail, 1);
     options.linear_solver_ordering = ordering;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem_, &summary);
@@ -271,7 +207,7 @@ class Adjustment {
     if (!summary.IsSolutionUsable()) {
       throw Error("the poses cannot be adjusted to what the panoramas see (" +
                   one_line(summary.message) +
-                  "); check the pictures of this capture, or use --method rotation");
+                  "); check the pictures of this capture");
     }
     take_over();
   }
@@ -291,6 +227,7 @@ class Adjustment {
   FramePoses& poses_;
   SeenPoints& points_;
   std::vector<PoseParameters> parameters_{};
+  std::vector<double*> rails_{};  // their parameters
   ceres::Problem problem_{};
 };
 
@@ -325,19 +262,18 @@ RefinedPoses refine_poses(const CaptureSet& set, const FramePoses& start, const 
   refined.errors_px = errors_of(refined.poses, refined.points);
   if (refined.errors_px.empty()) throw Error("no scene point is seen by any panorama");
   const FramePoses anchors = refined.poses;
-  const std::vector<RailStep> steps = rail_steps(set, refined.poses);
-  // Without the slider's distances in the first pass: the start may repeat them exactly, and the
-  // spread estimated from it would be too small.
-  std::optional<double> spread;
+  // Without rails in the first pass: the start may repeat their positions exactly, and a scatter
+  // measured from it would be too small.
+  std::vector<Rail> rails;
   Progress progress("adjusting poses", kPasses * StepCounter::kStepsOfPass, "steps");
   for (int pass = 0; pass < kPasses; ++pass) {
     const double before_px = noise_of(refined.errors_px);
     Adjustment adjustment(&refined.poses, &refined.points);
     adjustment.add_observations(before_px);
     adjustment.add_anchors(anchors, anchor);
-    if (spread) adjustment.add_rail(steps, *spread);
+    adjustment.add_rails(set, &rails);
     adjustment.solve(threads, &progress);
-    if (!spread) spread = rail_spread(steps, refined.poses);
+    rails = fit_rails(set, refined.poses);
     refined.errors_px = errors_of(refined.poses, refined.points);
     refined.noise_px = noise_of(refined.errors_px);
     // Stops when the noise has converged.

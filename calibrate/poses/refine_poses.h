@@ -1,18 +1,14 @@
-// Bundle adjustment of poses and scene points.
+// Bundle adjustment of poses, scene points and rails.
 #pragma once
 
 #include <vector>
 
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
+#include "calibrate/poses/point_evidence.h"
 #include "calibrate/poses/seen_points.h"
-#include "core/geometry/sphere.h"
 
 namespace raywalk::calibrate {
-
-// Residuals are in pixels of a panorama of this width, whatever the width of those matched.
-inline constexpr double kResidualWidth_px = 4096.0;
-inline constexpr double kResidualPx_per_rad = kResidualWidth_px / kTwoPi;
 
 struct RefinedPoses {
   FramePoses poses{};  // those of the start that observe points; observations and residuals are set
@@ -32,9 +28,10 @@ struct PoseAnchor {
 };
 
 // One pose for each panorama, whatever number of faces it was matched in. Observations have a
-// Cauchy loss with a scale from their own spread. Distances between neighbouring stations of a line
-// are constrained to the slider's feedback, also within their own spread. Throws Error if no frame
-// observes a point; Interrupted.
+// Cauchy loss with a scale from their own spread. The stations of a line lie on a rail (fit_rails.h),
+// whose parameters are unknowns too, also with a Cauchy loss and their own scatter: where the
+// slider's feedback, or a list of positions, contradicts the panoramas, these win. Throws Error if
+// no frame observes a point; Interrupted.
 RefinedPoses refine_poses(const CaptureSet& set, const FramePoses& start, const SeenPoints& points,
                           const PoseAnchor& anchor, int threads);
 

@@ -19,6 +19,8 @@ std::vector<std::set<std::size_t>> frames_by_point(const SeenPoints& points) {
   return frames;
 }
 
+}  // namespace
+
 SeenPoints chosen_points(const SeenPoints& points, const std::vector<bool>& keep) {
   SeenPoints kept;
   std::vector<std::size_t> index(points.points_m.size());
@@ -34,8 +36,6 @@ SeenPoints chosen_points(const SeenPoints& points, const std::vector<bool>& keep
   }
   return kept;
 }
-
-}  // namespace
 
 Eigen::Matrix<double, 2, 3> axes_across(const Eigen::Vector3d& bearing) {
   Eigen::Matrix<double, 2, 3> axes;

@@ -23,6 +23,9 @@ struct SeenPoints {
   std::vector<PointObservation> observations{};
 };
 
+// The points of which `keep` is true, and their observations.
+SeenPoints chosen_points(const SeenPoints& points, const std::vector<bool>& keep);
+
 // Without points that fewer than `least_frames` different panoramas see, and their observations.
 SeenPoints widely_seen(const SeenPoints& points, std::size_t least_frames);
 

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
+#include <utility>
 
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/poses/colmap_program.h"
@@ -89,7 +91,8 @@ fs::path workspace_of(const PosesOptions& options) {
 class PoseSolver {
  public:
   PoseSolver(const CaptureSet& set, const PosesOptions& options)
-      : set_(set),
+      : listed_(set),
+        set_(set),
         options_(options),
         start_(nominal_poses(set)),
         nominal_(nominal_poses(stations_only(set))),
@@ -113,15 +116,12 @@ class PoseSolver {
   PosesResult solve() {
     run_colmap();
     std::string fault = common_fault(set_, summary_.motions);
-    const bool solved = fault.empty() && !refined_.points.observations.empty();
-    if (solved) place_in_world();
-    if (!solved && fault.empty()) fault = unsolved_reason();
+    if (fault.empty() && refined_.points.observations.empty()) fault = unsolved_reason();
+    if (!fault.empty()) throw Error(fmt::format("{}: {}", set_.source.string(), fault));
+    place_in_world();
     set_figures();
-    result_.warnings = solved ? pose_warnings(set_, crossings_, summary_, result_)
-                              : std::vector<std::string>{fault};
-    if (solved) write_frame_poses(options_.out / "poses.json", set_, result_.poses);
-    write_poses_report(options_.out, set_, result_);
-    if (!solved) throw Error(fmt::format("{}: {}", set_.source.string(), fault));
+    add_warnings(listed_, &result_);
+    write_poses(options_.out / "poses.json", listed_, result_);
     return result_;
   }
 
@@ -140,7 +140,9 @@ class PoseSolver {
                                .mask = options_.mask,
                                .lenses = options_.lenses});
     match(&workspace);
-    if (common_fault(set_, summary_.motions).empty()) refine_in_rounds(&workspace);
+    if (!common_fault(set_, summary_.motions).empty()) return;
+    turn_reversed_lines();
+    refine_in_rounds(&workspace);
   }
 
   // `step` returns whether an earlier run has done it.
@@ -175,24 +177,34 @@ class PoseSolver {
     }
   }
 
-  // Initial poses of the first round: the held-out frames, and the keyframes of lines that do not
-  // run against the slider.
-  FramePoses first_poses() const {
-    FramePoses poses(set_.frames.size());
-    for (const std::size_t frame : result_.keyframes) {
-      const CaptureFrame& of = set_.frames[frame];
-      if (!of.held_out() && summary_.motions[of.line] == RailMotion::kReversed) continue;
-      poses[frame] = start_[frame];
+  // A line whose pictures move against the slider was listed in reverse order: its stations take
+  // each other's places.
+  void turn_reversed_lines() {
+    for (std::size_t i = 0; i < set_.lines.size(); ++i) {
+      if (summary_.motions[i] != RailMotion::kReversed) continue;
+      std::vector<int>& frames = set_.lines[i].frames;
+      result_.contradictions.push_back(
+          {"reversed",
+           {frames.begin(), frames.end()},
+           fmt::format("line {}: its pictures move against the slider, unlike those of the others: "
+                       "the rail was laid the other way round, or its pictures are in reverse order",
+                       set_.lines[i].id)});
+      std::ranges::reverse(frames);
+      for (std::size_t at = 0; at < frames.size(); ++at) {
+        const CaptureFrame& place = listed_.frames[listed_.lines[i].frames[at]];
+        set_.frames[frames[at]].nominal_m = place.nominal_m;
+        nominal_[frames[at]]->position_m = start_[frames[at]]->position_m = place.nominal_m;
+      }
     }
-    return poses;
   }
 
   void refine_in_rounds(ColmapWorkspace* workspace) {
-    FramePoses poses = first_poses();
+    FramePoses poses(set_.frames.size());
+    for (const std::size_t frame : result_.keyframes) poses[frame] = start_[frame];
     for (std::size_t round = 0; round < kRounds.size(); ++round) {
+      const bool last = round + 1 == kRounds.size();
       SeenPoints seen;
       timed(fmt::format("triangulation {}", round + 1), [&] {
-        const bool last = round + 1 == kRounds.size();
         seen = strongest(widely_seen(workspace->triangulate(poses, kRounds[round]), kLeastFrames),
                          last ? points_at_last() : kPointsOnTheWay);
         return false;
@@ -202,20 +214,45 @@ class PoseSolver {
         return;
       }
       timed(fmt::format("adjustment {}", round + 1), [&] {
-        refined_ = refine_poses(set_, poses, seen, anchor_, threads_);
-        // Initial poses of the next round, including frames that found no points in this one.
-        const FramePoses moved =
-            aligned(refined_.poses, align_poses(set_, refined_.poses, nominal_));
-        for (std::size_t i = 0; i < poses.size(); ++i) {
-          if (moved[i]) poses[i] = moved[i];
+        if (last) {
+          adjust_and_check(poses, seen);
+        } else {
+          move_to(refine_poses(set_, poses, seen, anchor_, threads_).poses, &poses);
         }
         return false;
       });
     }
-    timed("accuracy", [&] {
-      settle(&refined_, anchor_);
-      return false;
-    });
+  }
+
+  // Initial poses of the next round, including frames that found no points in this one.
+  void move_to(const FramePoses& refined, FramePoses* poses) const {
+    const FramePoses moved = aligned(refined, align_poses(set_, refined, nominal_));
+    for (std::size_t i = 0; i < poses->size(); ++i) {
+      if (moved[i]) (*poses)[i] = moved[i];
+    }
+  }
+
+  // Adjusts to the points that are not held out, measures the crossings by the others, and adjusts
+  // to all.
+  void adjust_and_check(const FramePoses& start, const SeenPoints& seen) {
+    const DividedPoints points = divide_points(set_, crossings_, seen);
+    FramePoses poses = start;
+    if (!points.used.observations.empty()) {
+      RefinedPoses used = refine_poses(set_, start, points.used, anchor_, threads_);
+      const double noise_px = used.noise_px;
+      settle(&used, anchor_);
+      for (const CrossingCheck& check :
+           check_crossings(set_, crossings_, used.poses, noise_px, points.held_out)) {
+        result_.crossings.push_back({.check = check});
+      }
+      if (points.held_out.observations.empty()) {
+        refined_ = std::move(used);
+        return;
+      }
+      move_to(used.poses, &poses);
+    }
+    refined_ = refine_poses(set_, poses, seen, anchor_, threads_);
+    settle(&refined_, anchor_);
   }
 
   int points_at_last() const {
@@ -223,12 +260,33 @@ class PoseSolver {
     return std::clamp(static_cast<int>(each), kLeastPointsAtLast, kMostPointsAtLast);
   }
 
+  // The world is that of the stations whose listed positions agree with the pictures.
   void place_in_world() {
-    result_.alignment = align_poses(set_, refined_.poses, nominal_);
-    result_.poses = aligned(refined_.poses, result_.alignment);
+    FramePoses believed = nominal_;
+    align_and_fit(believed);
+    std::vector<Contradiction> found = contradictions_of(set_, result_.poses, result_.rails);
+    if (!found.empty()) {
+      for (const Contradiction& contradiction : found) {
+        for (const std::size_t frame : contradiction.frames) believed[frame].reset();
+      }
+      const auto left = std::ranges::count_if(believed, [](const auto& pose) { return !!pose; });
+      if (2 * static_cast<std::size_t>(left) > believed.size()) align_and_fit(believed);
+    }
+    std::ranges::move(found, std::back_inserter(result_.contradictions));
+    for (std::size_t i = 0; i < set_.stations(); ++i) {
+      if (result_.poses[i]) continue;
+      result_.poses[i] = pose_on_rail(set_, result_.rails[set_.frames[i].line], i);
+      if (result_.rails[set_.frames[i].line].stations == 0) result_.poses[i] = start_[i];
+    }
     result_.points = static_cast<int>(refined_.points.points_m.size());
     result_.observations = static_cast<int>(refined_.points.observations.size());
     result_.residual_px = refined_.noise_px;
+  }
+
+  void align_and_fit(const FramePoses& believed) {
+    result_.alignment = align_poses(set_, refined_.poses, believed);
+    result_.poses = aligned(refined_.poses, result_.alignment);
+    result_.rails = fit_rails(set_, result_.poses);
   }
 
   std::string unsolved_reason() const {
@@ -237,19 +295,22 @@ class PoseSolver {
     return fmt::format(
         "no pose could be solved: {:.0f} features per panorama, {} pairs of faces match; the "
         "pictures are too plain, too dark or too far apart, or not of this capture{}: check them, "
-        "capture stations closer together, or use --method rotation",
+        "capture stations closer together",
         features / static_cast<double>(result_.keyframes.size()), result_.matched_pairs,
         any_masks(set_) ? ", or their masks hide too much" : "");
   }
 
   void set_figures() {
-    result_.lines = line_figures(set_, result_, start_);
-    result_.crossings = crossing_figures(set_, crossings_, refined_.points);
+    result_.lines = line_figures(listed_, result_, start_);
+    for (MeasuredCrossing& crossing : result_.crossings) {
+      set_correction(set_, start_, result_.poses, &crossing);
+      crossing.faults = crossing_faults(set_, crossing.check, station_spacing_m(set_));
+    }
     std::vector<double> position_mm;
     std::vector<double> rotation_deg;
     for (const std::size_t frame : result_.keyframes) {
       const auto& pose = result_.poses[frame];
-      if (!pose) {
+      if (!pose || pose->origin != PoseOrigin::kSolved) {
         result_.unposed.push_back({frame, unposed_reason(set_, summary_, frame)});
       } else if (!set_.frames[frame].held_out()) {
         position_mm.push_back(pose->position_sigma_mm);
@@ -261,7 +322,8 @@ class PoseSolver {
     result_.rotation_sigma_deg = median(rotation_deg);
   }
 
-  const CaptureSet& set_;
+  const CaptureSet& listed_;
+  CaptureSet set_;  // with reversed lines turned round
   const PosesOptions& options_;
   FramePoses start_;    // initial poses
   FramePoses nominal_;  // of the stations

@@ -1,7 +1,11 @@
 // Solves the poses of the panoramas: COLMAP finds and matches features on flat faces of the
-// panoramas, then rounds of triangulation (COLMAP) and bundle adjustment (refine_poses.h) refine
-// the nominal poses. Held-out frames are matched with the stations near them and adjusted with all
-// others; the world frame and the scale are those of the stations alone.
+// panoramas, then rounds of triangulation (COLMAP) and adjustment (refine_poses.h) refine the
+// nominal poses. Half of the scene points at the crossings of lines are held out of the last
+// adjustment until they have measured how well the lines agree (crossing_check.h). Positions that
+// agree with each other in the pictures win over the list of positions or the slider's feedback;
+// what contradicts them is named (contradictions.h). Stations without a pose of their own are
+// predicted from their rail. Held-out frames are matched with the stations near them and adjusted
+// with all others; the world frame and the scale are those of the stations alone.
 //
 // COLMAP's own results differ from run to run, also with one thread: its matching
 // starts from random numbers that cannot be set.
@@ -17,6 +21,9 @@
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/poses/align_poses.h"
+#include "calibrate/poses/contradictions.h"
+#include "calibrate/poses/crossing_check.h"
+#include "calibrate/rails/fit_rails.h"
 #include "core/geometry/fisheye_lens.h"
 
 namespace raywalk::calibrate {
@@ -47,10 +54,12 @@ struct LinePoses {
   double turned_deg = 0.0;
 };
 
-struct CrossingPoints {
-  int along_x = 0;  // indices into CaptureSet::lines
-  int along_z = 0;
-  int points = 0;  // scene points seen from both lines near the crossing
+struct MeasuredCrossing {
+  CrossingCheck check{};
+  // Change of the relative pose of the two lines' nearest stations, from the plan.
+  double correction_mm = 0.0;
+  double correction_deg = 0.0;
+  std::vector<std::string> faults{};  // why the lines cannot be trusted to agree here
 };
 
 // A frame without a pose, and why.
@@ -66,10 +75,12 @@ struct StepTime {
 };
 
 struct PosesResult {
-  FramePoses poses{};
+  FramePoses poses{};  // of all stations, and of the held-out frames that were solved
   std::vector<std::size_t> keyframes{};  // indices into CaptureSet::frames
+  std::vector<Rail> rails{};             // by line
   std::vector<LinePoses> lines{};
-  std::vector<CrossingPoints> crossings{};
+  std::vector<MeasuredCrossing> crossings{};
+  std::vector<Contradiction> contradictions{};
   std::vector<UnposedFrame> unposed{};  // keyframes only, held-out frames among them
   PoseAlignment alignment{};            // of the last round
   int face_px = 0;
@@ -81,15 +92,18 @@ struct PosesResult {
   double position_sigma_mm = 0.0;  // median over the stations
   double rotation_sigma_deg = 0.0;
   std::vector<StepTime> times{};
-  // Unconnected lines, frames without a pose, lines that are not where they were planned.
+  // Why the poses are not trustworthy: contradictions, lines that are not connected or do not agree,
+  // frames without a pose. The exit code of the commands is 1 if there are any.
   std::vector<std::string> warnings{};
+  std::vector<std::string> notes{};  // no problem
+  bool trustworthy() const { return warnings.empty(); }
 };
 
-// Writes poses.json and poses-report.json. Works in the directory colmap/, from which
-// an interrupted run is resumed and which may be deleted afterwards. Throws Error if there is no
+// Writes poses.json (docs/file-formats.md). Works in the directory colmap/, from which an
+// interrupted run is resumed and which may be deleted afterwards. Throws Error if there is no
 // supported COLMAP, COLMAP fails (quoting its log), nothing can be solved (naming the reason: too
-// few matches, a mirrored camera, …; poses-report.json is still written), or the
-// mask has another size; UsageError for options out of range; Interrupted.
+// few matches, a mirrored camera, …), or the mask has another size; UsageError for options out of
+// range; Interrupted.
 PosesResult solve_poses(const CaptureSet& panoramas, const PosesOptions& options);
 
 }  // namespace raywalk::calibrate

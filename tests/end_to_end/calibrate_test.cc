@@ -103,7 +103,7 @@ class CalibrateTest : public ::testing::Test {
 TestDirectory* CalibrateTest::captured_ = nullptr;
 
 TEST_F(CalibrateTest, HelpAndVersionSucceedAndExamplesAreGiven) {
-  for (const char* command : {"", "lens", "stitch", "mask", "poses", "grid", "rectify", "all"}) {
+  for (const char* command : {"", "lens", "stitch", "mask", "poses", "rectify", "all"}) {
     const CommandResult help = calibrate(std::string(command) + " --help");
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_THAT(help.output, HasSubstr("Example:\n  raywalk-calibrate")) << command;
@@ -139,8 +139,7 @@ TEST_F(CalibrateTest, SessionWithoutStationsIsRefusedByEveryStep) {
                       "INSERT INTO session (id, created_utc_us, mode, camera, frames, bracket_ev, "
                       "config_text) VALUES (1, 0, 'stations', 'osc', 'panorama', '[0]', '')",
                       kSessionSchema, kSessionApplicationId, kSessionFormatVersion));
-  for (const char* step : {"lens", "stitch", "mask --cone-deg 20", "poses", "grid", "rectify",
-                           "all", "all --method rotation"}) {
+  for (const char* step : {"lens", "stitch", "mask --cone-deg 20", "poses", "rectify", "all"}) {
     expect_error(calibrate(std::string(step) + " --partial " + session.string()), 1, "no stations");
   }
   EXPECT_FALSE(fs::exists(session / "calibration"));
@@ -162,17 +161,16 @@ TEST_F(CalibrateTest, FileNamesAreShownEscaped) {
 }
 
 TEST_F(CalibrateTest, MissingEarlierStepsAreNamed) {
-  expect_error(run("grid"), 1, "run raywalk-calibrate poses first");
-  expect_error(run("rectify"), 1, "run raywalk-calibrate grid first");
+  expect_error(run("rectify"), 1, "run raywalk-calibrate poses first");
   const CommandResult stitched = run("stitch");
   EXPECT_EQ(stitched.exit_code, 0);
   EXPECT_THAT(stitched.output, HasSubstr("panoramas already"));
 }
 
-TEST_F(CalibrateTest, WithoutColmapTheAlternativeIsNamed) {
+TEST_F(CalibrateTest, WithoutColmapTheAlternativesAreNamed) {
   const CommandResult result = run_command(fmt::format(
       "PATH= {} all {} --out {}", RAYWALK_CALIBRATE, capture().string(), out().string()));
-  expect_error(result, 1, "--method rotation");
+  expect_error(result, 1, "rectify --poses");
   EXPECT_THAT(result.errors, HasSubstr("COLMAP"));
   EXPECT_FALSE(fs::exists(out() / "poses.json"));
   EXPECT_FALSE(fs::exists(out() / "calibration.json"));
@@ -184,45 +182,36 @@ TEST_F(CalibrateTest, DirectoryThatCannotBeWrittenIsNamed) {
                1, "poses.csv/out");
 }
 
-TEST_F(CalibrateTest, ASingleLineCannotBeAligned) {
-  const fs::path line = directory_ / "line";
-  fs::create_directories(line);
+// Two neighbours have each other's names in the list.
+TEST_F(CalibrateTest, ContradictionsAreNamedAndTheResultIsKept) {
+  const fs::path listed = directory_ / "listed";
+  fs::create_directories(listed);
   std::string rows = "file,x,y,z\n";
-  for (const Frame& frame : read_frame_list(capture() / "poses.csv")) {
-    if (!frame.path.stem().string().starts_with("x0")) continue;
+  std::vector<Frame> frames = read_frame_list(capture() / "poses.csv");
+  const auto named = [&](const std::string& name) {
+    return std::ranges::find(frames, name,
+                             [](const Frame& one) { return one.path.stem().string(); });
+  };
+  std::swap(named("x1_002")->position_m, named("x1_003")->position_m);
+  for (const Frame& frame : frames) {
     rows += fmt::format("{},{},{},{}\n", frame.path.string(), frame.position_m.x(),
                         frame.position_m.y(), frame.position_m.z());
   }
-  write_file_atomically(line / "poses.csv", rows);
-  const CommandResult result = calibrate("all " + line.string() + " --method rotation");
-  expect_error(result, 1, "cross");
-  EXPECT_FALSE(fs::exists(line / "calibration/poses.csv"));
-}
-
-// One line has no features in common with the others.
-TEST_F(CalibrateTest, UntrustworthyResultIsFlaggedAndKept) {
-  const fs::path blind = directory_ / "blind";
-  fs::create_directories(blind);
-  write_image(blind / "grey.png", cv::Mat(256, 512, CV_8UC3, cv::Scalar(90, 90, 90)));
-  std::string rows = "file,x,y,z\n";
-  for (const Frame& frame : read_frame_list(capture() / "poses.csv")) {
-    const std::string name = frame.path.stem().string();
-    fs::path file = frame.path;
-    if (name.starts_with("x1")) {
-      file = blind / (name + ".png");
-      fs::copy_file(blind / "grey.png", file);
-    }
-    rows += fmt::format("{},{},{},{}\n", file.string(), frame.position_m.x(), frame.position_m.y(),
-                        frame.position_m.z());
-  }
-  write_file_atomically(blind / "poses.csv", rows);
-  const CommandResult result = calibrate("all " + blind.string() + " --method rotation");
+  write_file_atomically(listed / "poses.csv", rows);
+  const CommandResult result = calibrate("all " + listed.string() + " --cone-deg 20");
   expect_error(result, 1, "not trustworthy");
-  EXPECT_THAT(result.errors, HasSubstr("x1"));
-  const json calibration = json_of(blind / "calibration/calibration.json");
-  EXPECT_EQ(calibration["trustworthy"], false);
-  EXPECT_FALSE(calibration["warnings"].empty());
-  EXPECT_TRUE(fs::exists(blind / "calibration/index.html"));
+  EXPECT_THAT(result.errors, AllOf(HasSubstr("x1_002"), HasSubstr("x1_003"),
+                                   HasSubstr("lie at each other's listed places")));
+  const json poses = json_of(listed / "calibration/calibration.json")["poses"];
+  EXPECT_EQ(poses["trustworthy"], false);
+  ASSERT_EQ(poses["contradictions"].size(), 1U);
+  EXPECT_EQ(poses["contradictions"][0]["kind"], "exchanged");
+  // The pictures are believed.
+  for (const json& frame : poses["frames"]) {
+    if (frame["name"] != "x1_002") continue;
+    EXPECT_NEAR(frame["position_m"][0].get<double>(), named("x1_003")->position_m.x(), 0.01);
+  }
+  EXPECT_TRUE(fs::exists(listed / "calibration/index.html"));
 }
 
 TEST_F(CalibrateTest, RectifyWithExternalPoses) {
@@ -281,36 +270,35 @@ TEST_F(CalibrateTest, MasksAndHeldOutFramesReachTheRoom) {
   const CommandResult info = run_command(fmt::format("{} info {} --json", build_lf, room));
   EXPECT_NEAR(json::parse(info.output)["masked_share"].get<double>(), 0.1464 / 31, 1e-3);
   write_image(folder / "x0_003_mask.png", cv::Mat(128, 256, CV_8UC1, cv::Scalar(255)));
-  for (const char* step : {"mask", "poses", "grid", "rectify", "all"}) {
+  for (const char* step : {"mask", "poses", "rectify", "all"}) {
     expect_error(calibrate(fmt::format("{} {} --out {}", step, folder.string(), out().string())), 1,
                  "gt.csv:2: ");
   }
 }
 
 TEST_F(CalibrateTest, AllStepsAlignTheLinesAndAreNotRepeated) {
-  const std::string options = "--method rotation --cone-deg 20";
+  const std::string options = "--cone-deg 20";
   const CommandResult first = run("all", options);
   ASSERT_EQ(first.exit_code, 0) << first.errors;
   EXPECT_THAT(first.output, Not(HasSubstr("done earlier")));
   EXPECT_THAT(first.output,
-              ::testing::ContainsRegex("grid: 32 stations on 4 lines, largest error at "
+              ::testing::ContainsRegex("poses: 32 of 32 stations posed.* largest error at "
                                        "the 4 crossings [0-9.]+ mm and [0-9.]+ px"));
   EXPECT_THAT(first.output, HasSubstr("rectify: 32 frames\n"));
   EXPECT_THAT(first.output, HasSubstr("\ntrustworthy; see " + (out() / "index.html").string()));
   EXPECT_THAT(first.errors,
-              ::testing::ContainsRegex("matching at crossings: [0-9]+ of [0-9]+ pairs"));
+              ::testing::ContainsRegex("matching features: [0-9]+ of [0-9]+ pairs"));
   const json calibration = json_of(out() / "calibration.json");
-  EXPECT_EQ(calibration["grid"]["method"], "rotation");
   EXPECT_EQ(calibration["trustworthy"], true);
-  EXPECT_EQ(calibration["grid"]["crossings"].size(), 4U);
-  for (const json& crossing : calibration["grid"]["crossings"]) {
-    EXPECT_GT(crossing["before"]["rotation_px"], 5.0);
-    EXPECT_LT(crossing["after"]["rotation_px"], 2.0);
+  EXPECT_EQ(calibration["poses"]["crossings"].size(), 4U);
+  for (const json& crossing : calibration["poses"]["crossings"]) {
+    EXPECT_GT(crossing["correction_deg"], 0.4);
+    EXPECT_LT(crossing["rotation_px"], 2.0);
   }
   // In truth all attitudes are equal. A common rotation is not observable.
   const auto spread = [&](const char* angle) {
     double least = 360.0, most = -360.0;
-    for (const json& frame : calibration["grid"]["frames"]) {
+    for (const json& frame : calibration["poses"]["frames"]) {
       least = std::min(least, frame[angle].get<double>());
       most = std::max(most, frame[angle].get<double>());
     }
@@ -326,7 +314,7 @@ TEST_F(CalibrateTest, AllStepsAlignTheLinesAndAreNotRepeated) {
   const auto made = fs::last_write_time(out() / "poses.csv");
   const CommandResult second = run("all", options);
   EXPECT_EQ(second.exit_code, 0);
-  for (const char* step : {"mask", "grid", "rectify"}) {
+  for (const char* step : {"mask", "poses", "rectify"}) {
     EXPECT_THAT(second.output, ::testing::ContainsRegex(std::string(step) + ".*done earlier"));
   }
   EXPECT_EQ(fs::last_write_time(out() / "poses.csv"), made);

@@ -104,7 +104,7 @@ class WholeChainTest : public ::testing::Test {
   // By the name of their station.
   std::map<std::string, Pose> estimated_poses() const {
     std::map<std::string, Pose> poses;
-    const json document = calibration()["grid"];
+    const json document = calibration()["poses"];
     for (const json& frame : document["frames"]) {
       const auto at = frame["position_m"].get<std::array<double, 3>>();
       poses[frame["name"]] = pose_of(Eigen::Vector3d(at[0], at[1], at[2]), frame["yaw_deg"],

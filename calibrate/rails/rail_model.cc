@@ -1,10 +1,8 @@
-#include "calibrate/grid/rail_model.h"
+#include "calibrate/rails/rail_model.h"
 
-#include <algorithm>
 #include <utility>
 #include <vector>
 
-#include "core/base/median.h"
 #include "core/geometry/line_gaps.h"
 
 namespace raywalk::calibrate {
@@ -28,19 +26,14 @@ RailFrame rail_frame(const CaptureSet& set, int line) {
   return frame;
 }
 
-GridScale grid_scale(const CaptureSet& set) {
-  std::vector<double> spacings, lengths;
+double station_spacing_m(const CaptureSet& set) {
+  std::vector<double> steps_m;
   for (const CaptureLine& line : set.lines) {
-    for (size_t i = 1; i < line.frames.size(); ++i) {
-      spacings.push_back(set.rail_m(line.frames[i]) - set.rail_m(line.frames[i - 1]));
+    for (std::size_t i = 1; i < line.frames.size(); ++i) {
+      steps_m.push_back(set.nominal_distance_m(line.frames[i], line.frames[i - 1]));
     }
-    const double length_m = set.rail_m(line.frames.back()) - set.rail_m(line.frames.front());
-    if (length_m > 0.0) lengths.push_back(length_m);
   }
-  GridScale scale{.pixel_rad = kTwoPi / std::max(1, set.frame.width)};
-  if (!spacings.empty()) scale.spacing_m = covering_spacing(std::move(spacings));
-  if (!lengths.empty()) scale.length_m = median(std::move(lengths));
-  return scale;
+  return steps_m.empty() ? 0.025 : covering_spacing(std::move(steps_m));
 }
 
 }  // namespace raywalk::calibrate

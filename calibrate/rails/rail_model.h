@@ -1,10 +1,10 @@
 // The model of a rail: positions and attitudes of its stations as functions of the slider's
-// position; and the reference lengths of a grid of rails.
+// position.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
-#include <string>
+#include <cmath>
 
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/rotation.h"
@@ -95,24 +95,10 @@ inline Eigen::Matrix3d planned_attitude(const CaptureFrame& frame) {
   return world_from_camera(frame.nominal_attitude.value_or(Attitude{}));
 }
 
-// One candidate model of a rail's positions or attitudes.
-struct RailModelScore {
-  std::string name{};     // "straight", "bow", "S-bow"; "rigid", "twist", "curved twist"
-  int parameters = 0;     // of all components
-  double residual = 0.0;  // robust sigma of the stations, mm or deg per component
-  double left_out = 0.0;  // the same by five-fold cross-validation
-  double bic = 0.0;       // Bayesian information criterion, lower is better
-  bool kept = false;
-};
-
 RailFrame rail_frame(const CaptureSet& set, int line);
 
-// Reference lengths of a grid, which make all thresholds independent of its size.
-struct GridScale {
-  double spacing_m = 0.025;  // median distance between neighbouring stations
-  double length_m = 1.0;     // median length of the lines
-  double pixel_rad = 1e-3;   // of the panoramas
-};
-GridScale grid_scale(const CaptureSet& set);
+// The typical distance of neighbouring stations, metres: thresholds are relative to it, so that they
+// hold for grids of any size.
+double station_spacing_m(const CaptureSet& set);
 
 }  // namespace raywalk::calibrate
