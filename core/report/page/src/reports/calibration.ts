@@ -1,10 +1,10 @@
 // calibration.json: the steps lens, stitch, mask, poses, grid and rectify, under a summary.
 import { axis, chart, type Series, seriesOf } from "../chart";
 import { h } from "../dom";
-import { type Describe, facts, section } from "../page";
+import { type Describe, facts, figures, section } from "../page";
 import { type Place, plan } from "../plan";
 import { type Column, table } from "../table";
-import { counted, type Json, text, textOf } from "../values";
+import { counted, type Json, meaning, text, textOf } from "../values";
 
 type Images = Parameters<Describe>[1];
 
@@ -33,13 +33,13 @@ export const report: Describe = (d, images) => {
     warnings: d.warnings,
     sections: [
       section("Notes", d.notes),
-      rectify ? section("The next step", h("p", {}, h("code", {}, rectify.pack_command))) : null,
-      lens ? lensSection(lens, images) : null,
-      stitch ? stitchSection(stitch, images) : null,
-      mask ? maskSection(mask, images) : null,
-      poses ? posesSection(poses) : null,
-      grid ? gridSection(grid) : null,
-      rectify ? rectifySection(rectify, images) : null,
+      rectify && section("The next step", h("p", {}, h("code", {}, rectify.pack_command))),
+      lens && lensSection(lens, images),
+      stitch && stitchSection(stitch, images),
+      mask && maskSection(mask, images),
+      poses && posesSection(poses),
+      grid && gridSection(grid),
+      rectify && rectifySection(rectify, images),
       section(
         "Fewer keyframes",
         table(d.keyframe_trade, {
@@ -58,8 +58,6 @@ const plusMinus = (value: Json, sigma: Json, decimals: number) =>
 
 const change = ({ before, after }: Json, key: string, decimals: number) =>
   `${text(before[key], 1, decimals)} → ${text(after[key], 1, decimals)}`;
-
-const figures = (...shown: (HTMLElement | null)[]) => h("div", { class: "figures" }, ...shown);
 
 function lensSection(lens: Json, images: Images) {
   // The values of a lens differ in size, so each has its own digits.
@@ -422,16 +420,7 @@ function models(grid: Json) {
 function deviations({ line, stations }: Json) {
   const of = (what: string, unit: string, keys: string[]) =>
     chart(
-      keys.flatMap((key) =>
-        seriesOf(
-          stations,
-          "rail_m",
-          key,
-          () => axis(key).split(" / ")[0] as string,
-          "both",
-          (station) => station.name,
-        ),
-      ),
+      keys.flatMap((key) => seriesOf(stations, "rail_m", key, () => meaning(key).name)),
       { title: `Line ${line}: ${what}`, x: "rail position / m", y: `deviation / ${unit}` },
     );
   return figures(

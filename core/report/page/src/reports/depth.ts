@@ -1,7 +1,6 @@
 // depth.json: distance maps, how far to trust them, and what was found in the frames.
 import { axis, chart, type Series, seriesOf } from "../chart";
-import { h } from "../dom";
-import { type Describe, facts, section } from "../page";
+import { type Describe, facts, figures, section } from "../page";
 import { table } from "../table";
 import { counted, type Json, text, textOf } from "../values";
 
@@ -129,9 +128,7 @@ function truth(t: Json) {
       yRange: [0, 1],
       caption: "Calibration of the confidence",
     }),
-    h(
-      "div",
-      { class: "figures" },
+    figures(
       table(t.elsewhere, { columns, caption: "Elsewhere" }),
       table(t.edges, { columns, caption: "Beside silhouettes (within 3 pixels)" }),
     ),

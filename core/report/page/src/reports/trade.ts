@@ -1,6 +1,5 @@
 // trade.json: speed against accuracy over the settings of a room.
 import { chart, seriesOf } from "../chart";
-import { h } from "../dom";
 import { type Describe, facts, type Section, section } from "../page";
 import { table } from "../table";
 import { counted, type Json, text } from "../values";
@@ -93,7 +92,7 @@ function presets(list: Json[], settings: Json[]): Section | null {
     }),
     rows.length > 0 &&
       "Settings derived from the room's own distances, spacing and width: --preset.",
-    list.map((preset) => h("p", {}, `${preset.name}: ${preset.reason}.`)),
+    list.map((preset) => `${preset.name}: ${preset.reason}.`),
   );
 }
 
