@@ -1,8 +1,8 @@
 // depth.json: distance maps, how far to trust them, and what was found in the frames.
-import { axis, chart, type Series, seriesOf } from "../chart";
-import { type Describe, facts, figures, section } from "../page";
-import { table } from "../table";
-import { counted, type Json, text, textOf } from "../values";
+import { axis, chart, type Series, seriesOf } from "report/chart";
+import { type Describe, facts, figures, section } from "report/page";
+import { table } from "report/table";
+import { counted, type Json, text, textOf } from "report/values";
 
 const MOST_WARNINGS = 50;
 const MOST_LINES = 16; // with a curve each; of more lines a curve shows the means

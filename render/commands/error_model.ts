@@ -1,8 +1,8 @@
 // error-model.json: Fig. 11 of the paper for a given cell.
-import { chart, seriesOf, type Series } from "../chart";
-import { type Describe, facts, figures, section } from "../page";
-import { table } from "../table";
-import { type Json, text } from "../values";
+import { chart, seriesOf, type Series } from "report/chart";
+import { type Describe, facts, figures, section } from "report/page";
+import { table } from "report/table";
+import { type Json, text } from "report/values";
 
 export const report: Describe = (d) => {
   const detail = d.curves[d.detail];

@@ -1,9 +1,9 @@
 // What raywalk-capture plan prints as JSON: lines, days, storage and resolution of a capture.
-import { type Content } from "../dom";
-import { type Describe, facts, section } from "../page";
-import { type Place, type Plan, plan } from "../plan";
-import { table } from "../table";
-import { counted, type Json, text } from "../values";
+import { type Content } from "report/dom";
+import { type Describe, facts, section } from "report/page";
+import { type Place, type Plan, plan } from "report/plan";
+import { table } from "report/table";
+import { counted, type Json, text } from "report/values";
 
 // Shares of the plan's extent.
 const CLOSEST_STATIONS = 0.003; // closer ones would be one thick line

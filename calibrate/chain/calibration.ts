@@ -1,10 +1,10 @@
 // calibration.json: the steps lens, stitch, mask, poses, grid and rectify, under a summary.
-import { axis, chart, type Series, seriesOf } from "../chart";
-import { h } from "../dom";
-import { type Describe, facts, figures, section } from "../page";
-import { type Place, plan } from "../plan";
-import { type Column, table } from "../table";
-import { counted, type Json, meaning, text, textOf } from "../values";
+import { axis, chart, type Series, seriesOf } from "report/chart";
+import { h } from "report/dom";
+import { type Describe, facts, figures, section } from "report/page";
+import { type Place, plan } from "report/plan";
+import { type Column, table } from "report/table";
+import { counted, type Json, meaning, text, textOf } from "report/values";
 
 type Images = Parameters<Describe>[1];
 

@@ -1,8 +1,8 @@
 // trade.json: speed against accuracy over the settings of a room.
-import { chart, seriesOf } from "../chart";
-import { type Describe, facts, type Section, section } from "../page";
-import { table } from "../table";
-import { counted, type Json, text } from "../values";
+import { chart, seriesOf } from "report/chart";
+import { type Describe, facts, type Section, section } from "report/page";
+import { table } from "report/table";
+import { counted, type Json, text } from "report/values";
 
 const SCORES = ["psnr_db", "ws_psnr_db", "ssim", "fsim"];
 const REMAPS = "time of a view / remaps";

@@ -1,9 +1,9 @@
 // require.json: what the scene of a room requires of layers, stations and storage.
-import { axis, chart, type Series, seriesOf } from "../chart";
-import { type Describe, facts, figures, section } from "../page";
-import { type Place, plan } from "../plan";
-import { table } from "../table";
-import { counted, type Json, length, text, textOf } from "../values";
+import { axis, chart, type Series, seriesOf } from "report/chart";
+import { type Describe, facts, figures, section } from "report/page";
+import { type Place, plan } from "report/plan";
+import { table } from "report/table";
+import { counted, type Json, length, text, textOf } from "report/values";
 
 const CURVE_POINTS = 60;
 

@@ -1,8 +1,8 @@
 // metrics.json: views beside true ones, and how well lines connect.
-import { axis, chart, seriesOf } from "../chart";
-import { type Describe, facts, figures, type Section, section } from "../page";
-import { table } from "../table";
-import { counted, type Json, text } from "../values";
+import { axis, chart, seriesOf } from "report/chart";
+import { type Describe, facts, figures, type Section, section } from "report/page";
+import { table } from "report/table";
+import { counted, type Json, text } from "report/values";
 
 const SCORES = ["psnr_db", "ws_psnr_db", "ssim", "fsim"];
 const SILHOUETTES = [
