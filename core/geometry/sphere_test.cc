@@ -162,14 +162,6 @@ TEST(Attitude, RollsFirstThenPitchesThenYaws) {
   EXPECT_LT((world_from_camera(attitude) - expected).norm(), kTolerance);
 }
 
-TEST(Attitude, CentreLooksAtYawAndPitchWhateverTheRoll) {
-  const Attitude attitude{.yaw_rad = -2.1, .pitch_rad = 0.6, .roll_rad = 1.3};
-  const SphereAngles centre =
-      angles_from_direction(world_from_camera(attitude) * Vector3d::UnitZ());
-  EXPECT_NEAR(centre.theta_rad, -2.1, kTolerance);
-  EXPECT_NEAR(centre.phi_rad, 0.6, kTolerance);
-}
-
 TEST(Attitude, IsAProperRotation) {
   std::mt19937_64 random(4);
   std::uniform_real_distribution<double> angle(-kPi, kPi);
