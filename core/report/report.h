@@ -22,12 +22,9 @@ struct ReportImage {
   std::string source{};   // a data URI
 };
 
-// JPEG at quality 90 is far smaller for photographs; PNG is lossless.
-enum class ReportImageFormat { kJpeg, kPng };
-
-// Throws Error unless the image is 8-bit, grey or BGR, and not empty.
+// As JPEG. Throws Error unless the image is 8-bit, grey or BGR, and not empty.
 ReportImage report_image(std::string_view section, std::string_view row, std::string_view caption,
-                         const cv::Mat& image, ReportImageFormat format = ReportImageFormat::kJpeg);
+                         const cv::Mat& image);
 
 // The complete page. `kind`: the stem of a description, e.g. "error_model". Numbers that are not
 // finite read as not measured; bytes that are not UTF-8, e.g. in the name of a file, are replaced.
