@@ -130,10 +130,5 @@ TEST(ColmapModel, RefusesTracksOfFeaturesThatDoNotExist) {
               HasSubstr("a feature that does not exist"));
 }
 
-TEST(ColmapModel, NamesAMissingFile) {
-  const TestDirectory directory;
-  EXPECT_THAT(error_of([&] { read_colmap_model(directory.path()); }), HasSubstr("cameras.bin"));
-}
-
 }  // namespace
 }  // namespace raywalk
