@@ -3,7 +3,7 @@ import { axis, chart, type Series, seriesOf } from "report/chart";
 import { type Describe, facts, figures, section } from "report/page";
 import { type Place, plan } from "report/plan";
 import { table } from "report/table";
-import { counted, type Json, length, text, textOf } from "report/values";
+import { counted, type Json, length, text, textAt, textOf } from "report/values";
 
 const CURVE_POINTS = 60;
 
@@ -54,7 +54,7 @@ export const report: Describe = (d) => {
             ["distance maps", d.thinned.distance_maps],
             ["bytes", textOf("all_bytes", d.thinned.bytes)],
             ["dropped ones re-created", d.thinned.views],
-            ["mean PSNR", textOf("psnr_db", d.thinned.psnr_db)],
+            ["mean PSNR", textAt(d.thinned, "psnr_db")],
             ["worst PSNR", textOf("psnr_db", d.thinned.worst_psnr_db)],
           ),
         ),

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <string_view>
@@ -66,19 +67,10 @@ void throw_failure(const std::filesystem::path& file, const std::string& what) {
 }
 
 hid_t type_of(ElementType type) {
-  switch (type) {
-    case ElementType::kUint8:
-      return H5T_STD_U8LE;
-    case ElementType::kInt32:
-      return H5T_STD_I32LE;
-    case ElementType::kUint64:
-      return H5T_STD_U64LE;
-    case ElementType::kFloat32:
-      return H5T_IEEE_F32LE;
-    case ElementType::kFloat64:
-      break;
-  }
-  return H5T_IEEE_F64LE;
+  // In the order of the enumerators.
+  const std::array types{H5T_STD_U8LE, H5T_STD_I32LE, H5T_STD_U64LE, H5T_IEEE_F32LE,
+                         H5T_IEEE_F64LE};
+  return types.at(static_cast<std::size_t>(type));
 }
 
 Dataset::Dataset(hid_t file, const std::string& name)
