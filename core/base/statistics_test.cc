@@ -1,10 +1,12 @@
-#include "core/base/median.h"
-
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 #include <vector>
+
+#include "core/base/median.h"
+#include "core/base/pick_evenly.h"
 
 namespace raywalk {
 namespace {
@@ -34,6 +36,15 @@ TEST(RobustSigma, IsHardlyMovedByOutliers) {
 }
 
 TEST(RobustSigma, IsZeroWhereMostDeviationsAre) { EXPECT_EQ(robust_sigma({0, 0, 0, 7, 9}), 0.0); }
+
+TEST(PickEvenly, TakesAllIfFewOtherwiseEvenly) {
+  // The middles of equal parts.
+  EXPECT_THAT(pick_evenly(100, 4), ::testing::ElementsAre(12, 37, 62, 87));
+  EXPECT_THAT(pick_evenly(100, 1), ::testing::ElementsAre(50));
+  EXPECT_THAT(pick_evenly(3, 3), ::testing::ElementsAre(0, 1, 2));
+  EXPECT_THAT(pick_evenly(3, 12), ::testing::ElementsAre(0, 1, 2));
+  EXPECT_THAT(pick_evenly(0, 12), ::testing::IsEmpty());
+}
 
 }  // namespace
 }  // namespace raywalk
