@@ -31,11 +31,17 @@ add_custom_command(
   COMMENT "Fetching the pages' packages from the npm registry" VERBATIM)
 add_custom_target(raywalk-page-packages DEPENDS ${RAYWALK_PAGES}/node_modules/.package-lock.json)
 
-# raywalk_page(<name> FILES ... OUTPUTS ...): copies these files of the current folder, and its folders
-# src and browser, to pages/<name>, and runs build.mjs there, which makes the outputs; its argument is
-# the folder of the first.
+# raywalk_report_kind(<kind>.ts): describes a kind of report, beside what writes its JSON.
+function(raywalk_report_kind description)
+  set_property(GLOBAL APPEND PROPERTY RAYWALK_REPORT_KINDS
+               ${CMAKE_CURRENT_SOURCE_DIR}/${description})
+endfunction()
+
+# raywalk_page(<name> FILES ... [KINDS ...] OUTPUTS ...): copies these files of the current folder, and
+# its folders src and browser, to pages/<name>, descriptions of kinds to src/kinds there, and runs
+# build.mjs there, which makes the outputs; its argument is the folder of the first.
 function(raywalk_page name)
-  cmake_parse_arguments(ARG "" "" "FILES;OUTPUTS" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "FILES;KINDS;OUTPUTS" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS src/*.ts src/*.glsl browser/*.mjs)
   set(copy ${RAYWALK_PAGES}/${name})
   file(MAKE_DIRECTORY ${copy})
@@ -45,11 +51,13 @@ function(raywalk_page name)
     OUTPUT ${ARG_OUTPUTS}
     COMMAND ${CMAKE_COMMAND} -E rm -rf ${copy}/src ${copy}/browser
     COMMAND ${CMAKE_COMMAND} -E copy_directory src ${copy}/src
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${copy}/src/kinds
+    COMMAND ${CMAKE_COMMAND} -E copy ${ARG_KINDS} ${copy}/src/kinds
     COMMAND ${CMAKE_COMMAND} -E copy_directory browser ${copy}/browser
     COMMAND ${CMAKE_COMMAND} -E copy build.mjs ${ARG_FILES} ${copy}
     COMMAND ${CMAKE_COMMAND} -E chdir ${copy} ${RAYWALK_NODE} build.mjs ${folder}
     WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}
-    DEPENDS ${sources} build.mjs ${ARG_FILES} raywalk-page-packages
+    DEPENDS ${sources} build.mjs ${ARG_FILES} ${ARG_KINDS} raywalk-page-packages
             ${RAYWALK_PAGES}/node_modules/.package-lock.json
     COMMENT "Bundling the page ${name}" VERBATIM)
 endfunction()

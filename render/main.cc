@@ -4,6 +4,7 @@
 
 #include "core/command_line/program.h"
 #include "render/commands/commands.h"
+#include "render/point_argument.h"
 
 int main(int argc, char** argv) {
   CLI::App app("Renders 360-degree views of a room at any viewpoint between its lines",
@@ -19,5 +20,7 @@ int main(int argc, char** argv) {
   raywalk::render::add_connect_error(&app);
   raywalk::render::add_error_model(&app);
   raywalk::render::add_trade(&app);
-  return raywalk::run_program(app, argc, argv);
+  return raywalk::run_program(app, argc, argv, [&](const auto& words) {
+    return raywalk::render::joined_points(app, words);
+  });
 }

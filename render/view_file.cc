@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include "core/base/error.h"
-#include "core/command_line/point_argument.h"
 #include "core/files/atomic_output.h"
 #include "core/view/view_plan.h"
 #include "render/picture/write_picture.h"
+#include "render/point_argument.h"
 
 namespace raywalk::render {
 namespace {

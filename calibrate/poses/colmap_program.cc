@@ -217,7 +217,9 @@ void ColmapProgram::run_arguments(const std::vector<std::string>& arguments,
   note_command(arguments, log);
   LogFollower follower(log);
   // COLMAP links Qt, which would need a display.
-  ChildProcess child(executable_, arguments, log, {"QT_QPA_PLATFORM=offscreen"});
+  std::vector<std::string> words{"QT_QPA_PLATFORM=offscreen", executable_.string()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  ChildProcess child("/usr/bin/env", words, log);
   while (!child.try_wait()) {
     follower.read_new_lines(on_line);
     if (interrupt_requested()) {

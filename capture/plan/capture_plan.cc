@@ -11,7 +11,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/base/units.h"
+#include "capture/base/units.h"
 
 namespace raywalk::capture {
 namespace {

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "capture/base/units.h"
 #include "core/base/number_text.h"
-#include "core/base/units.h"
 #include "core/geometry/spacing.h"
 
 namespace raywalk::capture {

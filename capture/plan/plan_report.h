@@ -1,5 +1,5 @@
 // The report of `raywalk-capture plan`: one document, printed as JSON or text and drawn as a page
-// (core/report/page/src/reports/plan.ts).
+// (plan.ts).
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -7,9 +7,9 @@
 #include <filesystem>
 
 #include "capture/base/device_fault.h"
+#include "capture/base/units.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
-#include "core/base/units.h"
 
 namespace raywalk::capture {
 namespace {

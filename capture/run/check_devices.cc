@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <functional>
 
+#include "capture/base/units.h"
 #include "capture/plan/line_selection.h"
 #include "capture/plan/plan_report.h"
 #include "capture/run/open_devices.h"
 #include "core/base/error.h"
-#include "core/base/units.h"
 
 namespace raywalk::capture {
 namespace {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "capture/base/units.h"
 #include "capture/plan/line_selection.h"
 #include "capture/run/capture_sequence.h"
 #include "capture/run/check_devices.h"
@@ -13,7 +14,6 @@
 #include "core/base/interrupt.h"
 #include "core/base/number_text.h"
 #include "core/base/progress.h"
-#include "core/base/units.h"
 #include "core/files/atomic_output.h"
 #include "core/session/session_contents.h"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "capture/base/units.h"
 #include "core/base/error.h"
-#include "core/base/units.h"
 
 namespace raywalk::capture {
 namespace {

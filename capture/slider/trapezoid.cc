@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/units.h"
+#include "capture/base/units.h"
 
 namespace raywalk::capture {
 namespace {

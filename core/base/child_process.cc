@@ -8,7 +8,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -33,29 +32,6 @@ constexpr std::chrono::seconds kGrace{3};                   // between SIGTERM a
 bool is_executable(const std::filesystem::path& file) {
   std::error_code ignored;
   return std::filesystem::is_regular_file(file, ignored) && access(file.c_str(), X_OK) == 0;
-}
-
-std::string_view name_of(std::string_view variable) {
-  return variable.substr(0, variable.find('='));
-}
-
-std::vector<std::string> environment_with(const std::vector<std::string>& added) {
-  std::vector<std::string> variables = added;
-  for (char** variable = environ; *variable != nullptr; ++variable) {
-    const std::string_view own = *variable;
-    const bool replaced = std::any_of(added.begin(), added.end(), [&](const std::string& other) {
-      return name_of(other) == name_of(own);
-    });
-    if (!replaced) variables.emplace_back(own);
-  }
-  return variables;
-}
-
-std::vector<char*> null_terminated(std::vector<std::string>* texts) {
-  std::vector<char*> pointers;
-  for (std::string& text : *texts) pointers.push_back(text.data());
-  pointers.push_back(nullptr);
-  return pointers;
 }
 
 // A file descriptor that is closed when it goes out of scope. Below 0: none.
@@ -95,15 +71,14 @@ Ends connected_ends() {
 }
 
 // Runs in the child process after fork. `input` below 0: empty.
-[[noreturn]] void start(const std::vector<char*>& argv, const std::vector<char*>& envp, int input,
-                        int output) {
+[[noreturn]] void start(const std::vector<char*>& argv, int input, int output) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (input < 0) input = open("/dev/null", O_RDONLY);
   dup2(input, STDIN_FILENO);
   dup2(output, STDOUT_FILENO);
   dup2(output, STDERR_FILENO);
-  execve(argv.front(), argv.data(), envp.data());
+  execv(argv.front(), argv.data());
   constexpr std::string_view kFailed = "the program cannot be executed\n";
   [[maybe_unused]] const auto written = write(STDERR_FILENO, kFailed.data(), kFailed.size());
   _exit(127);
@@ -123,15 +98,15 @@ std::optional<std::filesystem::path> find_program(const std::string& name) {
 
 ChildProcess::ChildProcess(const std::filesystem::path& executable,
                            const std::vector<std::string>& arguments,
-                           const std::filesystem::path& output,
-                           const std::vector<std::string>& environment, ChildInput input) {
+                           const std::filesystem::path& output, ChildInput input) {
   // Everything that allocates comes before fork: between fork and exec only async-signal-safe
   // functions may be called in a multithreaded program.
   std::vector<std::string> words{executable.string()};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<std::string> variables = environment_with(environment);
-  const std::vector<char*> argv = null_terminated(&words);
-  const std::vector<char*> envp = null_terminated(&variables);
+  std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
   Descriptor file(open(output.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
   if (file.get() < 0) {
     throw Error(fmt::format("{}: cannot be written ({})", output.string(),
@@ -140,7 +115,7 @@ ChildProcess::ChildProcess(const std::filesystem::path& executable,
   Ends ends;
   if (input == ChildInput::kWritten) ends = connected_ends();
   pid_ = fork();
-  if (pid_ == 0) start(argv, envp, ends.of_child.get(), file.get());
+  if (pid_ == 0) start(argv, ends.of_child.get(), file.get());
   if (pid_ < 0) {
     throw Error(fmt::format("{} cannot be started ({})", executable.string(),
                             std::generic_category().message(errno)));

@@ -23,13 +23,10 @@ enum class ChildInput { kEmpty, kWritten };
 // outlive this process. Its stdout and stderr are appended to a file. The destructor stops it.
 class ChildProcess {
  public:
-  // `environment` holds "NAME=value" entries that are added to this process's environment or
-  // override it. Throws Error if the output file cannot be written or the fork fails. A program
-  // that cannot be executed ends with exit code 127.
+  // Throws Error if the output file cannot be written or the fork fails. A program that cannot be
+  // executed ends with exit code 127.
   ChildProcess(const std::filesystem::path& executable, const std::vector<std::string>& arguments,
-               const std::filesystem::path& output,
-               const std::vector<std::string>& environment = {},
-               ChildInput input = ChildInput::kEmpty);
+               const std::filesystem::path& output, ChildInput input = ChildInput::kEmpty);
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;

@@ -22,8 +22,8 @@ std::string text_of(const std::filesystem::path& file) {
 
 class ChildProcessTest : public ::testing::Test {
  protected:
-  int run_shell(const std::string& script, const std::vector<std::string>& environment = {}) const {
-    ChildProcess child("/bin/sh", {"-c", script}, log_, environment);
+  int run_shell(const std::string& script) const {
+    ChildProcess child("/bin/sh", {"-c", script}, log_);
     return child.wait();
   }
 
@@ -43,17 +43,9 @@ TEST_F(ChildProcessTest, ArgumentsAreNotInterpretedByAShell) {
   EXPECT_EQ(text_of(log_), "a b $HOME * '\n");
 }
 
-TEST_F(ChildProcessTest, EnvironmentIsExtendedAndOverridden) {
-  ASSERT_EQ(setenv("RAYWALK_TEST_OLD", "old", 1), 0);
-  ASSERT_EQ(setenv("RAYWALK_TEST_KEPT", "kept", 1), 0);
-  run_shell("echo $RAYWALK_TEST_OLD $RAYWALK_TEST_NEW $RAYWALK_TEST_KEPT",
-            {"RAYWALK_TEST_OLD=replaced", "RAYWALK_TEST_NEW=new"});
-  EXPECT_EQ(text_of(log_), "replaced new kept\n");
-}
-
 TEST_F(ChildProcessTest, InputIsWrittenUntilTheProgramEnds) {
   const std::string text(std::size_t{1} << 20, 'x');  // more than a pipe holds
-  ChildProcess counts("/bin/sh", {"-c", "wc -c"}, log_, {}, ChildInput::kWritten);
+  ChildProcess counts("/bin/sh", {"-c", "wc -c"}, log_, ChildInput::kWritten);
   EXPECT_TRUE(counts.write_input(std::as_bytes(std::span(text))));
   EXPECT_TRUE(counts.write_input(std::as_bytes(std::span(text))));
   counts.end_input();
@@ -61,8 +53,7 @@ TEST_F(ChildProcessTest, InputIsWrittenUntilTheProgramEnds) {
   EXPECT_EQ(text_of(log_), "2097152\n");
 
   // This program does not end by SIGPIPE with it.
-  ChildProcess ends("/bin/sh", {"-c", "head -c 5 >/dev/null; exit 4"}, log_, {},
-                    ChildInput::kWritten);
+  ChildProcess ends("/bin/sh", {"-c", "head -c 5 >/dev/null; exit 4"}, log_, ChildInput::kWritten);
   while (ends.write_input(std::as_bytes(std::span(text)))) continue;
   EXPECT_EQ(describe_failure(ends.wait()), "failed with exit code 4");
 }

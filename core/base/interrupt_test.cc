@@ -34,16 +34,10 @@ void stop_in_good_order_after(int signal) {
   std::exit(2);
 }
 
-TEST_F(InterruptDeathTest, SigintIsThrownAsInterrupted) {
-  EXPECT_EXIT(stop_in_good_order_after(SIGINT), testing::ExitedWithCode(42), "");
-}
-
-TEST_F(InterruptDeathTest, SigtermIsThrownAsInterrupted) {
-  EXPECT_EXIT(stop_in_good_order_after(SIGTERM), testing::ExitedWithCode(42), "");
-}
-
-TEST_F(InterruptDeathTest, SighupIsThrownAsInterrupted) {
-  EXPECT_EXIT(stop_in_good_order_after(SIGHUP), testing::ExitedWithCode(42), "");
+TEST_F(InterruptDeathTest, EverySignalToStopIsThrownAsInterrupted) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    EXPECT_EXIT(stop_in_good_order_after(signal), testing::ExitedWithCode(42), "") << signal;
+  }
 }
 
 TEST_F(InterruptDeathTest, SighupIgnoredByNohupStaysIgnored) {

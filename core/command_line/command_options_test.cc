@@ -4,13 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <string>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/command_line/wrong_usage.h"
 
 namespace raywalk {
 namespace {
+
+using Words = std::vector<std::string>;
 
 TEST(ThreadsOptionTest, TakesANumberOfThreads) {
   int threads = -1;
@@ -77,6 +81,95 @@ TEST(CommonOptionsTest, StayTogetherBehindGroupsOfOtherOptions) {
   EXPECT_LT(help.find("--threads"), help.find("Panoramas"));
   EXPECT_LT(help.find("-f,--force"), help.find("Panoramas"));
   EXPECT_LT(help.find("-q,--quiet"), help.find("Panoramas"));
+}
+
+class WrongUsageTest : public testing::Test {
+ protected:
+  WrongUsageTest() {
+    app_.require_subcommand(1);
+    CLI::App* pack = app_.add_subcommand("pack");
+    pack->add_option("--frames", text_)->required();
+    pack->add_option("-o,--out", text_);
+    pack->add_option("--line-tolerance-mm", number_);
+    pack->add_flag("-f,--force", flag_);
+    CLI::App* info = app_.add_subcommand("info");
+    info->add_option("room", text_)->required();
+  }
+
+  std::string message(Words words) {
+    try {
+      require_double_dashes(app_, words);
+      std::reverse(words.begin(), words.end());
+      app_.parse(words);
+    } catch (const UsageError& e) {
+      return e.what();
+    } catch (const CLI::ParseError& e) {
+      return wrong_usage(app_, e);
+    }
+    return "no error";
+  }
+
+  CLI::App app_{"", "raywalk-test"};
+  std::string text_;
+  double number_ = 0.0;
+  bool flag_ = false;
+};
+
+TEST_F(WrongUsageTest, UnknownFlagIsNamedWithTheNearestAndTheCommandsHelp) {
+  const std::string hint = "; see raywalk-test pack --help";
+  EXPECT_EQ(message({"pack", "--frame", "poses.csv"}),
+            "unknown flag '--frame'; did you mean '--frames'?" + hint);
+  EXPECT_EQ(message({"pack", "--frames", "a", "--line_tolerance_mm=3"}),
+            "unknown flag '--line_tolerance_mm'; did you mean '--line-tolerance-mm'?" + hint);
+  EXPECT_EQ(message({"pack", "--frames", "a", "--line", "3"}),
+            "unknown flag '--line'; did you mean '--line-tolerance-mm'?" + hint);
+  EXPECT_EQ(message({"pack", "--frames", "a", "--output", "b"}),
+            "unknown flag '--output'; did you mean '--out'?" + hint);
+  EXPECT_EQ(message({"pack", "--frames", "a", "--zzyzx"}), "unknown flag '--zzyzx'" + hint);
+  EXPECT_EQ(message({"pack", "--frames", "a", "-z"}), "unknown flag '-z'" + hint);
+}
+
+TEST_F(WrongUsageTest, LongFlagBehindASingleDashIsNotReadAsShortOnes) {
+  const std::string hint = "; see raywalk-test pack --help";
+  EXPECT_EQ(message({"pack", "--frames", "a", "-out", "b"}),
+            "unknown flag '-out'; did you mean '--out'?" + hint);
+  EXPECT_EQ(message({"pack", "--frames", "a", "-force"}),
+            "unknown flag '-force'; did you mean '--force'?" + hint);
+  EXPECT_EQ(message({"pack", "--frames", "a", "-ob"}), "no error") << "-o with its value";
+}
+
+TEST_F(WrongUsageTest, UnknownCommandIsNamedWithTheNearestAndTheProgramsHelp) {
+  EXPECT_EQ(message({"pakc", "--frames", "a"}),
+            "unknown command 'pakc'; did you mean 'pack'?; see raywalk-test --help");
+  EXPECT_EQ(message({"Info", "room.lf"}),
+            "unknown command 'Info'; did you mean 'info'?; see raywalk-test --help");
+  EXPECT_EQ(message({"render"}),
+            "unknown command 'render'; valid are pack, info; see raywalk-test --help");
+}
+
+TEST_F(WrongUsageTest, FlagBeforeItsCommandGoesBehindIt) {
+  EXPECT_EQ(message({"--frames", "a", "pack"}),
+            "the flag '--frames' goes behind its command; see raywalk-test pack --help");
+  EXPECT_EQ(message({"--zzyzx", "info", "room.lf"}),
+            "unknown flag '--zzyzx'; see raywalk-test info --help");
+}
+
+TEST_F(WrongUsageTest, OtherMistakesLeadToTheCommandsHelp) {
+  EXPECT_EQ(message({"pack"}), "--frames is required; see raywalk-test pack --help");
+  EXPECT_THAT(message({"info", "room.lf", "more"}),
+              testing::AllOf(testing::HasSubstr("more"),
+                             testing::EndsWith("; see raywalk-test info --help")));
+  EXPECT_EQ(message({"pack", "--frames", "--out", "room.lf"}),
+            "--frames needs a value, but '--out' follows; see raywalk-test pack --help");
+  EXPECT_THAT(message({"pack", "--frames", "a", "--line-tolerance-mm", "many"}),
+              testing::AllOf(testing::HasSubstr("many"),
+                             testing::EndsWith("; see raywalk-test pack --help")));
+  EXPECT_THAT(message({}), testing::EndsWith("; see raywalk-test --help"));
+}
+
+TEST_F(WrongUsageTest, ControlCharactersAreNotPrinted) {
+  EXPECT_THAT(message({"info", "room.lf", "--a\x1b[31m"}),
+              testing::StartsWith("unknown flag '--a\\u001b[31m'"));
 }
 
 }  // namespace

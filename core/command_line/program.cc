@@ -27,7 +27,6 @@
 #include "core/base/escaped.h"
 #include "core/base/interrupt.h"
 #include "core/command_line/command_options.h"
-#include "core/command_line/point_argument.h"
 #include "core/command_line/wrong_usage.h"
 
 namespace raywalk {
@@ -129,20 +128,13 @@ class Quiet {
   int saved_stdout_ = -1;
 };
 
-// The arguments as CLI11 parses them: without the program's name, last first.
-std::vector<std::string> arguments_of(const CLI::App& app, int argc, char** argv) {
-  const std::vector<std::string> given(argv + std::min(argc, 1), argv + argc);
-  require_double_dashes(app, given);
-  std::vector<std::string> arguments = joined_points(app, given);
-  std::reverse(arguments.begin(), arguments.end());
-  return arguments;
-}
-
-int parse_and_run(CLI::App& app, int argc, char** argv) {
+int parse_and_run(CLI::App& app, std::vector<std::string> words) {
   std::optional<Quiet> quiet;
   add_quiet_flag(&app, [&quiet](bool results) { quiet.emplace(results); });
   try {
-    app.parse(arguments_of(app, argc, argv));
+    require_double_dashes(app, words);
+    std::reverse(words.begin(), words.end());  // as CLI11 parses them
+    app.parse(words);
   } catch (const CLI::Success& request) {  // --help, --version
     quiet.reset();
     app.exit(request);
@@ -153,12 +145,13 @@ int parse_and_run(CLI::App& app, int argc, char** argv) {
 
 }  // namespace
 
-int run_program(CLI::App& app, int argc, char** argv) {
+int run_program(CLI::App& app, int argc, char** argv, const RewrittenWords& rewritten) {
   const std::string program = app.get_name();
   try {
     set_up_logging(program);
     set_up_signals();
-    return parse_and_run(app, argc, argv);
+    const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+    return parse_and_run(app, rewritten ? rewritten(words) : words);
   } catch (const CLI::ParseError& e) {
     return fail(program, wrong_usage(app, e), ExitCode::kWrongUsage);
   } catch (const UsageError& e) {

@@ -2,6 +2,10 @@
 // into one line on stderr and an exit code.
 #pragma once
 
+#include <functional>
+#include <string>
+#include <vector>
+
 #include "core/base/error.h"
 
 namespace CLI {
@@ -17,6 +21,9 @@ namespace raywalk {
 // kFailed, Interrupted kInterrupted. Every failure prints exactly one line, "<program>: error:
 // <what>", to stderr; that of a wrong command line names the unknown flag or command, the nearest
 // valid one and the --help to read.
-int run_program(CLI::App& app, int argc, char** argv);
+//
+// `rewritten` may change the words before they are parsed; they lack the program's name.
+using RewrittenWords = std::function<std::vector<std::string>(const std::vector<std::string>&)>;
+int run_program(CLI::App& app, int argc, char** argv, const RewrittenWords& rewritten = {});
 
 }  // namespace raywalk

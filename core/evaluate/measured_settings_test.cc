@@ -82,15 +82,9 @@ TEST_F(MeasuredSettingsTest, DamageIsNamedWithItsPlace) {
                 "measure again with raywalk-render trade"));
   EXPECT_THAT(with("width_px", "33"), HasSubstr("width_px: 33 is not a multiple of 4"));
   EXPECT_THAT(with("width_px", "0"), HasSubstr("width_px: 0 is not between 4 and 32768"));
-  EXPECT_THAT(with("width_px", "32.5"), HasSubstr("width_px: 32.5 is not an integer"));
   EXPECT_THAT(with("stations_mixed", "0"), HasSubstr("stations_mixed: 0 is not between 1 and 16"));
-  EXPECT_THAT(with("stations_mixed", "4294967297"),
-              HasSubstr("4294967297 is not between 1 and 16"));
   EXPECT_THAT(with("distance_maps", "\"3\""), HasSubstr("distance_maps: \"3\" is not an integer"));
-  EXPECT_THAT(with("overlap_deg", "null"), HasSubstr("overlap_deg: null is not a number"));
   EXPECT_THAT(with("k_deg", "1e300"), HasSubstr("k_deg: 1e+300 is not between 45 and 90"));
-  EXPECT_THAT(with("overlap_deg", "-0.1"), HasSubstr("overlap_deg: -0.1 is not between 0 and 45"));
-  EXPECT_THAT(with("k_deg", "\"many\""), HasSubstr("k_deg: \"many\" is not a number"));
   EXPECT_THAT(with("interpolation", "\"best\""),
               HasSubstr("interpolation: is none of linear, cubic"));
   EXPECT_THAT(with("ratio", "-1"), HasSubstr("ratio: -1 is not between"));

@@ -111,12 +111,10 @@ std::vector<Frame> read_frame_list(const std::filesystem::path& list,
 }
 
 std::string frame_list_text(const std::vector<ListedFrame>& frames) {
-  const bool attitudes = std::ranges::any_of(
-      frames, [](const ListedFrame& frame) { return frame.attitude.has_value(); });
-  const bool masks =
-      std::ranges::any_of(frames, [](const ListedFrame& frame) { return !frame.mask.empty(); });
-  const bool lines =
-      std::ranges::any_of(frames, [](const ListedFrame& frame) { return !frame.line.empty(); });
+  const auto any = [&](auto has) { return std::ranges::any_of(frames, has); };
+  const bool attitudes = any([](const ListedFrame& frame) { return frame.attitude.has_value(); });
+  const bool masks = any([](const ListedFrame& frame) { return !frame.mask.empty(); });
+  const bool lines = any([](const ListedFrame& frame) { return !frame.line.empty(); });
   std::string text = "file,x,y,z";
   if (attitudes) text += ",yaw,pitch,roll";
   if (masks) text += ",mask";

@@ -7,6 +7,9 @@
 #include <cmath>
 #include <random>
 
+#include "core/geometry/eye_circle.h"
+#include "core/geometry/panorama_pixels.h"
+
 namespace raywalk {
 namespace {
 
@@ -162,14 +165,6 @@ TEST(Attitude, RollsFirstThenPitchesThenYaws) {
   EXPECT_LT((world_from_camera(attitude) - expected).norm(), kTolerance);
 }
 
-TEST(Attitude, CentreLooksAtYawAndPitchWhateverTheRoll) {
-  const Attitude attitude{.yaw_rad = -2.1, .pitch_rad = 0.6, .roll_rad = 1.3};
-  const SphereAngles centre =
-      angles_from_direction(world_from_camera(attitude) * Vector3d::UnitZ());
-  EXPECT_NEAR(centre.theta_rad, -2.1, kTolerance);
-  EXPECT_NEAR(centre.phi_rad, 0.6, kTolerance);
-}
-
 TEST(Attitude, IsAProperRotation) {
   std::mt19937_64 random(4);
   std::uniform_real_distribution<double> angle(-kPi, kPi);
@@ -199,6 +194,105 @@ TEST(AttitudeFromRotation, GivesTheAnglesThatPosesCsvHolds) {
   EXPECT_NEAR(attitude.yaw_rad, 0.3, kTolerance);
   EXPECT_NEAR(attitude.pitch_rad, -0.2, kTolerance);
   EXPECT_NEAR(attitude.roll_rad, 0.1, kTolerance);
+}
+
+constexpr PanoramaSize kSize{64, 32};
+
+// Bilinear interpolation of the directions of the pixel centres.
+Eigen::Vector3d interpolated_direction(PixelPosition position) {
+  const PixelsAround around = pixels_around(position, kSize);
+  Eigen::Vector3d sum(0, 0, 0);
+  for (std::size_t i = 0; i < 2; ++i) {
+    for (std::size_t j = 0; j < 2; ++j) {
+      const PixelPosition centre{double(around.column[i]), double(around.row[j])};
+      sum += around.weight(i, j) * direction_from_angles(angles_from_pixel(centre, kSize));
+    }
+  }
+  return sum;
+}
+
+TEST(WrappedColumn, GoesRound) {
+  EXPECT_EQ(wrapped_column(-1, 8), 7);
+  EXPECT_EQ(wrapped_column(0, 8), 0);
+  EXPECT_EQ(wrapped_column(8, 8), 0);
+  EXPECT_EQ(wrapped_column(-17, 8), 7);
+}
+
+TEST(PixelsAround, AtACentreThatPixelCountsAlone) {
+  const PixelsAround around = pixels_around({63.0, 5.0}, kSize);
+  EXPECT_EQ(around.nearest_column(), 63);
+  EXPECT_EQ(around.nearest_row(), 5);
+  EXPECT_EQ(around.weight(0, 0), 1.0);
+}
+
+TEST(PixelsAround, SpanTheSeam) {
+  for (const double u : {-0.25, 63.75}) {
+    const PixelsAround around = pixels_around({u, 5.0}, kSize);
+    EXPECT_EQ(around.column, (std::array{63, 0})) << u;
+    EXPECT_EQ(around.nearest_column(), 0) << u;
+    EXPECT_EQ(around.part_u, 0.75) << u;
+  }
+}
+
+TEST(PixelsAround, EndAtThePoles) {
+  EXPECT_EQ(pixels_around({3.0, -0.5}, kSize).row, (std::array{0, 0}));
+  EXPECT_EQ(pixels_around({3.0, 31.5}, kSize).row, (std::array{31, 31}));
+}
+
+TEST(PixelsAround, InterpolateEveryDirection) {
+  const double pixel_rad = kTwoPi / kSize.width;
+  for (double phi = -90.0; phi <= 90.0; phi += 1.5) {
+    for (double theta = -180.0; theta < 180.0; theta += 2.25) {
+      const SphereAngles angles{radians_from_degrees(theta), radians_from_degrees(phi)};
+      const PixelPosition position = pixel_from_angles(angles, kSize);
+      const PixelsAround around = pixels_around(position, kSize);
+      double sum = 0.0;
+      for (std::size_t i = 0; i < 2; ++i) {
+        for (std::size_t j = 0; j < 2; ++j) sum += around.weight(i, j);
+      }
+      EXPECT_NEAR(sum, 1.0, 1e-12);
+      // Half a row at a pole, where the row next to it stands for the pole.
+      EXPECT_LT((interpolated_direction(position) - direction_from_angles(angles)).norm(),
+                0.51 * pixel_rad)
+          << theta << " " << phi;
+    }
+  }
+}
+
+TEST(EyeCircle, TheLeftEyeStandsToTheLeftOfItsColumn) {
+  const EyeCircle left{{1.0, 2.0, 3.0}, 0.1};
+  // Ahead is +z, so that left is -x; then ahead is +x, so that left is +z.
+  EXPECT_LT((left.position_m(0.0) - Eigen::Vector3d(0.9, 2.0, 3.0)).norm(), 1e-15);
+  EXPECT_LT((left.position_m(kHalfPi) - Eigen::Vector3d(1.0, 2.0, 3.1)).norm(), 1e-15);
+  EXPECT_LT((left.opposite().position_m(0.0) - Eigen::Vector3d(1.1, 2.0, 3.0)).norm(), 1e-15);
+}
+
+TEST(EyeCircle, FindsTheDirectionThatAPointIsSeenIn) {
+  for (const double radius_m : {0.03, -0.03, 0.5, -0.5, 1e-9, 0.0}) {
+    const EyeCircle eye{{0.2, 1.0, -0.3}, radius_m};
+    for (double theta = -3.1; theta < 3.1; theta += 0.31) {
+      for (const double phi : {-1.57, -1.0, 0.0, 0.7, 1.57}) {
+        for (const double distance_m : {0.01, 1.0, 1e6}) {
+          const Eigen::Vector3d point_m =
+              eye.position_m(theta) + distance_m * direction_from_angles({theta, phi});
+          const auto seen = eye.direction_of(point_m - eye.centre_m);
+          ASSERT_TRUE(seen) << radius_m << ' ' << theta << ' ' << phi;
+          // Across the ray; a point 0.01 m away almost straight up touches the circle.
+          const double plan_m = distance_m * std::cos(phi);
+          const double slack_m = 1e-15 * distance_m + 2e-16 / std::max(plan_m, 1e-6);
+          ASSERT_NEAR(wrap_angle(seen->theta_rad - theta) * plan_m, 0.0, 1e-12 + slack_m);
+          ASSERT_NEAR(seen->phi_rad, phi, 1e-9);
+        }
+      }
+    }
+  }
+}
+
+TEST(EyeCircle, DoesNotSeeWhatIsInside) {
+  const EyeCircle eye{{0, 0, 0}, 0.1};
+  EXPECT_FALSE(eye.direction_of({0.05, -1.0, 0.05}));
+  EXPECT_FALSE(eye.direction_of({0.0, 1.0, 0.0}));
+  EXPECT_TRUE(eye.direction_of({0.1, -1.0, 0.05}));
 }
 
 }  // namespace

@@ -29,35 +29,23 @@ std::string base64(const std::vector<unsigned char>& bytes) {
 std::string inside_script(std::string_view json) {
   std::string text;
   text.reserve(json.size());
-  for (const char c : json) {
-    if (c == '<') {
-      text += "\\u003c";
-    } else {
-      text += c;
-    }
-  }
+  for (const char c : json) text += c == '<' ? "\\u003c" : std::string_view(&c, 1);
   return text;
 }
 
 }  // namespace
 
 ReportImage report_image(std::string_view section, std::string_view row, std::string_view caption,
-                         const cv::Mat& image, ReportImageFormat format) {
+                         const cv::Mat& image) {
   if (image.empty() || (image.type() != CV_8UC1 && image.type() != CV_8UC3)) {
     throw Error("report: an image must be 8-bit grey or colour and not empty");
   }
   std::vector<unsigned char> file;
-  std::string type = "image/png";
-  if (format == ReportImageFormat::kPng) {
-    cv::imencode(".png", image, file);
-  } else {
-    type = "image/jpeg";
-    cv::imencode(".jpg", image, file, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
-  }
+  cv::imencode(".jpg", image, file, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
   return {.section = std::string(section),
           .row = std::string(row),
           .caption = std::string(caption),
-          .source = "data:" + type + ";base64," + base64(file)};
+          .source = "data:image/jpeg;base64," + base64(file)};
 }
 
 std::string report_page(std::string_view kind, const Json& document,

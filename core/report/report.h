@@ -1,6 +1,6 @@
 // Reports: one HTML file that draws itself from a JSON document, with the images it shows inside,
-// and asks nothing of a host. How each kind is drawn is in page/src/reports; C++ only supplies
-// values.
+// and asks nothing of a host. How a kind is drawn is described in TypeScript (<kind>.ts) beside the
+// C++ that supplies the values.
 //
 //   std::vector<ReportImage> images{report_image("views", "view free_a", "truth", picture)};
 //   write_file_atomically(dir / "index.html", report_page("validation", document, images));
@@ -22,14 +22,11 @@ struct ReportImage {
   std::string source{};   // a data URI
 };
 
-// JPEG at quality 90 is far smaller for photographs; PNG is lossless.
-enum class ReportImageFormat { kJpeg, kPng };
-
-// Throws Error unless the image is 8-bit, grey or BGR, and not empty.
+// As JPEG. Throws Error unless the image is 8-bit, grey or BGR, and not empty.
 ReportImage report_image(std::string_view section, std::string_view row, std::string_view caption,
-                         const cv::Mat& image, ReportImageFormat format = ReportImageFormat::kJpeg);
+                         const cv::Mat& image);
 
-// The complete page. `kind`: a file of page/src/reports, e.g. "error_model". Numbers that are not
+// The complete page. `kind`: the stem of a description, e.g. "error_model". Numbers that are not
 // finite read as not measured; bytes that are not UTF-8, e.g. in the name of a file, are replaced.
 std::string report_page(std::string_view kind, const nlohmann::ordered_json& document,
                         std::span<const ReportImage> images = {});

@@ -7,7 +7,7 @@
 
 namespace raywalk {
 
-// `kind`: a file of page/src/reports.
+// `kind`: the stem of a description that raywalk_report_kind (Pages.cmake) names.
 std::string_view report_template(std::string_view kind);
 
 }  // namespace raywalk

@@ -2,147 +2,23 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <hdf5.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdlib>
-#include <functional>
 #include <limits>
-#include <mutex>
-#include <string_view>
 #include <system_error>
-#include <type_traits>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/room/hdf5_calls.h"
 
 namespace raywalk {
 namespace {
 
 namespace fs = std::filesystem;
+using hdf5::check;
 
 constexpr std::size_t kMostSmallBytes = std::size_t{1} << 27;
-constexpr unsigned kDeflateLevel = 4;  // higher ones save a hundredth
-
-// Held while HDF5 is used.
-std::mutex library;
-
-std::string last_reason;  // of the last call of HDF5 that failed
-
-// Walking downward ends at the function that detected the error, whose description is the most
-// specific.
-herr_t keep_last(unsigned, const H5E_error2_t* error, void*) {
-  if (error->desc != nullptr && *error->desc != '\0') last_reason = error->desc;
-  return 0;
-}
-
-// Instead of printing them.
-herr_t keep_reason(hid_t stack, void*) {
-  return H5Ewalk2(stack, H5E_WALK_DOWNWARD, keep_last, nullptr);
-}
-
-// The system's error number that HDF5's file drivers put into their description:
-// "file write failed: ..., errno = 28, error message = 'No space left on device', ..."; 0: none.
-int error_number_in(const std::string& reason) {
-  constexpr std::string_view kBefore = "errno = ";
-  const std::size_t at = reason.find(kBefore);
-  return at == std::string::npos ? 0 : std::atoi(reason.c_str() + at + kBefore.size());
-}
-
-// The first call also disables HDF5's cleanup at exit (see writing), which must precede its
-// initialisation.
-void prepare_library() {
-  static const bool no_cleaning_at_exit = H5dont_atexit() >= 0;
-  static_cast<void>(no_cleaning_at_exit);
-  H5Eset_auto2(H5E_DEFAULT, keep_reason, nullptr);
-  last_reason.clear();
-}
-
-std::string meaning_of_failure() {
-  const int number = error_number_in(last_reason);
-  if (number == ENOSPC || number == EDQUOT) {
-    return "the disk is full; free some space and run the command again";
-  }
-  if (number != 0) {
-    return std::generic_category().message(number) +
-           "; check the disk and the file's permissions, and run the command again";
-  }
-  return "the file is damaged or was cut short; restore it from a copy or create it again" +
-         (last_reason.empty() ? "" : " (HDF5: " + one_line(last_reason) + ")");
-}
-
-// A call of HDF5 failed; last_reason says why.
-struct Hdf5Failure {};
-
-void check(herr_t status) {
-  if (status < 0) throw Hdf5Failure();
-}
-
-// Owns an identifier of HDF5.
-class Id {
- public:
-  Id(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {
-    if (id < 0) throw Hdf5Failure();
-  }
-  Id(Id&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-  Id& operator=(Id&&) = delete;
-  ~Id() {
-    if (id_ >= 0) close_(id_);
-  }
-  operator hid_t() const { return id_; }  // NOLINT(google-explicit-constructor): as HDF5 takes it
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
-
-// As stored; Raywalk's machines are little-endian.
-hid_t type_of(ElementType type) {
-  switch (type) {
-    case ElementType::kUint8:
-      return H5T_STD_U8LE;
-    case ElementType::kInt32:
-      return H5T_STD_I32LE;
-    case ElementType::kUint64:
-      return H5T_STD_U64LE;
-    case ElementType::kFloat32:
-      return H5T_IEEE_F32LE;
-    case ElementType::kFloat64:
-      break;
-  }
-  return H5T_IEEE_F64LE;
-}
-
-template <typename T>
-constexpr ElementType kElementOf = std::is_same_v<T, double>         ? ElementType::kFloat64
-                                   : std::is_same_v<T, std::int32_t> ? ElementType::kInt32
-                                                                     : ElementType::kUint64;
-
-std::vector<hsize_t> dims_of(const Shape& shape) { return {shape.begin(), shape.end()}; }
-
-Id space_of(const Shape& shape) {
-  return {H5Screate_simple(static_cast<int>(shape.size()), dims_of(shape).data(), nullptr),
-          H5Sclose};
-}
-
-// An open dataset, and how it is stored.
-struct Dataset {
-  Dataset(hid_t file, const std::string& name)
-      : id(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose),
-        type(H5Dget_type(id), H5Tclose),
-        properties(H5Dget_create_plist(id), H5Pclose) {
-    const Id space(H5Dget_space(id), H5Sclose);
-    const int rank = H5Sget_simple_extent_ndims(space);
-    check(rank);
-    std::vector<hsize_t> dims(static_cast<std::size_t>(rank));
-    check(H5Sget_simple_extent_dims(space, dims.data(), nullptr));
-    shape = {dims.begin(), dims.end()};
-  }
-  Id id, type, properties;
-  Shape shape;
-};
 
 // Of all values; none where that is no number of bytes.
 std::optional<std::size_t> bytes_of(const Shape& shape, std::size_t bytes) {
@@ -163,22 +39,6 @@ std::size_t small_bytes_of(const fs::path& file, const std::string& name, const 
   return *bytes;
 }
 
-// The shape of one index of the first dimension.
-Shape slab_of(Shape shape) {
-  shape.front() = 1;
-  return shape;
-}
-
-// One index of the first dimension of a file's values.
-Id selected(const Shape& shape, std::size_t index) {
-  std::vector<hsize_t> start(shape.size(), 0);
-  start.front() = index;
-  Id space = space_of(shape);
-  check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr,
-                            dims_of(slab_of(shape)).data(), nullptr));
-  return space;
-}
-
 // HDF5 file format specification, section II.A: the byte after the eight of the signature is the
 // version of the superblock; from version 2 on superblock and metadata are checksummed. HDF5 1.10
 // can read past its own buffers on damaged metadata of the older format.
@@ -188,7 +48,7 @@ bool has_checksums(const fs::path& file) {
 }
 
 bool has_one_value(hid_t attribute) {
-  const Id space(H5Aget_space(attribute), H5Sclose);
+  const hdf5::Id space(H5Aget_space(attribute), H5Sclose);
   return H5Sget_simple_extent_npoints(space) == 1;
 }
 
@@ -197,80 +57,15 @@ bool is_text(hid_t type) {
          H5Tget_size(type) <= kMostSmallBytes;
 }
 
-// Creates a dataset that is contiguous or, with a shape of chunks, in these, through the filters
-// that `add_filters` adds to its properties.
-Id created(hid_t file, const std::string& name, hid_t type, const Shape& shape,
-           const Shape& chunk = {}, const std::function<void(hid_t)>& add_filters = {}) {
-  const Id properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  // Without times, files of the same content have the same bytes.
-  check(H5Pset_obj_track_times(properties, false));
-  if (chunk.empty()) {
-    check(H5Pset_layout(properties, H5D_CONTIGUOUS));
-    check(H5Pset_alloc_time(properties, H5D_ALLOC_TIME_EARLY));
-    check(H5Pset_fill_time(properties, H5D_FILL_TIME_NEVER));
-  } else {
-    check(H5Pset_chunk(properties, static_cast<int>(chunk.size()), dims_of(chunk).data()));
-    add_filters(properties);
-  }
-  return {
-      H5Dcreate2(file, name.c_str(), type, space_of(shape), H5P_DEFAULT, properties, H5P_DEFAULT),
-      H5Dclose};
-}
-
-void write_whole(hid_t file, const std::string& name, hid_t type, const Shape& shape,
-                 const void* values) {
-  check(H5Dwrite(created(file, name, type, shape), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values));
-}
-
-void write_scalar(hid_t file, const std::string& where, const std::string& name, hid_t type,
-                  const void* value) {
-  const Id scalar(H5Screate(H5S_SCALAR), H5Sclose);
-  const Id attribute(H5Acreate_by_name(file, where.c_str(), name.c_str(), type, scalar, H5P_DEFAULT,
-                                       H5P_DEFAULT, H5P_DEFAULT),
-                     H5Aclose);
-  check(H5Awrite(attribute, type, value));
-}
-
-Id text_type(std::size_t length) {
-  Id type(H5Tcopy(H5T_C_S1), H5Tclose);
-  check(H5Tset_size(type, length));
-  check(H5Tset_strpad(type, H5T_STR_NULLPAD));
-  check(H5Tset_cset(type, H5T_CSET_UTF8));
-  return type;
-}
-
-// What `call` returns. Throws Error "<file>: <what>: <HDF5's innermost reason>" where HDF5 fails.
-template <typename Call>
-auto guarded(const fs::path& file, const std::string& what, const Call& call) {
-  const std::lock_guard lock(library);
-  prepare_library();
-  try {
-    return call();
-  } catch (const Hdf5Failure&) {
-    throw Error(fmt::format("{}: {}: {}", file.string(), what, meaning_of_failure()));
-  }
-}
-
-// The same of what writes into `open`. HDF5 1.10 crashes when it closes a file whose buffers cannot
-// be written (disk full), even at process exit, so after a failed write the file is never closed.
-template <typename Call>
-auto writing(const fs::path& file, hid_t* open, const std::string& what, const Call& call) {
-  try {
-    return guarded(file, what, call);
-  } catch (const Error&) {
-    *open = -1;
-    throw;
-  }
-}
-
 }  // namespace
 
 Hdf5File::Hdf5File(fs::path path) : path_(std::move(path)) {}
 Hdf5File::Hdf5File(Hdf5File&& other) noexcept
     : path_(std::move(other.path_)), file_(std::exchange(other.file_, -1)) {}
 Hdf5File::~Hdf5File() {
-  const std::lock_guard lock(library);
-  if (file_ >= 0) H5Fclose(file_);
+  if (file_ < 0) return;
+  const auto lock = hdf5::locked();
+  H5Fclose(file_);
 }
 
 Hdf5File Hdf5File::open(const fs::path& path) {
@@ -279,30 +74,14 @@ Hdf5File Hdf5File::open(const fs::path& path) {
     throw Error(path.string() + (fs::exists(path, error) ? ": not a file" : ": no such file"));
   }
   Hdf5File file(path);
-  guarded(path, "cannot open the file", [&] {
+  hdf5::guarded(path, "cannot open the file", [&] {
     if (H5Fis_hdf5(path.c_str()) == 0) throw Error(path.string() + ": not an HDF5 file");
     if (!has_checksums(path)) {
       throw Error(path.string() +
                   ": written without checksums, so not by Raywalk; pack the room again");
     }
     file.file_ = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
-    if (file.file_ < 0) throw Hdf5Failure();
-  });
-  return file;
-}
-
-Hdf5File Hdf5File::create(const fs::path& path) {
-  Hdf5File file(path);
-  guarded(path, "cannot create the file", [&] {
-    const Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-    // The format of HDF5 1.10: its metadata have checksums, so that damage is detected.
-    check(H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110));
-    // Datasets are memory-mapped, so their numbers must be aligned in the file.
-    check(H5Pset_alignment(access, 1, 8));
-    const Id creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
-    check(H5Pset_obj_track_times(creation, false));
-    file.file_ = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, access);
-    if (file.file_ < 0) throw Hdf5Failure();
+    if (file.file_ < 0) throw hdf5::Failure();
   });
   return file;
 }
@@ -313,8 +92,8 @@ void Hdf5File::require_format(const std::string& format) const {
   if (*found != format) {
     throw Error(fmt::format("{}: its format is not {}", path_.string(), format));
   }
-  const int version = guarded(path_, "attribute 'format_version' cannot be read", [&] {
-    const Id attribute(H5Aopen(file_, "format_version", H5P_DEFAULT), H5Aclose);
+  const int version = hdf5::guarded(path_, "attribute 'format_version' cannot be read", [&] {
+    const hdf5::Id attribute(H5Aopen(file_, "format_version", H5P_DEFAULT), H5Aclose);
     int value = 0;
     if (has_one_value(attribute)) check(H5Aread(attribute, H5T_NATIVE_INT, &value));
     return value;
@@ -328,10 +107,10 @@ void Hdf5File::require_format(const std::string& format) const {
 
 std::optional<std::string> Hdf5File::text_attribute(const std::string& name) const {
   std::optional<std::string> text;
-  guarded(path_, fmt::format("attribute '{}' cannot be read", name), [&] {
+  hdf5::guarded(path_, fmt::format("attribute '{}' cannot be read", name), [&] {
     if (H5Aexists(file_, name.c_str()) <= 0) return;
-    const Id attribute(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose);
-    const Id type(H5Aget_type(attribute), H5Tclose);
+    const hdf5::Id attribute(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose);
+    const hdf5::Id type(H5Aget_type(attribute), H5Tclose);
     if (!is_text(type) || !has_one_value(attribute)) return;
     text.emplace(H5Tget_size(type), '\0');
     check(H5Aread(attribute, type, text->data()));
@@ -340,13 +119,19 @@ std::optional<std::string> Hdf5File::text_attribute(const std::string& name) con
 }
 
 bool Hdf5File::has_dataset(const std::string& name) const {
-  return guarded(path_, "cannot be read",
-                 [&] { return H5Lexists(file_, name.c_str(), H5P_DEFAULT) > 0; });
+  return hdf5::guarded(path_, "cannot be read",
+                       [&] { return H5Lexists(file_, name.c_str(), H5P_DEFAULT) > 0; });
+}
+
+template <typename Call>
+auto Hdf5File::of_dataset(const std::string& name, const char* failure, const Call& call) const {
+  return hdf5::guarded(path_, fmt::format("dataset '{}' {}", name, failure),
+                       [&] { return call(hdf5::Dataset(file_, name)); });
 }
 
 Shape Hdf5File::shape_of(const std::string& name) const {
-  return guarded(path_, fmt::format("dataset '{}' cannot be opened", name),
-                 [&] { return Dataset(file_, name).shape; });
+  return of_dataset(name, "cannot be opened",
+                    [](const hdf5::Dataset& dataset) { return dataset.shape; });
 }
 
 void Hdf5File::require_shape(const std::string& name, const Shape& expected) const {
@@ -358,11 +143,10 @@ void Hdf5File::require_shape(const std::string& name, const Shape& expected) con
 
 template <typename T>
 std::vector<T> Hdf5File::read(const std::string& name) const {
-  return guarded(path_, fmt::format("dataset '{}' cannot be read", name), [&] {
-    const Dataset dataset(file_, name);
+  return of_dataset(name, "cannot be read", [&](const hdf5::Dataset& dataset) {
     std::vector<T> values(small_bytes_of(path_, name, dataset.shape, sizeof(T)) / sizeof(T));
-    check(
-        H5Dread(dataset.id, type_of(kElementOf<T>), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()));
+    check(H5Dread(dataset.id, hdf5::type_of(hdf5::kElementOf<T>), H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                  values.data()));
     return values;
   });
 }
@@ -371,8 +155,7 @@ template std::vector<std::uint64_t> Hdf5File::read(const std::string& name) cons
 template std::vector<double> Hdf5File::read(const std::string& name) const;
 
 std::vector<std::string> Hdf5File::read_strings(const std::string& name) const {
-  return guarded(path_, fmt::format("dataset '{}' cannot be read", name), [&] {
-    const Dataset dataset(file_, name);
+  return of_dataset(name, "cannot be read", [&](const hdf5::Dataset& dataset) {
     const std::size_t length = H5Tget_size(dataset.type);
     if (!is_text(dataset.type) || length == 0) {
       throw Error(fmt::format("{}: dataset '{}' does not hold strings", path_.string(), name));
@@ -389,16 +172,15 @@ std::vector<std::string> Hdf5File::read_strings(const std::string& name) const {
 }
 
 FilePlace Hdf5File::place_of(const std::string& name, ElementType type) const {
-  return guarded(path_, fmt::format("dataset '{}' cannot be opened", name), [&] {
-    const Dataset dataset(file_, name);
+  return of_dataset(name, "cannot be opened", [&](const hdf5::Dataset& dataset) {
     const auto require = [&](bool right, const std::string& what) {
       if (!right) throw Error(fmt::format("{}: dataset '{}' {}", path_.string(), name, what));
     };
-    require(H5Tequal(dataset.type, type_of(type)) > 0, "is not of the right type");
+    require(H5Tequal(dataset.type, hdf5::type_of(type)) > 0, "is not of the right type");
     require(H5Pget_layout(dataset.properties) == H5D_CONTIGUOUS &&
                 H5Pget_external_count(dataset.properties) == 0,
             "is not stored contiguously; pack the room again");
-    const std::size_t element_bytes = H5Tget_size(type_of(type));
+    const std::size_t element_bytes = H5Tget_size(dataset.type);
     const std::size_t bytes = bytes_of(dataset.shape, element_bytes).value_or(0);
     require(bytes > 0, "has an impossible shape");
     const haddr_t begin = H5Dget_offset(dataset.id);
@@ -413,9 +195,8 @@ FilePlace Hdf5File::place_of(const std::string& name, ElementType type) const {
 }
 
 std::optional<Shape> Hdf5File::chunk_of(const std::string& name) const {
-  return guarded(
-      path_, fmt::format("dataset '{}' cannot be opened", name), [&]() -> std::optional<Shape> {
-        const Dataset dataset(file_, name);
+  return of_dataset(
+      name, "cannot be opened", [](const hdf5::Dataset& dataset) -> std::optional<Shape> {
         if (H5Pget_layout(dataset.properties) != H5D_CHUNKED) return {};
         std::vector<hsize_t> dims(dataset.shape.size());
         check(H5Pget_chunk(dataset.properties, static_cast<int>(dims.size()), dims.data()));
@@ -425,98 +206,15 @@ std::optional<Shape> Hdf5File::chunk_of(const std::string& name) const {
 
 void Hdf5File::read_slab(const std::string& name, std::size_t index, ElementType type,
                          std::span<std::byte> values) const {
-  guarded(path_, fmt::format("entry {} of dataset '{}' cannot be read", index, name), [&] {
-    const Dataset dataset(file_, name);
+  hdf5::guarded(path_, fmt::format("entry {} of dataset '{}' cannot be read", index, name), [&] {
+    const hdf5::Dataset dataset(file_, name);
     const Shape& shape = dataset.shape;
-    if (shape.empty() || bytes_of(slab_of(shape), H5Tget_size(type_of(type))) != values.size()) {
+    const hid_t stored = hdf5::type_of(type);
+    if (shape.empty() || bytes_of(hdf5::slab_of(shape), H5Tget_size(stored)) != values.size()) {
       throw Error(fmt::format("{}: dataset '{}' has another size", path_.string(), name));
     }
-    check(H5Dread(dataset.id, type_of(type), space_of(slab_of(shape)), selected(shape, index),
-                  H5P_DEFAULT, values.data()));
-  });
-}
-
-void Hdf5File::write_format(const std::string& format, int version) {
-  write_attribute("/", "format", format);
-  writing(path_, &file_, "cannot write attribute format_version",
-          [&] { write_scalar(file_, "/", "format_version", H5T_STD_I32LE, &version); });
-}
-
-void Hdf5File::write_attribute(const std::string& where, const std::string& name,
-                               const std::string& text) {
-  writing(path_, &file_, "cannot write attribute " + name,
-          [&] { write_scalar(file_, where, name, text_type(text.size()), text.data()); });
-}
-
-template <typename T>
-void Hdf5File::write(const std::string& name, const std::vector<T>& values, Shape shape) {
-  if (shape.empty()) shape = {values.size()};
-  writing(path_, &file_, fmt::format("cannot write dataset '{}'", name),
-          [&] { write_whole(file_, name, type_of(kElementOf<T>), shape, values.data()); });
-}
-template void Hdf5File::write(const std::string&, const std::vector<std::int32_t>&, Shape);
-template void Hdf5File::write(const std::string&, const std::vector<std::uint64_t>&, Shape);
-template void Hdf5File::write(const std::string&, const std::vector<double>&, Shape);
-
-void Hdf5File::write_strings(const std::string& name, const std::vector<std::string>& values) {
-  std::string all;
-  for (const std::string& value : values) all += value;
-  writing(path_, &file_, fmt::format("cannot write dataset '{}'", name), [&] {
-    write_whole(file_, name, text_type(values.front().size()), {values.size()}, all.data());
-  });
-}
-
-void Hdf5File::create_contiguous(const std::string& name, ElementType type, const Shape& shape) {
-  writing(path_, &file_, fmt::format("cannot create dataset '{}'", name),
-          [&] { created(file_, name, type_of(type), shape); });
-}
-
-void Hdf5File::create_deflated(const std::string& name, ElementType type, const Shape& shape) {
-  writing(path_, &file_, fmt::format("cannot create dataset '{}'", name), [&] {
-    created(file_, name, type_of(type), shape, slab_of(shape), [](hid_t properties) {
-      check(H5Pset_shuffle(properties));
-      check(H5Pset_deflate(properties, kDeflateLevel));
-    });
-  });
-}
-
-void Hdf5File::write_slab(const std::string& name, std::size_t index, const void* values) {
-  writing(path_, &file_, "cannot write", [&] {
-    const Dataset dataset(file_, name);
-    check(H5Dwrite(dataset.id, dataset.type, space_of(slab_of(dataset.shape)),
-                   selected(dataset.shape, index), H5P_DEFAULT, values));
-  });
-}
-
-void Hdf5File::create_encoded(const std::string& name, const Shape& shape, const Shape& chunk,
-                              int filter, const std::vector<unsigned>& filter_values) {
-  writing(path_, &file_, fmt::format("cannot create dataset '{}'", name), [&] {
-    created(file_, name, H5T_STD_U8LE, shape, chunk, [&](hid_t properties) {
-      // HDF5 requires a filter that is not optional to be there where the dataset is created.
-      check(H5Pset_filter(properties, filter, H5Z_FLAG_OPTIONAL, filter_values.size(),
-                          filter_values.data()));
-    });
-  });
-}
-
-FilePlace Hdf5File::write_chunk(const std::string& name, const Shape& start,
-                                std::span<const std::uint8_t> encoded) {
-  return writing(path_, &file_, "cannot write", [&] {
-    const Dataset dataset(file_, name);
-    const std::vector<hsize_t> place = dims_of(start);
-    unsigned skipped_filters = 0;
-    haddr_t begin = HADDR_UNDEF;
-    hsize_t bytes = 0;
-    check(H5Dwrite_chunk(dataset.id, H5P_DEFAULT, 0, place.data(), encoded.size(), encoded.data()));
-    check(H5Dget_chunk_info_by_coord(dataset.id, place.data(), &skipped_filters, &begin, &bytes));
-    return FilePlace{begin, bytes};
-  });
-}
-
-void Hdf5File::close() {
-  writing(path_, &file_, "cannot write", [&] {
-    check(H5Fflush(file_, H5F_SCOPE_LOCAL));
-    check(H5Fclose(std::exchange(file_, -1)));
+    check(H5Dread(dataset.id, stored, hdf5::space_of(hdf5::slab_of(shape)),
+                  hdf5::slab_space(shape, index), H5P_DEFAULT, values.data()));
   });
 }
 

@@ -90,6 +90,11 @@ class Hdf5File {
 
  private:
   explicit Hdf5File(std::filesystem::path path);
+  // What `call` returns of an open dataset, and of what writes; with what failed for errors.
+  template <typename Call>
+  auto of_dataset(const std::string& name, const char* failure, const Call& call) const;
+  template <typename Call>
+  auto writing(const std::string& what, const Call& call);
 
   std::filesystem::path path_;
   std::int64_t file_ = -1;  // HDF5's identifier

@@ -30,25 +30,6 @@ std::set<int> fixed_stations(const Grid& grid, const Line& line) {
 
 }  // namespace
 
-KeptStations every_nth_station(const Room& room, int stride) {
-  KeptStations kept;
-  for (int i = 0; i < static_cast<int>(room.grid().lines.size()); ++i) {
-    const auto mapped = room.distances(i).stations();
-    const int count = room.volume(i).stations();
-    const int step = std::min(stride, count);
-    std::vector<int> line;
-    for (int begin = 0; begin < count; begin += step) {
-      const auto map = std::ranges::lower_bound(mapped, begin);
-      const bool has_map = map != mapped.end() && *map < begin + step;
-      line.push_back(has_map ? *map : begin);
-    }
-    if (line.front() != 0) line.insert(line.begin(), 0);
-    if (line.back() != count - 1) line.push_back(count - 1);
-    kept.push_back(std::move(line));
-  }
-  return kept;
-}
-
 std::vector<std::vector<int>> held_out_stations(const Grid& grid, int every) {
   std::vector<std::vector<int>> left_out;
   for (const Line& line : grid.lines) {

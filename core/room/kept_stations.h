@@ -8,10 +8,6 @@
 
 namespace raywalk {
 
-// Of every `stride` (at least 1) consecutive stations of each line the first with a distance map,
-// or the first if none has one; and always the line's first and last station.
-KeptStations every_nth_station(const Room& room, int stride);
-
 // The stations to hold out and re-render: of every `every` (at least 2) consecutive stations of
 // each line the middle one, never the line's first or last.
 std::vector<std::vector<int>> held_out_stations(const Grid& grid, int every);

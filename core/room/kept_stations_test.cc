@@ -45,15 +45,6 @@ class KeptStationsTest : public ::testing::Test {
   Room room_;
 };
 
-TEST_F(KeptStationsTest, StationsWithMapsArePreferred) {
-  EXPECT_THAT(every_nth_station(room_, 1), Each(ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8)));
-  EXPECT_THAT(every_nth_station(room_, 2), Each(ElementsAre(0, 2, 4, 6, 8)));
-  EXPECT_THAT(every_nth_station(room_, 3), Each(ElementsAre(0, 4, 6, 8)));
-  EXPECT_THAT(every_nth_station(room_, 5), Each(ElementsAre(0, 6, 8)));
-  EXPECT_THAT(every_nth_station(room_, 9), Each(ElementsAre(0, 8)));
-  EXPECT_THAT(every_nth_station(room_, 1 << 30), Each(ElementsAre(0, 8)));
-}
-
 TEST_F(KeptStationsTest, HeldOutAndKeptStationsPartitionTheRoom) {
   for (int every = 2; every < 12; ++every) {
     const auto left_out = held_out_stations(room_.grid(), every);

@@ -132,11 +132,8 @@ TEST_F(VolumeTest, ValidRowsOfAnotherShapeAreRefused) {
   EXPECT_THAT(line_error(), HasSubstr("'valid_rows'"));
 }
 
-TEST_F(VolumeTest, MissingFileIsNamed) {
+TEST_F(VolumeTest, FileThatIsMissingOrNotHdf5IsNamed) {
   EXPECT_THAT(line_error(), AllOf(HasSubstr(file_.string()), HasSubstr("no such file")));
-}
-
-TEST_F(VolumeTest, FileThatIsNotHdf5IsNamed) {
   write_file_atomically(file_, "not a volume");
   EXPECT_THAT(line_error(), AllOf(HasSubstr(file_.string()), HasSubstr("not an HDF5 file")));
 }
@@ -250,13 +247,6 @@ class RoomTest : public ::testing::Test {
   fs::path room_ = directory_ / "room.lf";
 };
 
-TEST_F(RoomTest, OpensWithoutDistances) {
-  const Room room = Room::open(room_);
-  EXPECT_EQ(room.volume(0).stations(), kStations);
-  EXPECT_EQ(room.distances(0).maps(), 0);
-  EXPECT_FALSE(room.has_distances());
-}
-
 TEST_F(RoomTest, DistancesAreThoseOfTheManifest) {
   write_distances(distance_volume_path(room_, "x0"), {1}, {1, 4, 2});
   EXPECT_FALSE(Room::open(room_).has_distances());
@@ -271,11 +261,6 @@ TEST_F(RoomTest, EveryMissingPartIsNamed) {
   EXPECT_THAT(error_of([&] { Room::open(room_ / "lines"); }), HasSubstr("no manifest.json"));
   fs::remove(line_volume_path(room_, "x0"));
   EXPECT_THAT(open_error(), AllOf(HasSubstr("x0.h5"), HasSubstr("no such file")));
-}
-
-TEST_F(RoomTest, TruncatedVolumeIsNamed) {
-  fs::resize_file(line_volume_path(room_, "x0"), fs::file_size(line_volume_path(room_, "x0")) - 1);
-  EXPECT_THAT(open_error(), AllOf(HasSubstr("x0.h5"), HasSubstr("cut short")));
 }
 
 TEST_F(RoomTest, DamagedAndMissingDistancesAreNamed) {

@@ -116,33 +116,16 @@ void TiledRays::require(int station, std::size_t begin, std::size_t end) {
 
 void TiledRays::bring(int station, int tile) {
   const std::int64_t index = index_of(station, tile);
-  std::atomic<State>& state = states_[static_cast<std::size_t>(index)];
-  while (true) {
-    State found = state.load(std::memory_order_acquire);
-    if (found == State::kBusy) {
-      state.wait(found, std::memory_order_acquire);
-    } else if (found != State::kAbsent) {
-      state.store(State::kUsed, std::memory_order_release);
-      return;
-    } else if (state.compare_exchange_weak(found, State::kBusy, std::memory_order_acq_rel)) {
-      break;
-    }
-  }
-  const auto leave = [&](State now) {
-    state.store(now, std::memory_order_release);
-    state.notify_all();
-  };
-  try {
+  // Of the threads that want a tile at once, one decodes it and the others wait.
+  const std::lock_guard lock(decoding_[static_cast<std::size_t>(index) % decoding_.size()]);
+  if (state_of(index) == State::kAbsent) {
     auto* const out = const_cast<std::uint8_t*>(rays(station)) + layout_.bytes_of(tile).begin;
     if (!decode_tile(form_.kind, layout_.tile(), read(station, tile), out)) {
       throw_damaged(station, tile, "cannot be decoded");
     }
-  } catch (...) {
-    leave(State::kAbsent);
-    throw;
+    TileCache::of_process().add(this, index);
   }
-  leave(State::kUsed);
-  TileCache::of_process().add(this, index);
+  states_[static_cast<std::size_t>(index)].store(State::kUsed, std::memory_order_release);
 }
 
 FilePlace TiledRays::place_of(std::int64_t tile) const {
@@ -202,7 +185,7 @@ bool TiledRays::evict_unless_used(std::int64_t tile) {
 }
 
 bool TiledRays::is_decoded(int station, std::size_t byte) const {
-  return state_of(index_of(station, layout_.tile_of(byte))) >= State::kDecoded;
+  return state_of(index_of(station, layout_.tile_of(byte))) != State::kAbsent;
 }
 
 void TiledRays::fetch(int station, std::size_t begin, std::size_t end) const {

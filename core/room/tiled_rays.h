@@ -8,6 +8,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -92,7 +93,7 @@ class TiledRays {
   bool evict_unless_used(std::int64_t tile);
 
  private:
-  enum class State : std::uint8_t { kAbsent, kBusy, kDecoded, kUsed };
+  enum class State : std::uint8_t { kAbsent, kDecoded, kUsed };
 
   std::int64_t index_of(int station, int tile) const {
     return static_cast<std::int64_t>(station) * layout_.tiles() + tile;
@@ -101,7 +102,7 @@ class TiledRays {
     return states_[static_cast<std::size_t>(tile)].load(std::memory_order_acquire);
   }
   FilePlace place_of(std::int64_t tile) const;
-  // Waits for or decodes a tile.
+  // Decodes a tile, unless another thread has.
   void bring(int station, int tile);
   // Its encoded bytes.
   std::vector<std::uint8_t> read(int station, int tile) const;
@@ -118,6 +119,7 @@ class TiledRays {
   const std::uint8_t* first_ray_ = nullptr;
   std::size_t stride_ = 0;  // from one station to the next
   std::vector<std::atomic<State>> states_;
+  std::array<std::mutex, 64> decoding_;  // of the tiles of a remainder modulo 64
 };
 
 struct TileCounts {

@@ -9,8 +9,8 @@
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
 #include "core/evaluate/connect_error.h"
-#include "core/evaluate/error_model_report.h"
 #include "render/commands/commands.h"
+#include "render/commands/error_model_report.h"
 #include "render/commands/report_option.h"
 #include "render/commands/view_flags.h"
 

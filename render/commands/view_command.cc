@@ -8,10 +8,10 @@
 #include "core/base/escaped.h"
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
-#include "core/command_line/point_argument.h"
 #include "core/files/output_folder.h"
 #include "render/commands/commands.h"
 #include "render/commands/view_flags.h"
+#include "render/point_argument.h"
 #include "render/view_file.h"
 
 namespace raywalk::render {

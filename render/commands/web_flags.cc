@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/command_line/point_argument.h"
 #include "core/files/output_folder.h"
 #include "core/room/refined_record.h"
+#include "render/point_argument.h"
 
 namespace raywalk::render {
 
@@ -52,12 +52,12 @@ WebExportOptions web_options(const std::filesystem::path& room, const WebFlags& 
   if (options.title.empty()) options.title = without_trailing_slash(room).stem().string();
   if (flags.k_deg != 0.0) options.k_deg = flags.k_deg;
   if (flags.start.empty()) return options;
-  const std::optional<CoordinatePair> start = parse_coordinate_pair(flags.start);
-  if (!start) {
+  const std::vector<double> start = parse_point(flags.start);
+  if (start.size() != 2) {
     throw UsageError("--start is " + excerpt(flags.start) +
                      "; give X,Z in metres, for example 0.1,-0.25");
   }
-  options.start = PlanPoint{start->first, start->second};
+  options.start = PlanPoint{start[0], start[1]};
   return options;
 }
 

@@ -99,9 +99,10 @@ FilmEncoder::FilmEncoder(const FilmSettings& settings, cv::Size size,
                          const std::filesystem::path& file, const std::string& name)
     : name_(name), size_(size), log_(std::make_unique<Log>()) {
   // SVT-AV1 prints its settings unless it is told to print errors alone.
-  ffmpeg_ = std::make_unique<ChildProcess>(find_ffmpeg(), ffmpeg_arguments(settings, size, file),
-                                           log_->path(), std::vector<std::string>{"SVT_LOG=1"},
-                                           ChildInput::kWritten);
+  std::vector<std::string> words = ffmpeg_arguments(settings, size, file);
+  words.insert(words.begin(), {"SVT_LOG=1", find_ffmpeg().string()});
+  ffmpeg_ =
+      std::make_unique<ChildProcess>("/usr/bin/env", words, log_->path(), ChildInput::kWritten);
 }
 
 FilmEncoder::~FilmEncoder() = default;

@@ -166,8 +166,9 @@ int most_stations_of_a_cell(const Grid& grid, const ConnectionRule& rule) {
 WebPlan plan_export(const Room& room, const std::optional<RoomRequirements>& required,
                     const WebDemand& demand) {
   WebPlan plan;
-  plan.kept = required ? needed_stations(room, required->spacing_m, Preferred::kWithDistances)
-                       : every_nth_station(room, 1);
+  // With a spacing of 0 all.
+  plan.kept =
+      needed_stations(room, required ? required->spacing_m : 0.0, Preferred::kWithDistances);
   plan.stations = count_of(plan.kept);
   for (const Line& line : room.grid().lines) {
     plan.captured_stations += static_cast<int>(line.stations.size());

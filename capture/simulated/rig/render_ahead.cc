@@ -6,7 +6,7 @@
 #include <exception>
 #include <utility>
 
-#include "core/base/units.h"
+#include "capture/base/units.h"
 
 namespace raywalk::capture {
 namespace {

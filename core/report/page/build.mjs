@@ -14,7 +14,7 @@ const bundled = (kind) =>
   build({
     entryPoints: [{ in: path.join(here, "report.css"), out: "report" }],
     stdin: {
-      contents: `import { draw } from "./page"; import { report } from "./reports/${kind}"; draw(report);`,
+      contents: `import { draw } from "./page"; import { report } from "./kinds/${kind}"; draw(report);`,
       resolveDir: path.join(here, "src"),
       loader: "ts",
     },
@@ -76,7 +76,7 @@ const literals = (text) =>
     .match(new RegExp(`[^]{1,${LITERAL_LENGTH}}`, "gu"))
     .map((literal) => `R"raywalk(${literal})raywalk"`)
     .join("\n");
-const kinds = (await readdir(path.join(here, "src/reports"))).map((file) => path.parse(file).name);
+const kinds = (await readdir(path.join(here, "src/kinds"))).map((file) => path.parse(file).name);
 const cases = await Promise.all(
   kinds.sort().map(
     async (kind) => `  if (kind == "${kind}") {

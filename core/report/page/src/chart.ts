@@ -34,19 +34,19 @@ const MOST_HEIGHT_px = 440;
 const PRINTED_WIDTH_px = 620;
 const REACH_px = 40; // how far the pointer may be from a point that says its values
 
-/** Series of a list, named by `of`; entries without a value are left out. */
+/** Series of a list, named by `of`; entries without a value are left out. Points have the entries' names. */
 export function seriesOf(
   list: Json[] | null | undefined,
   x: string | ((entry: Json) => Json),
   y: string | ((entry: Json) => Json),
   of: string | ((entry: Json) => string),
   style?: Series["style"],
-  name?: (entry: Json) => string,
+  name: (entry: Json) => string = (entry) => entry.name,
 ): Series[] {
   const value = (key: typeof x, entry: Json) => (typeof key === "string" ? entry[key] : key(entry));
   const series = new Map<string, Series>();
   for (const entry of list ?? []) {
-    const point = { x: value(x, entry), y: value(y, entry), name: name?.(entry) };
+    const point = { x: value(x, entry), y: value(y, entry), name: name(entry) };
     if (typeof point.x !== "number" || typeof point.y !== "number") continue;
     const of_entry = typeof of === "string" ? of : of(entry);
     const found = series.get(of_entry) ?? { name: of_entry, points: [], style };

@@ -43,6 +43,9 @@ export function facts(...list: Fact[]): HTMLElement {
   );
 }
 
+/** Charts, plans or tables side by side where there is room. */
+export const figures = (...shown: Content[]) => h("div", { class: "figures" }, ...shown);
+
 const slug = (title: string) => title.toLowerCase().replace(/[^a-z0-9]+/g, "-");
 
 /** Draws the report whose JSON stands in the page. */

@@ -8,7 +8,7 @@ export interface Column {
   unit?: string;
   factor?: number;
   value?: (row: Json) => Json; // instead of the row's at the key
-  best?: "most" | "least"; // of the column, emphasised
+  best?: "most"; // of the column is emphasised
   good?: (row: Json) => boolean; // emphasised the same way
   bad?: (row: Json) => boolean; // emphasised as a warning
 }
@@ -105,13 +105,10 @@ function prepared(column: Column, rows: Row[]) {
   const numbers = rows.map(value).filter((entry): entry is number => typeof entry === "number");
   const decimals = decimalsOf(numbers.map((number) => factor * number));
   const numeric = numbers.length > 0;
-  let extreme: number | null = null;
-  if (best && numeric && rows.length > 1) {
-    extreme = numbers.reduce((a, b) => (best === "most" ? Math.max(a, b) : Math.min(a, b)));
-  }
+  const most = best && rows.length > 1 ? Math.max(...numbers) : NaN;
   const cell = (row: Row) => {
     const of_row = value(row);
-    const is_best = good?.(row.row) || (extreme !== null && of_row === extreme);
+    const is_best = good?.(row.row) || of_row === most;
     const kind = bad?.(row.row) ? "bad" : is_best ? "best" : "";
     const title = typeof of_row === "number" ? String(of_row) : "";
     const attributes = { class: `${kind} ${numeric ? "" : "text"}`.trim(), title };

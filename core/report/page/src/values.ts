@@ -99,6 +99,9 @@ export function textOf(key: string, value: Json): string {
   return plain === NOTHING || !unit ? plain : `${plain} ${unit}`;
 }
 
+/** The same of an object's value at a key. */
+export const textAt = (object: Json, key: string) => textOf(key, object[key]);
+
 /** "1 line", "3 lines". */
 export function counted(count: number | unknown[], noun: string): string {
   const number = Array.isArray(count) ? count.length : count;

@@ -1,10 +1,10 @@
 // calibration.json: the steps lens, stitch, mask, poses, grid and rectify, under a summary.
-import { axis, chart, type Series, seriesOf } from "../chart";
-import { h } from "../dom";
-import { type Describe, facts, section } from "../page";
-import { type Place, plan } from "../plan";
-import { type Column, table } from "../table";
-import { counted, type Json, text, textOf } from "../values";
+import { axis, chart, type Series, seriesOf } from "report/chart";
+import { h } from "report/dom";
+import { type Describe, facts, figures, section } from "report/page";
+import { type Place, plan } from "report/plan";
+import { type Column, table } from "report/table";
+import { counted, type Json, meaning, text, textAt } from "report/values";
 
 type Images = Parameters<Describe>[1];
 
@@ -33,13 +33,13 @@ export const report: Describe = (d, images) => {
     warnings: d.warnings,
     sections: [
       section("Notes", d.notes),
-      rectify ? section("The next step", h("p", {}, h("code", {}, rectify.pack_command))) : null,
-      lens ? lensSection(lens, images) : null,
-      stitch ? stitchSection(stitch, images) : null,
-      mask ? maskSection(mask, images) : null,
-      poses ? posesSection(poses) : null,
-      grid ? gridSection(grid) : null,
-      rectify ? rectifySection(rectify, images) : null,
+      rectify && section("The next step", h("p", {}, h("code", {}, rectify.pack_command))),
+      lens && lensSection(lens, images),
+      stitch && stitchSection(stitch, images),
+      mask && maskSection(mask, images),
+      poses && posesSection(poses),
+      grid && gridSection(grid),
+      rectify && rectifySection(rectify, images),
       section(
         "Fewer keyframes",
         table(d.keyframe_trade, {
@@ -58,8 +58,6 @@ const plusMinus = (value: Json, sigma: Json, decimals: number) =>
 
 const change = ({ before, after }: Json, key: string, decimals: number) =>
   `${text(before[key], 1, decimals)} → ${text(after[key], 1, decimals)}`;
-
-const figures = (...shown: (HTMLElement | null)[]) => h("div", { class: "figures" }, ...shown);
 
 function lensSection(lens: Json, images: Images) {
   // The values of a lens differ in size, so each has its own digits.
@@ -85,11 +83,8 @@ function lensSection(lens: Json, images: Images) {
     "Lens",
     "Fitted to features tracked along the rail.",
     facts(
-      ["root mean square residual", textOf("residual_px", lens.residual_px)],
-      [
-        "largest standard deviation of an image position",
-        textOf("worst_imaging_sigma_px", lens.worst_imaging_sigma_px),
-      ],
+      ["root mean square residual", textAt(lens, "residual_px")],
+      ["largest standard deviation of an image position", textAt(lens, "worst_imaging_sigma_px")],
       ["features followed", lens.points],
       ["seen by both lenses", lens.overlap_points],
       ["stations", lens.pictures],
@@ -171,14 +166,11 @@ function maskSection(mask: Json, images: Images) {
       ? "What moves with the camera, and what the frames' own masks hide."
       : "The same in every frame: it hides what moves with the camera.",
     facts(
-      [
-        `of the sphere is masked${own ? " in all frames" : ""}`,
-        textOf("masked_share", mask.masked_share),
-      ],
+      [`of the sphere is masked${own ? " in all frames" : ""}`, textAt(mask, "masked_share")],
       own && ["frames with a mask of their own", `${own.frames} of ${own.of_frames}`],
-      own && ["of their sphere is masked", textOf("masked_share", own.masked_share)],
-      mask.cone_deg > 0 && ["cone about the nadir", textOf("cone_deg", mask.cone_deg)],
-      automatic && ["reach of the detected dolly", textOf("reach_deg", automatic.reach_deg)],
+      own && ["of their sphere is masked", textAt(own, "masked_share")],
+      mask.cone_deg > 0 && ["cone about the nadir", textAt(mask, "cone_deg")],
+      automatic && ["reach of the detected dolly", textAt(automatic, "reach_deg")],
     ),
     mask.picture && `Image: ${mask.picture}`,
     automatic &&
@@ -195,9 +187,9 @@ function posesSection(poses: Json) {
     facts(
       ["stations with a pose", `${poses.posed} of ${poses.stations}`],
       held && ["held-out frames with a pose", `${held.posed} of ${held.frames}`],
-      ["position, 1 sigma", textOf("position_sigma_mm", poses.position_sigma_mm)],
-      ["rotation, 1 sigma", textOf("rotation_sigma_deg", poses.rotation_sigma_deg)],
-      ["residual", textOf("residual_px", poses.residual_px)],
+      ["position, 1 sigma", textAt(poses, "position_sigma_mm")],
+      ["rotation, 1 sigma", textAt(poses, "rotation_sigma_deg")],
+      ["residual", textAt(poses, "residual_px")],
       ["time", `${text(poses.total_seconds, 1, 0)} s`],
     ),
     `${poses.keyframes} of ${poses.stations} stations were solved as keyframes; the others are ` +
@@ -422,16 +414,7 @@ function models(grid: Json) {
 function deviations({ line, stations }: Json) {
   const of = (what: string, unit: string, keys: string[]) =>
     chart(
-      keys.flatMap((key) =>
-        seriesOf(
-          stations,
-          "rail_m",
-          key,
-          () => axis(key).split(" / ")[0] as string,
-          "both",
-          (station) => station.name,
-        ),
-      ),
+      keys.flatMap((key) => seriesOf(stations, "rail_m", key, () => meaning(key).name)),
       { title: `Line ${line}: ${what}`, x: "rail position / m", y: `deviation / ${unit}` },
     );
   return figures(
@@ -449,7 +432,7 @@ function rectifySection(rectify: Json, images: Images) {
       ["validation frames", rectify.validation_frames],
       ["left out", left_out.length],
       own && ["frames with a mask of their own", own.frames],
-      own && ["of their sphere is masked", textOf("masked_share", own.masked_share)],
+      own && ["of their sphere is masked", textAt(own, "masked_share")],
     ),
     "Frames of fisheye pictures are made in world axes; captured panoramas are listed with their " +
       "attitudes. What the calibration gains: pack " +

@@ -1,10 +1,9 @@
 // require.json: what the scene of a room requires of layers, stations and storage.
-import { axis, chart, type Series, seriesOf } from "../chart";
-import { h } from "../dom";
-import { type Describe, facts, section } from "../page";
-import { type Place, plan } from "../plan";
-import { table } from "../table";
-import { counted, type Json, length, text, textOf } from "../values";
+import { axis, chart, type Series, seriesOf } from "report/chart";
+import { type Describe, facts, figures, section } from "report/page";
+import { type Place, plan } from "report/plan";
+import { table } from "report/table";
+import { counted, type Json, length, text, textAt, textOf } from "report/values";
 
 const CURVE_POINTS = 60;
 
@@ -55,7 +54,7 @@ export const report: Describe = (d) => {
             ["distance maps", d.thinned.distance_maps],
             ["bytes", textOf("all_bytes", d.thinned.bytes)],
             ["dropped ones re-created", d.thinned.views],
-            ["mean PSNR", textOf("psnr_db", d.thinned.psnr_db)],
+            ["mean PSNR", textAt(d.thinned, "psnr_db")],
             ["worst PSNR", textOf("psnr_db", d.thinned.worst_psnr_db)],
           ),
         ),
@@ -120,9 +119,7 @@ function stations(d: Json) {
   return section(
     "Spacing of the stations",
     `Plenoptic sampling along a rail: a source at inverse distance w appears in two stations, a step s apart, in directions s w apart. A blend without correction shows it twice; corrected by an assumed distance, the copies are apart by the error of that distance. One layer is Chai's optimal single depth; his critical sampling is a tolerance of 1 px about it. Here it is ${tolerance_px} px, ${text(tolerance_deg)} degrees.`,
-    h(
-      "div",
-      { class: "figures" },
+    figures(
       chart(ghosts(d), {
         title: "Ghosts over the spacing",
         x: "spacing of the stations / cm",

@@ -1,9 +1,8 @@
 // error-model.json: Fig. 11 of the paper for a given cell.
-import { chart, seriesOf, type Series } from "../chart";
-import { h } from "../dom";
-import { type Describe, facts, section } from "../page";
-import { table } from "../table";
-import { type Json, text } from "../values";
+import { chart, seriesOf, type Series } from "report/chart";
+import { type Describe, facts, figures, section } from "report/page";
+import { table } from "report/table";
+import { type Json, text } from "report/values";
 
 export const report: Describe = (d) => {
   const detail = d.curves[d.detail];
@@ -26,9 +25,7 @@ export const report: Describe = (d) => {
       section(
         "Figure 11",
         "A ray that leaves its line at more than k degrees is taken from the neighbouring line instead. A small k mismatches the two lines where they meet (E_m, equation 7), a large k bends what the line sees sideways (E_b, equation 10). E_t, equation 6, adds the two, each divided by its maximum over k = 45 to 90 degrees at the same distance.",
-        h(
-          "div",
-          { class: "figures" },
+        figures(
           chart(
             [
               over_k("E_t", detail.e_t),

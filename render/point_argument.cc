@@ -1,4 +1,4 @@
-#include "core/command_line/point_argument.h"
+#include "render/point_argument.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 #include "core/files/words.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr const char* kPlanType = "X,Z";
@@ -62,12 +62,6 @@ std::vector<double> parse_point(std::string_view text) {
   return numbers;
 }
 
-std::optional<CoordinatePair> parse_coordinate_pair(std::string_view text) {
-  const std::vector<double> numbers = parse_point(text);
-  if (numbers.size() != 2) return std::nullopt;
-  return CoordinatePair{numbers[0], numbers[1]};
-}
-
 CLI::Option* add_point_option(CLI::App* command, const std::string& flag, std::string* text,
                               const std::string& description, PointKind kind) {
   return command->add_option(flag, *text, description)
@@ -95,4 +89,4 @@ std::vector<std::string> joined_points(const CLI::App& app,
   return joined;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

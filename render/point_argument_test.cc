@@ -1,39 +1,29 @@
-#include "core/command_line/point_argument.h"
+#include "render/point_argument.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using testing::ElementsAre;
 using Words = std::vector<std::string>;
 
-TEST(CoordinatePairTest, CommaSpacesOrBoth) {
+TEST(PointTest, NumbersHaveACommaSpacesOrBothBetweenThem) {
   for (const char* text :
        {"-0.1,0.25", "-0.1, 0.25", "-0.1 0.25", " -0.1  ,  0.25 ", "-.1\t+.25"}) {
-    const auto pair = parse_coordinate_pair(text);
-    ASSERT_TRUE(pair) << text;
-    EXPECT_EQ(pair->first, -0.1) << text;
-    EXPECT_EQ(pair->second, 0.25) << text;
+    EXPECT_THAT(parse_point(text), ElementsAre(-0.1, 0.25)) << text;
   }
-}
-
-TEST(CoordinatePairTest, NothingElse) {
-  for (const char* text : {"", " ", "1", "1,", ",1", "1,2,3", "1 2 3", "1;2", "x,1", "1,nan",
-                           "inf 0", "0,1 0,2", "1e999,0"}) {
-    EXPECT_FALSE(parse_coordinate_pair(text)) << text;
-  }
-}
-
-TEST(PointTest, HasTwoOrThreeNumbers) {
-  EXPECT_THAT(parse_point("-0.1, 0.25"), ElementsAre(-0.1, 0.25));
   for (const char* text : {"1,2,3", "1 2 3", "1, 2 ,3", " 1  2\t3 ", "1,2 3", "1 ,2 ,3"}) {
     EXPECT_THAT(parse_point(text), ElementsAre(1.0, 2.0, 3.0)) << text;
   }
-  for (const char* text : {"", "1", "1,2,3,4", "1,,2", "1,2,", ",1,2", "1,2,x", "1 2 3 4"}) {
+}
+
+TEST(PointTest, HasTwoOrThreeFiniteNumbersAndNothingElse) {
+  for (const char* text : {"", " ", "1", "1,", ",1", "1;2", "x,1", "1,nan", "inf 0", "1e999,0",
+                           "1,2,3,4", "1 2 3 4", "0,1 0,2", "1,,2", "1,2,", ",1,2", "1,2,x"}) {
     EXPECT_TRUE(parse_point(text).empty()) << text;
   }
 }
@@ -81,4 +71,4 @@ TEST_F(JoinedPointsTest, OtherWordsStayAsTheyAre) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -1,9 +1,8 @@
 // depth.json: distance maps, how far to trust them, and what was found in the frames.
-import { axis, chart, type Series, seriesOf } from "../chart";
-import { h } from "../dom";
-import { type Describe, facts, section } from "../page";
-import { table } from "../table";
-import { counted, type Json, text, textOf } from "../values";
+import { axis, chart, type Series, seriesOf } from "report/chart";
+import { type Describe, facts, figures, section } from "report/page";
+import { table } from "report/table";
+import { counted, type Json, text, textAt, textOf } from "report/values";
 
 const MOST_WARNINGS = 50;
 const MOST_LINES = 16; // with a curve each; of more lines a curve shows the means
@@ -14,19 +13,13 @@ export const report: Describe = (d, images) => ({
   warnings: shortened(d.warnings),
   facts: facts(
     ["maps", `${d.maps.length} of ${counted(d.stations, "station")}`],
-    ["longest baseline", textOf("reach_m", d.reach_m)],
+    ["longest baseline", textAt(d, "reach_m")],
     ["layers", d.layers],
-    [
-      `confidence below ${text(d.low_confidence_below, 1, 2)}`,
-      textOf("low_confidence_share", d.low_confidence_share),
-    ],
-    [
-      "left out, as it moved",
-      d.leave_out_moving ? textOf("left_out_share", d.left_out_share) : "not looked for",
-    ],
+    [`confidence below ${text(d.low_confidence_below, 1, 2)}`, textAt(d, "low_confidence_share")],
+    ["left out, as it moved", d.leave_out_moving ? textAt(d, "left_out_share") : "not looked for"],
     ["in use by views", d.distances],
     ["time", textOf("seconds_s", d.seconds)],
-    ["memory", textOf("peak_memory_mb", d.peak_memory_mb)],
+    ["memory", textAt(d, "peak_memory_mb")],
     ["largest exposure step", `factor ${text(d.largest_exposure_step, 1, 2)}`],
   ),
   sections: [
@@ -129,9 +122,7 @@ function truth(t: Json) {
       yRange: [0, 1],
       caption: "Calibration of the confidence",
     }),
-    h(
-      "div",
-      { class: "figures" },
+    figures(
       table(t.elsewhere, { columns, caption: "Elsewhere" }),
       table(t.edges, { columns, caption: "Beside silhouettes (within 3 pixels)" }),
     ),

@@ -1,4 +1,4 @@
-#include "core/evaluate/error_model_report.h"
+#include "render/commands/error_model_report.h"
 
 #include <fmt/format.h>
 
@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -17,7 +18,7 @@
 #include "core/geometry/error_model.h"
 #include "core/report/report.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -60,8 +61,14 @@ void check_options(const ErrorModelOptions& options) {
   }
 }
 
-// The given distances, sorted, and kSweepSamples equally spaced ones between the least and the
-// greatest, rounded so that they are those that somebody gives.
+std::vector<double> sorted_once(std::vector<double> values) {
+  std::ranges::sort(values);
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  return values;
+}
+
+// The given distances and kSweepSamples equally spaced ones between the least and the greatest,
+// rounded so that they are those that somebody gives.
 std::vector<double> sweep_distances(const std::vector<double>& given) {
   std::vector<double> sweep = given;
   const auto [least, most] = std::ranges::minmax(given);
@@ -69,9 +76,7 @@ std::vector<double> sweep_distances(const std::vector<double>& given) {
     const double sample = std::lerp(least, most, static_cast<double>(i) / (kSweepSamples - 1));
     sweep.push_back(std::clamp(std::round(1e9 * sample) / 1e9, least, most));
   }
-  std::ranges::sort(sweep);
-  sweep.erase(std::unique(sweep.begin(), sweep.end()), sweep.end());
-  return sweep;
+  return sorted_once(std::move(sweep));
 }
 
 // The errors over k of sources at a distance, given in multiples of the side.
@@ -97,9 +102,7 @@ Json curve_at(double distance, const ErrorModelOptions& options) {
 
 // Of error-model.json.
 Json error_model(const ErrorModelOptions& options) {
-  std::vector<double> given = options.distances_over_side;
-  std::ranges::sort(given);
-  given.erase(std::unique(given.begin(), given.end()), given.end());
+  const std::vector<double> given = sorted_once(options.distances_over_side);
   const std::vector<double> distances = sweep_distances(given);
   std::vector<Json> curves(distances.size());
   parallel_for(0, static_cast<int>(distances.size()), 1, [&](int begin, int /*end*/) {
@@ -152,4 +155,4 @@ void write_error_model_report(const ErrorModelOptions& options, std::ostream& ta
   print_table(document, table);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -1,9 +1,9 @@
 // What raywalk-capture plan prints as JSON: lines, days, storage and resolution of a capture.
-import { type Content, h } from "../dom";
-import { type Describe, facts, section } from "../page";
-import { type Place, type Plan, plan } from "../plan";
-import { table } from "../table";
-import { counted, type Json, text } from "../values";
+import { type Content } from "report/dom";
+import { type Describe, facts, section } from "report/page";
+import { type Place, type Plan, plan } from "report/plan";
+import { table } from "report/table";
+import { counted, type Json, text } from "report/values";
 
 // Shares of the plan's extent.
 const CLOSEST_STATIONS = 0.003; // closer ones would be one thick line
@@ -135,7 +135,7 @@ function onTheSpot({ work, storage, film }: Json): Content {
       : `${counted(work.battery_charges, "charge")} of the battery` +
         (work.battery_charges_per_day === null ? "." : `, ${work.battery_charges_per_day} a day.`),
   ];
-  return lines.map((line) => h("p", {}, line));
+  return lines;
 }
 
 function cards({ uses_cards, card_gb, cards, pictures_per_card }: Json, film: boolean): string {
@@ -148,24 +148,16 @@ function cards({ uses_cards, card_gb, cards, pictures_per_card }: Json, film: bo
 }
 
 function spacing({ spacing }: Json): Content {
-  if (!spacing) return h("p", {}, "Set camera.width_px and height_px to estimate the resolution.");
+  if (!spacing) return "Set camera.width_px and height_px to estimate the resolution.";
   const within = `within ${text(spacing.tolerance_px)} px`;
   return [
-    h(
-      "p",
-      {},
-      `Without distances, stations so far apart resolve surfaces from ${text(spacing.nearest_resolved_m)} m on ${within} of a panorama ${spacing.panorama_width_px} px wide.`,
-    ),
-    h(
-      "p",
-      {},
-      spacing.ghost_px === null
-        ? "Set scene.nearest_m to estimate the spacing that the scene needs."
-        : `The nearest surface doubles by ${text(spacing.ghost_px)} px; ` +
-            (spacing.needed_mm === null
-              ? "any spacing would do."
-              : `${text(spacing.needed_mm)} mm would keep it ${within}.`),
-    ),
+    `Without distances, stations so far apart resolve surfaces from ${text(spacing.nearest_resolved_m)} m on ${within} of a panorama ${spacing.panorama_width_px} px wide.`,
+    spacing.ghost_px === null
+      ? "Set scene.nearest_m to estimate the spacing that the scene needs."
+      : `The nearest surface doubles by ${text(spacing.ghost_px)} px; ` +
+        (spacing.needed_mm === null
+          ? "any spacing would do."
+          : `${text(spacing.needed_mm)} mm would keep it ${within}.`),
   ];
 }
 

@@ -2,7 +2,6 @@
 // --at 0 0, or --at "0, 0".
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,18 +11,10 @@ class App;
 class Option;
 }  // namespace CLI
 
-namespace raywalk {
+namespace raywalk::render {
 
-// Two coordinates in the order they were written, in the unit that the flag's text states.
-struct CoordinatePair {
-  double first = 0.0;
-  double second = 0.0;
-};
-
-// Two finite numbers with a comma, spaces or both between them; none for anything else.
-std::optional<CoordinatePair> parse_coordinate_pair(std::string_view text);
-
-// Such a pair, or three such numbers, in the order they were written; none for anything else.
+// Two or three finite numbers with a comma, spaces or both between them, in the order they were
+// written; none for anything else.
 std::vector<double> parse_point(std::string_view text);
 
 // Which numbers a point has.
@@ -38,4 +29,4 @@ CLI::Option* add_point_option(CLI::App* command, const std::string& flag, std::s
 std::vector<std::string> joined_points(const CLI::App& app,
                                        const std::vector<std::string>& arguments);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

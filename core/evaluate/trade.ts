@@ -1,9 +1,8 @@
 // trade.json: speed against accuracy over the settings of a room.
-import { chart, seriesOf } from "../chart";
-import { h } from "../dom";
-import { type Describe, facts, type Section, section } from "../page";
-import { table } from "../table";
-import { counted, type Json, text } from "../values";
+import { chart, seriesOf } from "report/chart";
+import { type Describe, facts, type Section, section } from "report/page";
+import { table } from "report/table";
+import { counted, type Json, text } from "report/values";
 
 const SCORES = ["psnr_db", "ws_psnr_db", "ssim", "fsim"];
 const REMAPS = "time of a view / remaps";
@@ -93,7 +92,7 @@ function presets(list: Json[], settings: Json[]): Section | null {
     }),
     rows.length > 0 &&
       "Settings derived from the room's own distances, spacing and width: --preset.",
-    list.map((preset) => h("p", {}, `${preset.name}: ${preset.reason}.`)),
+    list.map((preset) => `${preset.name}: ${preset.reason}.`),
   );
 }
 

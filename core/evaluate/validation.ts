@@ -1,9 +1,8 @@
 // metrics.json: views beside true ones, and how well lines connect.
-import { axis, chart, seriesOf } from "../chart";
-import { h } from "../dom";
-import { type Describe, facts, type Section, section } from "../page";
-import { table } from "../table";
-import { counted, type Json, text } from "../values";
+import { axis, chart, seriesOf } from "report/chart";
+import { type Describe, facts, figures, type Section, section } from "report/page";
+import { table } from "report/table";
+import { counted, type Json, text } from "report/values";
 
 const SCORES = ["psnr_db", "ws_psnr_db", "ssim", "fsim"];
 const SILHOUETTES = [
@@ -66,7 +65,6 @@ function distance(quarters: Json[], gains: boolean): Section | null {
         value,
         (quarter) => quarter.method,
         "points",
-        (quarter) => quarter.name,
       ),
       { title, x: "distance from the line / cm", y },
     );
@@ -77,9 +75,7 @@ function distance(quarters: Json[], gains: boolean): Section | null {
   return section(
     "Quality over the distance from the line",
     "As Fig. 13 of the paper. Each point is the quarter of a view that faces a line, over the distance from the viewpoint to that line: the vertical parallax grows with it, and so does the gain of correcting it.",
-    h(
-      "div",
-      { class: "figures" },
+    figures(
       points("PSNR of every quarter", "PSNR / dB", (quarter) => quarter.psnr_db),
       gains && points("Gain in PSNR over initial views", "gain / dB", gain("psnr_db")),
       gains && points("Gain in SSIM over initial views", "gain in SSIM", gain("ssim")),
@@ -113,9 +109,7 @@ function connections(d: Json): Section | null {
   return section(
     "How well neighbouring lines connect",
     `E_connect, equation (11) of the paper: the mean squared difference of 8-bit RGB between what the two lines of a corner show in an overlap of ${text(overlap_deg)} degrees, over the centres of ${viewpoints} x ${viewpoints} sub-cells of every cell. Smaller is better. A corner is readable where both lines captured part of its overlap; the first E_connect is over other corners at every k and compares none of them. "common" is over the ${text(100 * common_share)} % of the corners that are readable at every k${comparable ? "" : ", too few to compare the angles"}.`,
-    h(
-      "div",
-      { class: "figures" },
+    figures(
       over_k("E_connect over k", rows),
       corrected.length < rows.length && over_k("E_connect over k, corrected views", corrected),
     ),
@@ -142,12 +136,9 @@ function rendering(d: Json, scores: string[]): Section | null {
     "Every view",
     enlarged > 1 &&
       `Views up to ${d.widest_truth_px} pixels wide are enlarged ${text(enlarged)} times from panoramas of ${d.captured_width_px}: they cannot show the detail of a truth of that width.`,
-    d.modes.map((mode: Json) =>
-      h(
-        "p",
-        {},
+    d.modes.map(
+      (mode: Json) =>
         `${mode.method}: connection ${mode.connection} at k = ${text(mode.k_deg)} degrees (${mode.k_source}), blended over ${text(mode.overlap_deg)} degrees.`,
-      ),
     ),
     d.distances !== "none" && `Distances of the corrected views: ${d.distances}.`,
     `In ${limited} of ${views.length} views at least one corner connects nearer to the physical connection than k requires, because the overhang of its lines runs out. Filled: read from other stations, because the lines in use do not see it; unseen: seen by no station; empty: served by no line.`,

@@ -6,7 +6,7 @@
 #include <ostream>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::render {
 
 struct ErrorModelOptions {
   double side_m = 1.0;   // N, 0.01..1000
@@ -30,4 +30,4 @@ struct ErrorModelOptions {
 // range, Error when a file cannot be written.
 void write_error_model_report(const ErrorModelOptions& options, std::ostream& table);
 
-}  // namespace raywalk
+}  // namespace raywalk::render
