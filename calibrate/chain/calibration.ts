@@ -1,4 +1,4 @@
-// calibration.json: the steps lens, stitch, mask, poses, grid and rectify, under a summary.
+// calibration.json: the steps lens, stitch, mask, poses and rectify, under a summary.
 import { axis, chart, type Series, seriesOf } from "report/chart";
 import { h } from "report/dom";
 import { type Describe, facts, figures, section } from "report/page";
@@ -9,25 +9,27 @@ import { counted, type Json, meaning, text, textAt } from "report/values";
 type Images = Parameters<Describe>[1];
 
 export const report: Describe = (d, images) => {
-  const { lens, stitch, mask, poses, grid, rectify } = d;
-  const solved = grid?.method !== "rotation";
-  const how = solved
-    ? "poses from COLMAP and the slider"
-    : "lines aligned at their crossings without solved poses";
-  const largest = grid?.largest_disagreement;
+  const { lens, stitch, mask, poses, rectify } = d;
+  const largest = (key: string) =>
+    Math.max(...poses.crossings.map((crossing: Json) => crossing[key] ?? 0));
+  const crossed = poses?.crossings.length > 0;
   return {
     title: `Calibration of ${d.source}`,
-    subtitle: grid
-      ? `${counted(d.stations, "station")} on ${counted(grid.lines, "line")}, ${how}`
+    subtitle: poses
+      ? `${counted(d.stations, "station")} on ${counted(poses.lines, "line")}`
       : counted(d.stations, "station"),
     facts: facts(
       ["trustworthy", d.trustworthy],
-      grid && ["crossings", grid.crossings.length],
-      largest && [
-        "largest rotation at a crossing, W = 4096",
-        `${change(largest, "rotation_px", 2)} px`,
+      poses && ["crossings", poses.crossings.length],
+      crossed && [
+        "largest rotation left at a crossing, W = 4096",
+        `${text(largest("rotation_px"), 1, 2)} px`,
       ],
-      largest && ["largest displacement at a crossing", `${change(largest, "position_mm", 2)} mm`],
+      crossed && [
+        "largest displacement left at a crossing",
+        `${text(largest("position_mm"), 1, 2)} mm`,
+      ],
+      poses?.contradictions.length > 0 && ["contradictions", poses.contradictions.length],
       rectify && ["frames", rectify.grid_frames],
     ),
     warnings: d.warnings,
@@ -38,7 +40,8 @@ export const report: Describe = (d, images) => {
       stitch && stitchSection(stitch, images),
       mask && maskSection(mask, images),
       poses && posesSection(poses),
-      grid && gridSection(grid),
+      poses && crossed && crossingSection(poses.crossings),
+      poses && railSection(poses),
       rectify && rectifySection(rectify, images),
       section(
         "Fewer keyframes",
@@ -55,9 +58,6 @@ export const report: Describe = (d, images) => {
 
 const plusMinus = (value: Json, sigma: Json, decimals: number) =>
   `${text(value, 1, decimals)} ± ${text(sigma, 1, decimals)}`;
-
-const change = ({ before, after }: Json, key: string, decimals: number) =>
-  `${text(before[key], 1, decimals)} → ${text(after[key], 1, decimals)}`;
 
 function lensSection(lens: Json, images: Images) {
   // The values of a lens differ in size, so each has its own digits.
@@ -197,13 +197,23 @@ function posesSection(poses: Json) {
       "known only to the carriage's repeatability, a solved one to the sigma above. Residuals are " +
       "in pixels of a panorama 4096 wide; sigmas are medians over the stations, each against all " +
       "others.",
+    table(poses.contradictions, {
+      caption: "What the listed positions, or the slider's feedback, have wrong by the pictures",
+      columns: ["kind", "text"],
+    }),
     table(poses.lines, {
       caption: "Lines; moved and turned: largest over the stations, relative to the plan",
+      columns: [
+        LINE,
+        "posed",
+        "keyframes",
+        "stations",
+        "observations",
+        "residual_px",
+        "moved_mm",
+        "turned_deg",
+      ],
     }),
-    table(poses.crossings, {
-      caption: "Scene points seen from both lines near where they cross",
-      columns: [CROSSING, "points"],
-    }) ?? "No two lines cross.",
     table(poses.unposed, { caption: `${held ? "Frames" : "Stations"} without a pose` }),
     "Images determine neither the scale nor the common rotation. Scale: " +
       `${text(alignment.scale, 1, 6)}, the median ratio of the slider's distance to the solved one ` +
@@ -217,10 +227,12 @@ function posesSection(poses: Json) {
   );
 }
 
+const LINE: Column = { key: "id", name: "line", bad: (line) => line.posed === 0 };
+
 const CROSSING: Column = {
   key: "crossing",
   value: (crossing) => `${crossing.along_x} × ${crossing.along_z}`,
-  bad: (crossing) => crossing.trustworthy === false,
+  bad: (crossing) => crossing.faults?.length > 0,
 };
 
 /** Frames with a position and a planned one; `lines` are frames on the planned lines. */
@@ -272,146 +284,62 @@ function exaggeration(room: number): number {
   return power * (room >= 5 * power ? 5 : room >= 2 * power ? 2 : 1);
 }
 
-function gridSection(grid: Json) {
-  const crossings = (caption: string, columns: (string | Column)[]) =>
-    table(grid.crossings, { caption, columns: [CROSSING, ...columns] });
-  const measured = (when: string, key: string, unit: string, decimals: number): Column => ({
-    key: when,
+function crossingSection(crossings: Json[]) {
+  const left = (key: string, unit: string): Column => ({
+    key: `left.${key}`,
+    name: key === "position" ? "displacement left" : "rotation left",
     unit,
-    value: ({ [when]: at }) =>
-      plusMinus(at[`${key}_${SUFFIX[unit]}`], at[`${key}_sigma_${SUFFIX[unit]}`], decimals),
+    value: (crossing) => plusMinus(crossing[`${key}_${unit}`], crossing[`${key}_sigma_${unit}`], 2),
   });
-  const changed = (key: string, name: string): Column => ({
-    key: `change.${key}`,
-    name,
-    value: (crossing) => change(crossing, key, 2),
-  });
-  const estimate = (key: string, decimals: number): Column => ({
-    key,
-    value: ({ [key]: { value, sigma } }) => plusMinus(value, sigma, decimals),
-  });
-  const LINE: Column = { key: "id", name: "line", bad: (line) => !line.connected };
-  const frames = new Map(grid.frames.map((frame: Json) => [frame.name, frame]));
-  const lines = grid.deviations.map(({ line, stations }: Json) => ({
-    name: line,
-    frames: stations.map((station: Json) => frames.get(station.name)),
-  }));
   return section(
-    "Grid",
-    grid.crossings.length > 0 &&
-      "Displacement and rotation of the two lines' panoramas relative to each other, before and " +
-        "after, measured by matches held out of the estimate, ± one standard deviation by the " +
-        "matches' scatter. A remaining difference is significant only where it exceeds them. " +
-        "Sigma: standard deviation by the estimate itself. Pixels are those of a panorama 4096 " +
-        "wide. Epipolar: the median distance of a match from its epipolar line.",
-    crossings("Displacement at the crossings", [
-      { key: "matches", name: "matches used" },
-      { key: "held_out_matches", name: "held out" },
-      measured("before", "position", "mm", 2),
-      measured("after", "position", "mm", 2),
-      "sigma_mm",
-      { key: "trustworthy", bad: (crossing) => !crossing.trustworthy },
-    ]),
-    crossings("Rotation at the crossings", [
-      measured("before", "rotation", "°", 3),
-      measured("after", "rotation", "°", 3),
-      "sigma_deg",
-      changed("rotation_px", "rotation"),
-      "sigma_px",
-      changed("median_px", "epipolar"),
-    ]),
-    crossings(
-      "Corrections by the estimate, and what two estimates from half of the stations each differ by",
-      [
+    "Crossings",
+    "Displacement and rotation of the two lines' panoramas relative to each other: as corrected " +
+      "from the plan, and what is left by scene points that were held out of the adjustment, ± one " +
+      "standard deviation. What is left is significant only where it exceeds them. Pixels are " +
+      "those of a panorama 4096 wide.",
+    table(crossings, {
+      columns: [
+        CROSSING,
         "correction_mm",
         "correction_deg",
-        "correction_px",
-        { key: "split_half_mm", name: "halves differ" },
-        { key: "split_half_expected_mm", name: "expected" },
-        { key: "split_half_deg", name: "halves differ" },
-        { key: "split_half_expected_deg", name: "expected" },
-      ],
-    ),
-    movedPlan("Lines as planned and as estimated", grid.frames, lines),
-    "Every line relative to the plan, ± one standard deviation: its middle along and across the " +
-      "rail and in height, the direction of the rail, the attitude of the camera, and the " +
-      "stations' scatter about the rail (jitter, standard deviation per component). The common " +
-      "motion of all lines is unobservable; it is chosen so that the positions fit the plan best. " +
-      "Emphasised: lines that no matches connect to others.",
-    table(grid.lines, {
-      caption: "Positions",
-      columns: [
-        LINE,
-        "solved_stations",
-        "stations",
-        estimate("along_mm", 2),
-        estimate("across_mm", 2),
-        estimate("height_mm", 2),
-        "jitter_along_mm",
-        { key: "jitter_mm", name: "jitter across" },
-        { key: "position_model", name: "model" },
+        "held_out_points",
+        left("position", "mm"),
+        left("rotation", "px"),
       ],
     }),
-    table(grid.lines, {
-      caption: "Directions and attitudes",
-      columns: [
-        LINE,
-        ...["heading_deg", "tilt_deg", "yaw_deg", "pitch_deg", "roll_deg"].map((key) =>
-          estimate(key, 3),
-        ),
-        "jitter_deg",
-        { key: "rotation_model", name: "model" },
-      ],
-    }),
-    grid.method === "poses" && models(grid),
-    "The deviation of each station from the fitted rail. Random scatter is the rail's jitter from " +
-      "stop to stop; a smooth wave would be a bend that the model does not describe.",
-    ...grid.deviations.map(deviations),
   );
 }
 
-const SUFFIX: Record<string, string> = { mm: "mm", "°": "deg" };
-
-function models(grid: Json) {
-  const of = (caption: string, key: string, unit: string) =>
-    table(
-      grid.lines.flatMap((line: Json) =>
-        line[key].map((model: Json) => ({ line: line.id, model: model.name, ...model })),
-      ),
-      {
-        caption,
-        columns: [
-          "line",
-          "model",
-          "parameters",
-          { key: "residual", unit },
-          { key: "left_out", unit },
-          { key: "bic", name: "BIC" },
-          "kept",
-        ],
-      },
-    );
-  const error = `${text(grid.solved_line_error_mm)} mm, ` + `${text(grid.solved_line_error_deg)}°`;
-  return [
-    h(
-      "p",
-      {},
-      "The candidate model with the lowest Bayesian information criterion (BIC) is selected: a bow " +
-        "or a twist has to lower the residuals by more than its parameters would by fitting noise. " +
-        "Left out: the residual of stations left out of the fit (five-fold cross-validation). " +
-        "Whatever the model, the pose of a station with a solved pose is weighted between that " +
-        "pose and the rail by their variances.",
-    ),
-    facts(
-      ["scale of the solved poses", text(grid.scale, 1, 5)],
-      ["common error of solved lines", error],
-    ),
-    of("Models of the rails: positions", "position_models", "mm"),
-    of("Models of the rails: attitudes", "rotation_models", "°"),
-  ];
+function railSection(poses: Json) {
+  const frames = new Map(poses.frames.map((frame: Json) => [frame.name, frame]));
+  const lines = poses.lines.map(({ id, deviations: stations }: Json) => ({
+    name: id,
+    frames: stations.map((station: Json) => frames.get(station.name)),
+  }));
+  return section(
+    "Rails",
+    movedPlan("Lines as planned and as estimated", poses.frames, lines),
+    "Every rail relative to the plan: its middle along and across the rail and in height, its " +
+      "direction, the attitude of the camera, its bow across and up, and the stations' scatter " +
+      "about it (standard deviation per component). The common motion of all lines is " +
+      "unobservable; it is chosen so that the positions fit the plan best.",
+    table(poses.lines, {
+      columns: [
+        LINE,
+        ..."along_mm across_mm height_mm heading_deg tilt_deg yaw_deg pitch_deg roll_deg".split(
+          " ",
+        ),
+        "bow_mm",
+        ..."scatter_along_mm scatter_mm scatter_deg".split(" "),
+      ],
+    }),
+    "The deviation of each station from its rail. Random scatter is the rail's jitter from stop to " +
+      "stop; a smooth wave would be a bend that the model does not describe.",
+    ...poses.lines.map(deviations),
+  );
 }
 
-function deviations({ line, stations }: Json) {
+function deviations({ id: line, deviations: stations }: Json) {
   const of = (what: string, unit: string, keys: string[]) =>
     chart(
       keys.flatMap((key) => seriesOf(stations, "rail_m", key, () => meaning(key).name)),

@@ -27,7 +27,7 @@ void set_correction(const CaptureSet& set, const FramePoses& planned, const Fram
 struct MatchSummary {
   std::map<std::size_t, int> features{};  // by keyframe
   std::map<std::size_t, int> matches{};   // verified, with all other frames, by keyframe
-  std::vector<RailMotion> motions{};      // by line
+  std::vector<LineMotion> motions{};      // by line
 };
 
 // Why a keyframe has no pose.

@@ -24,7 +24,7 @@ struct SolvedGrid {
   CaptureSet set = test_grid(31);
   FramePoses start = nominal_poses(set);
   std::vector<LineCrossing> crossings = crossings_of(set);
-  MatchSummary summary{.motions = std::vector<RailMotion>(4, RailMotion::kAsPlanned)};
+  MatchSummary summary{};
   PosesResult result{};
 
   SolvedGrid() {

@@ -17,45 +17,89 @@ constexpr std::size_t kLeastMotionMatches = 20;
 constexpr double kSure = 4.0;       // standard deviations of significant evidence of a pair
 constexpr double kMajority = 0.75;  // of the pairs with significant evidence
 
-// Unknowns: three of the small rotation between the two cameras, one of the mean inverse distance.
-using Vector4 = Eigen::Vector4d;
+// Unknowns: the small rotation between the two cameras, then their motion over the mean distance.
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 // To first order, when the camera moves by t and rotates by w, the bearing b (world axes) of a
 // point at the distance rho moves by -(t - (t b) b) / rho - w x b.
 struct FlowRow {
-  Eigen::Matrix<double, 3, 4> design{};
+  Eigen::Matrix<double, 3, 6> design{};
   Eigen::Vector3d moved{0, 0, 0};
 };
 
-FlowRow flow_row(const FramePose& first, const FramePose& second, const Eigen::Vector3d& along,
-                 const BearingMatch& match) {
+FlowRow flow_row(const FramePose& first, const FramePose& second, const BearingMatch& match) {
   const Eigen::Vector3d before = first.world_from_camera * match.in_first;
   const Eigen::Vector3d after = second.world_from_camera * match.in_second;
   FlowRow row;
   row.design.leftCols<3>() = cross_matrix(before);  // -w x b = b x w
-  row.design.col(3) = -(along - along.dot(before) * before);
+  row.design.rightCols<3>() = before * before.transpose() - Eigen::Matrix3d::Identity();
   row.moved = after - before;
   return row;
 }
 
+// "x", "-z", ...: the axis nearest to a direction.
+std::string nearest_axis(const Eigen::Vector3d& direction) {
+  Eigen::Index axis = 0;
+  direction.cwiseAbs().maxCoeff(&axis);
+  return fmt::format("{}{}", direction[axis] < 0.0 ? "-" : "", "xyz"[axis]);
+}
+
+// The mean direction of the lines along an axis; zero if they do not agree or nothing is known.
+Eigen::Vector3d common_direction(const CaptureSet& set, std::span<const LineMotion> motions,
+                                 LineAxis axis) {
+  Eigen::Vector3d sum(0, 0, 0);
+  double lines = 0.0;
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    if (set.lines[i].axis != axis || motions[i].direction.isZero()) continue;
+    sum += motions[i].direction;
+    lines += 1.0;
+  }
+  return lines > 0.0 && sum.norm() > kMajority * lines ? sum.normalized()
+                                                       : Eigen::Vector3d(0, 0, 0);
+}
+
+// What is likely if lines along x move along `x` by the pictures, and those along z along `z`.
+std::string likely_cause(const std::string& x, const std::string& z) {
+  if (x == "-x" && z == "z") {
+    return "the camera is mirrored left to right or hung upside down; mirror the pictures back, or "
+           "give the attitude (roll 180)";
+  }
+  if (x == "-x" && z == "-z") {
+    return "the camera looks backwards, or every rail runs the other way; give the attitude (yaw "
+           "180), or correct the positions";
+  }
+  if (x == "x" && z == "-z") {
+    return "the camera is mirrored and looks backwards, or z grows the other way in the list; "
+           "mirror the pictures back, or correct the positions";
+  }
+  if (x.ends_with('y') || z.ends_with('y')) {
+    return "the list has y for another axis (y is up); correct the positions";
+  }
+  if ((x == "z" && z == "-x") || (x == "-z" && z == "x") || z.empty() || x.empty()) {
+    return "the camera looks to the side, or the list is turned by 90 degrees; give the attitude "
+           "(yaw 90 or -90), or correct the positions";
+  }
+  return "x and z are exchanged in the list; correct the positions";
+}
+
 }  // namespace
 
-double motion_evidence(const FramePose& first, const FramePose& second,
+PairMotion pair_motion(const FramePose& first, const FramePose& second,
                        std::span<const BearingMatch> matches) {
-  const Eigen::Vector3d motion = second.position_m - first.position_m;
-  if (matches.size() < kLeastMotionMatches || motion.norm() == 0.0) return 0.0;
+  const Eigen::Vector3d planned_m = second.position_m - first.position_m;
+  if (matches.size() < kLeastMotionMatches || planned_m.norm() == 0.0) return {};
   std::vector<FlowRow> rows;
-  for (const BearingMatch& match : matches) {
-    rows.push_back(flow_row(first, second, motion.normalized(), match));
-  }
+  rows.reserve(matches.size());
+  for (const BearingMatch& match : matches) rows.push_back(flow_row(first, second, match));
   // Least squares with Cauchy weights, a few iterations: the matches are verified, so few are
   // wrong, but points of all distances are fitted by a single one.
-  Vector4 unknown = Vector4::Zero();
-  double sigma = 0.0;
+  Vector6 unknown = Vector6::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   double spread = 0.0;
   for (int pass = 0; pass < 6; ++pass) {
-    Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
-    Vector4 right = Vector4::Zero();
+    Matrix6 normal = Matrix6::Zero();
+    Vector6 right = Vector6::Zero();
     std::vector<double> errors;
     for (const FlowRow& row : rows) {
       const double error = (row.moved - row.design * unknown).norm();
@@ -64,56 +108,52 @@ double motion_evidence(const FramePose& first, const FramePose& second,
       normal += weight * row.design.transpose() * row.design;
       right += weight * row.design.transpose() * row.moved;
     }
-    const Eigen::LDLT<Eigen::Matrix4d> solver(normal);
+    const Eigen::LDLT<Matrix6> solver(normal);
     unknown = solver.solve(right);
     spread = std::max(median(errors), 1e-9);
-    sigma = spread * std::sqrt(std::max(solver.solve(Vector4::Unit(3))[3], 0.0));
+    const Matrix6 inverse = solver.solve(Matrix6::Identity());
+    covariance = spread * spread * inverse.bottomRightCorner<3, 3>();
   }
-  const double evidence = unknown[3] / sigma;
-  return std::isfinite(evidence) ? evidence : 0.0;
+  const Eigen::Vector3d motion = unknown.tail<3>(), planned = planned_m.normalized();
+  const double sigma = std::sqrt(std::max(planned.dot(covariance * planned), 0.0));
+  const double along = motion.dot(planned) / sigma;
+  if (!std::isfinite(along)) return {};
+  const bool known = motion.norm() > kSure * std::sqrt(covariance.trace());
+  return {along, known ? Eigen::Vector3d(motion.normalized()) : Eigen::Vector3d(0, 0, 0)};
 }
 
-RailMotion rail_motion(std::span<const double> evidence) {
-  const auto as_planned =
-      std::count_if(evidence.begin(), evidence.end(), [](double value) { return value > kSure; });
-  const auto reversed =
-      std::count_if(evidence.begin(), evidence.end(), [](double value) { return value < -kSure; });
-  const double telling = static_cast<double>(as_planned + reversed);
-  if (as_planned > 0 && static_cast<double>(as_planned) >= kMajority * telling) {
-    return RailMotion::kAsPlanned;
+LineMotion line_motion(std::span<const PairMotion> pairs) {
+  Eigen::Vector3d sum(0, 0, 0);
+  double as_planned = 0.0, reversed = 0.0;
+  for (const PairMotion& pair : pairs) {
+    if (pair.along > kSure) as_planned += 1.0;
+    if (pair.along < -kSure) reversed += 1.0;
+    sum += pair.direction;
   }
-  if (reversed > 0 && static_cast<double>(reversed) >= kMajority * telling) {
-    return RailMotion::kReversed;
-  }
-  return RailMotion::kUnknown;
+  LineMotion motion;
+  if (!sum.isZero()) motion.direction = sum.normalized();
+  const double telling = as_planned + reversed;
+  if (as_planned > 0.0 && as_planned >= kMajority * telling) motion.along = RailMotion::kAsPlanned;
+  if (reversed > 0.0 && reversed >= kMajority * telling) motion.along = RailMotion::kReversed;
+  return motion;
 }
 
-std::string common_fault(const CaptureSet& set, std::span<const RailMotion> motions) {
-  // Number of lines by axis that run as planned and that are reversed.
-  std::array<int, 2> as_planned{};
-  std::array<int, 2> reversed{};
-  for (std::size_t i = 0; i < motions.size(); ++i) {
-    const std::size_t axis = set.lines[i].axis == LineAxis::kX ? 0 : 1;
-    if (motions[i] == RailMotion::kAsPlanned) ++as_planned[axis];
-    if (motions[i] == RailMotion::kReversed) ++reversed[axis];
+std::string common_fault(const CaptureSet& set, std::span<const LineMotion> motions) {
+  std::array<std::string, 2> moves;
+  std::string found;
+  for (const LineAxis axis : {LineAxis::kX, LineAxis::kZ}) {
+    const Eigen::Vector3d direction = common_direction(set, motions, axis);
+    if (direction.isZero()) continue;
+    std::string& move = moves.at(axis == LineAxis::kX ? 0 : 1);
+    move = nearest_axis(direction);
+    found += fmt::format("{}those that the list has along {} move along {}",
+                         found.empty() ? "" : ", ", axis == LineAxis::kX ? "x" : "z", move);
   }
-  const auto [x_planned, z_planned] = as_planned;
-  const auto [x_reversed, z_reversed] = reversed;
-  if (x_reversed + z_reversed == 0) return "";
-  if (x_planned == 0 && x_reversed > 0 && z_planned > 0 && z_reversed == 0) {
-    return "along x the pictures move against the slider, along z with it: the camera is mirrored "
-           "left to right or hung upside down; mirror the pictures back, or give the attitude "
-           "(roll 180)";
-  }
-  if (x_planned + z_planned == 0 && x_reversed > 0 && z_reversed > 0) {
-    return "on all lines the pictures move against the slider: the camera looks backwards, or "
-           "every rail runs the other way; give the attitude (yaw 180), or correct the positions";
-  }
-  if (z_planned == 0 && z_reversed > 0 && x_planned > 0 && x_reversed == 0) {
-    return "along z the pictures move against the slider, along x with it: the camera is mirrored "
-           "and looks backwards; mirror the pictures back, or correct the positions";
-  }
-  return "";
+  const auto& [x, z] = moves;
+  if ((x.empty() || x == "x") && (z.empty() || z == "z")) return "";
+  // A single line that runs the other way was listed in reverse order.
+  if ((x == "-x" && z.empty()) || (x.empty() && z == "-z")) return "";
+  return fmt::format("by the pictures, {}: {}", found, likely_cause(x, z));
 }
 
 }  // namespace raywalk::calibrate

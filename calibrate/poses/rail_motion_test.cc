@@ -35,18 +35,24 @@ FramePose at(const Eigen::Vector3d& position_m) {
   return pose;
 }
 
-TEST(MotionEvidence, IsPositiveForStaticPoints) {
+TEST(PairMotion, IsPositiveForStaticPoints) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     for (const Eigen::Vector3d& motion :
          {Eigen::Vector3d(0.025, 0, 0), Eigen::Vector3d(0, 0, 0.025)}) {
-      EXPECT_GT(motion_evidence(at({0, 0, 0}), at(motion), matches_between(motion, 1.5, seed)), 10);
-      EXPECT_LT(motion_evidence(at({0, 0, 0}), at(-motion), matches_between(motion, 1.5, seed)),
-                -10);
+      const auto matches = matches_between(motion, 1.5, seed);
+      const PairMotion found = pair_motion(at({0, 0, 0}), at(motion), matches);
+      EXPECT_GT(found.along, 10);
+      EXPECT_GT(found.direction.dot(motion.normalized()), 0.97);
+      EXPECT_LT(pair_motion(at({0, 0, 0}), at(-motion), matches).along, -10);
+      // A list that has another axis for it.
+      const PairMotion turned = pair_motion(at({0, 0, 0}), at({0, 0.025, 0}), matches);
+      EXPECT_LT(std::abs(turned.along), 10);
+      EXPECT_GT(turned.direction.dot(motion.normalized()), 0.97);
     }
   }
 }
 
-TEST(MotionEvidence, SeesAMirroredCameraAlongXOnly) {
+TEST(PairMotion, SeesAMirroredCameraAlongXOnly) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const auto mirrored = [&](const Eigen::Vector3d& motion) {
       std::vector<BearingMatch> matches = matches_between(motion, 1.5, seed);
@@ -54,14 +60,14 @@ TEST(MotionEvidence, SeesAMirroredCameraAlongXOnly) {
         match.in_first.x() *= -1;
         match.in_second.x() *= -1;
       }
-      return motion_evidence(at({0, 0, 0}), at(motion), matches);
+      return pair_motion(at({0, 0, 0}), at(motion), matches).along;
     };
     EXPECT_LT(mirrored({0.025, 0, 0}), -10);
     EXPECT_GT(mirrored({0, 0, 0.025}), 10);
   }
 }
 
-TEST(MotionEvidence, UsesTheGivenAttitude) {
+TEST(PairMotion, UsesTheGivenAttitude) {
   const Eigen::Vector3d motion(0.025, 0, 0);
   std::vector<BearingMatch> matches = matches_between(motion, 1.5, 1);
   const Eigen::Matrix3d backwards = world_from_camera({kPi, 0, 0});
@@ -71,49 +77,58 @@ TEST(MotionEvidence, UsesTheGivenAttitude) {
   }
   FramePose first = at({0, 0, 0});
   FramePose second = at(motion);
-  EXPECT_LT(motion_evidence(first, second, matches), -10);
+  EXPECT_LT(pair_motion(first, second, matches).along, -10);
   first.world_from_camera = second.world_from_camera = backwards;
-  EXPECT_GT(motion_evidence(first, second, matches), 10);
+  EXPECT_GT(pair_motion(first, second, matches).along, 10);
 }
 
-TEST(MotionEvidence, IsWeakForDistantPoints) {
+TEST(PairMotion, IsWeakForDistantPoints) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const Eigen::Vector3d motion(0.001, 0, 0);
     const double evidence =
-        motion_evidence(at({0, 0, 0}), at(motion), matches_between(motion, 500.0, seed));
+        pair_motion(at({0, 0, 0}), at(motion), matches_between(motion, 500.0, seed)).along;
     EXPECT_LT(std::abs(evidence), 4.5);
   }
-  EXPECT_EQ(motion_evidence(at({0, 0, 0}), at({1, 0, 0}), {}), 0.0);
-  EXPECT_EQ(motion_evidence(at({0, 0, 0}), at({0, 0, 0}), matches_between({0, 0, 1}, 2, 1)), 0.0);
+  EXPECT_EQ(pair_motion(at({0, 0, 0}), at({1, 0, 0}), {}).along, 0.0);
+  EXPECT_EQ(pair_motion(at({0, 0, 0}), at({0, 0, 0}), matches_between({0, 0, 1}, 2, 1)).along, 0.0);
 }
 
-TEST(RailMotion, FollowsTheMajorityOfSignificantEvidence) {
-  const std::vector<double> mostly{20, 15, 1, -2, 30, -8};
-  EXPECT_EQ(rail_motion(mostly), RailMotion::kAsPlanned);
-  const std::vector<double> against{-20, -15, 1, 3};
-  EXPECT_EQ(rail_motion(against), RailMotion::kReversed);
-  const std::vector<double> torn{20, -20};
-  EXPECT_EQ(rail_motion(torn), RailMotion::kUnknown);
-  const std::vector<double> unsure{1, -2, 0};
-  EXPECT_EQ(rail_motion(unsure), RailMotion::kUnknown);
-  EXPECT_EQ(rail_motion({}), RailMotion::kUnknown);
+TEST(LineMotion, FollowsTheMajorityOfSignificantEvidence) {
+  const auto along = [](const std::vector<double>& evidence) {
+    std::vector<PairMotion> pairs;
+    for (const double one : evidence) pairs.push_back({one, {one > 0 ? 1.0 : -1.0, 0, 0}});
+    return line_motion(pairs).along;
+  };
+  EXPECT_EQ(along({20, 15, 1, -2, 30, -8}), RailMotion::kAsPlanned);
+  EXPECT_EQ(along({-20, -15, 1, 3}), RailMotion::kReversed);
+  EXPECT_EQ(along({20, -20}), RailMotion::kUnknown);
+  EXPECT_EQ(along({1, -2, 0}), RailMotion::kUnknown);
+  EXPECT_EQ(along({}), RailMotion::kUnknown);
+  EXPECT_TRUE(line_motion({}).direction.isZero());
 }
 
 TEST(CommonFault, NamesWhatTheLinesHaveInCommon) {
   const CaptureSet set = test_grid(3);  // x0, x1, z0, z1
-  constexpr RailMotion kYes = RailMotion::kAsPlanned;
-  constexpr RailMotion kNo = RailMotion::kReversed;
-  constexpr RailMotion kOpen = RailMotion::kUnknown;
-  const auto fault = [&](const std::vector<RailMotion>& motions) {
+  const Eigen::Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1), open(0, 0, 0);
+  const auto fault = [&](const std::vector<Eigen::Vector3d>& directions) {
+    std::vector<LineMotion> motions;
+    for (const Eigen::Vector3d& direction : directions) {
+      motions.push_back({RailMotion::kUnknown, direction});
+    }
     return common_fault(set, motions);
   };
-  EXPECT_EQ(fault({kYes, kYes, kYes, kYes}), "");
-  EXPECT_EQ(fault({kYes, kNo, kYes, kYes}), "");  // one line: its own matter
-  EXPECT_EQ(fault({kOpen, kOpen, kOpen, kOpen}), "");
-  EXPECT_THAT(fault({kNo, kNo, kYes, kYes}), HasSubstr("mirrored left to right or hung upside"));
-  EXPECT_THAT(fault({kNo, kOpen, kYes, kOpen}), HasSubstr("mirrored left to right"));
-  EXPECT_THAT(fault({kNo, kNo, kNo, kNo}), HasSubstr("looks backwards"));
-  EXPECT_THAT(fault({kYes, kYes, kNo, kNo}), HasSubstr("mirrored and looks backwards"));
+  EXPECT_EQ(fault({x, x, z, z}), "");
+  EXPECT_EQ(fault({x, -x, z, z}), "");  // one line: its own matter
+  EXPECT_EQ(fault({-x, open, open, open}), "");
+  EXPECT_EQ(fault({open, open, open, open}), "");
+  EXPECT_THAT(fault({-x, -x, z, z}), HasSubstr("mirrored left to right or hung upside"));
+  EXPECT_THAT(fault({-x, open, z, open}), HasSubstr("mirrored left to right"));
+  EXPECT_THAT(fault({-x, -x, -z, -z}), HasSubstr("looks backwards"));
+  EXPECT_THAT(fault({x, x, -z, -z}), HasSubstr("mirrored and looks backwards"));
+  EXPECT_THAT(fault({z, z, -x, -x}), HasSubstr("turned by 90 degrees"));
+  EXPECT_THAT(fault({z, z, x, x}), HasSubstr("x and z are exchanged"));
+  EXPECT_THAT(fault({x, x, y, y}), HasSubstr("y for another axis"));
+  EXPECT_THAT(fault({-y, -y, z, z}), HasSubstr("y for another axis"));
 }
 
 }  // namespace

@@ -161,7 +161,7 @@ class PoseSolver {
       return workspace->match(choose_pairs(set_, crossings_, result_.keyframes), start_);
     });
     summary_.features = workspace->feature_counts();
-    std::vector<std::vector<double>> evidence(set_.lines.size());
+    std::vector<std::vector<PairMotion>> pairs(set_.lines.size());
     for (const auto& [frames, pair] : workspace->matches()) {
       const auto [first, second] = frames;
       result_.matched_pairs += pair.face_pairs;
@@ -170,10 +170,10 @@ class PoseSolver {
       }
       const CaptureFrame& of = set_.frames[first];
       if (of.held_out() || of.line != set_.frames[second].line) continue;
-      evidence[of.line].push_back(motion_evidence(*start_[first], *start_[second], pair.matches));
+      pairs[of.line].push_back(pair_motion(*start_[first], *start_[second], pair.matches));
     }
-    for (const std::vector<double>& of_line : evidence) {
-      summary_.motions.push_back(rail_motion(of_line));
+    for (const std::vector<PairMotion>& of_line : pairs) {
+      summary_.motions.push_back(line_motion(of_line));
     }
   }
 
@@ -181,7 +181,7 @@ class PoseSolver {
   // each other's places.
   void turn_reversed_lines() {
     for (std::size_t i = 0; i < set_.lines.size(); ++i) {
-      if (summary_.motions[i] != RailMotion::kReversed) continue;
+      if (summary_.motions[i].along != RailMotion::kReversed) continue;
       std::vector<int>& frames = set_.lines[i].frames;
       result_.contradictions.push_back(
           {"reversed",
