@@ -87,8 +87,17 @@ class LineAssembly {
   void set_limits(const GridTolerance& tolerance) {
     constexpr double kSameStationShare = 0.002, kLeastShare = 1e-9;
     // Stations of a line that is named need not be told from those beside it.
-    const double off_share = stations_.front().line.empty() ? kOffPlaceShare : 0.5;
+    const bool named = !stations_.front().line.empty();
+    const double off_share = named ? 0.5 : kOffPlaceShare;
     const double spacing_m = typical_spacing(stations_);
+    if (!named && tolerance.off_line_m.value_or(0.0) > spacing_m) {
+      throw Error(fmt::format(
+          "a line tolerance of {} exceeds the stations' spacing of {}, so that lines cannot be told "
+          "from places beside them; give a smaller --line-tolerance-mm, or name the line of every "
+          "frame in a column line",
+          mm_text(*tolerance.off_line_m), mm_text(spacing_m)));
+    }
+    spacing_m_ = spacing_m;
     Eigen::AlignedBox3d extent;
     double largest_m = 0.0;
     for (const StationPose& station : stations_) {
@@ -169,6 +178,16 @@ class LineAssembly {
     for (const LineGroup& group : groups) {
       for (const int station : group.stations) placed[static_cast<std::size_t>(station)] = true;
     }
+    constexpr double kTourShare = 0.25;
+    const auto on_none = std::ranges::count(placed, false);
+    if (spacing_m_ > 0.0 && static_cast<double>(on_none) > kTourShare * placed.size()) {
+      throw Error(fmt::format(
+          "{} of {} stations, typically {} apart, are on no line within 3 degrees of x or z: the axes "
+          "are turned, or this is a tour rather than lines. Views between stations need lines of "
+          "stations decimetres apart (docs/capture.md); where the lines are known, name them in a "
+          "column line",
+          on_none, placed.size(), mm_text(spacing_m_)));
+    }
     int farthest = -1;
     double farthest_m = -1.0;
     for (int station = 0; station < std::ssize(placed); ++station) {
@@ -196,14 +215,18 @@ class LineAssembly {
                           mm_text(distance_to(*nearest)), raywalk::name_of(nearest->line.axis),
                           name(nearest->stations.front()), name(nearest->stations.back()),
                           nearest->stations.size());
+    // A larger tolerance would join stations of different lines.
+    const bool is_near = nearest != groups.end() && distance_to(*nearest) <= spacing_m_;
     throw Error(fmt::format(
         "{} at x = {:.6g}, z = {:.6g} is on no line: it is {}not in line with another station that "
         "is on none, within the line tolerance of {} and 3 degrees of x or z; a line needs at "
         "least "
-        "two stations: correct its position, leave it out, name its line in a column line, or give "
-        "a larger --line-tolerance-mm{}",
+        "two stations: correct its position, leave it out{}",
         name(station), point(station).x(), point(station).y(), beside, mm_text(off_line_m_),
-        nearest == groups.end() ? "" : " (" + mm_at_least(distance_to(*nearest)) + ")"));
+        is_near ? fmt::format(
+                      ", name its line in a column line, or give a larger --line-tolerance-mm ({})",
+                      mm_at_least(distance_to(*nearest)))
+                : ", or name its line in a column line"));
   }
 
   void require_two_places(int a, int b) const {
@@ -270,6 +293,7 @@ class LineAssembly {
   // From a station to its line; within which two of a line count as one; and within which two may
   // be those of a crossing, one of each line.
   double off_line_m_ = 0.0, same_station_m_ = 0.0, twin_m_ = 0.0;
+  double spacing_m_ = 0.0;
 };
 
 // Lines along x in order of z, then lines along z in order of x; numbered in this order.

@@ -68,7 +68,8 @@ struct StationPose {
 };
 
 struct GridTolerance {
-  // Maximum distance of a station from its line, metres. None: a tenth of the typical distance
+  // Maximum distance of a station from its line, metres; at most the typical distance between
+  // stations, unless lines are named. None: a tenth of the typical distance
   // between stations (station_spacing.h), half of it where lines are named, at least 1e-9 of the
   // grid's extent.
   std::optional<double> off_line_m{};

@@ -314,6 +314,19 @@ TEST(FindGrid, StrayStationsAreNamedWithTheNearestLine) {
               AllOf(HasSubstr("lonely"), HasSubstr("at least two")));
 }
 
+// Panoramas of a house, metres apart, in no order.
+TEST(FindGrid, ATourIsNamed) {
+  std::mt19937 random(5);
+  std::vector<StationPose> stations;
+  for (int i = 0; i < 32; ++i) {
+    stations.push_back({fmt::format("{}", i),
+                        {uniform(&random, 0.0, 12.0), 0.0, uniform(&random, 0.0, 9.0)}});
+  }
+  EXPECT_THAT(error_of(stations), AllOf(HasSubstr("of 32 stations"), HasSubstr("a tour")));
+  EXPECT_THAT(error_of(stations, {.off_line_m = 5.6}),
+              AllOf(HasSubstr("a line tolerance of 5600 mm exceeds"), HasSubstr("column line")));
+}
+
 TEST(FindGrid, StationsThatCountAsOneAreNamed) {
   std::vector<StationPose> stations = stations_of({.beyond = 1});
   stations.push_back({"again", station_of("x00_0004", &stations)->position_m, "poses.csv:99"});
