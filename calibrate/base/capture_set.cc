@@ -29,7 +29,9 @@ CaptureSet read_frames(const CaptureInput& input) {
   if (fs::exists(session_database_path(input.directory))) return read_session_frames(input);
   if (fs::exists(frame_list_of(input.directory))) return read_listed_frames(input);
   throw Error(input.directory.string() +
-              ": holds neither a capture session (session.db) nor a frame list (poses.csv)");
+              ": holds neither a capture session (session.db) nor a frame list (poses.csv); list "
+              "where each panorama was taken (file,x,y,z in metres), or take the poses of another "
+              "program by raywalk-calibrate import");
 }
 
 // Orders the frames line by line and drops lines without frames.

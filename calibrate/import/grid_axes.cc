@@ -216,7 +216,7 @@ std::vector<StationPose> stations_of(const std::vector<ImportedFrame>& frames,
 
 GridAxes fit_grid_axes(const ImportedPoses& poses, const AxesOptions& options) {
   GridAxes axes;
-  if (options.fit && !poses.upright) {
+  if (options.fit && !poses.in_world) {
     axes.rotation =
         Eigen::Quaterniond::FromTwoVectors(up_of(poses.frames), Eigen::Vector3d::UnitY())
             .toRotationMatrix();

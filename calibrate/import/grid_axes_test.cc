@@ -52,7 +52,7 @@ TEST(GridAxes, OfAnUprightSourceTurnAboutTheVerticalOnly) {
   // A street that falls: level lines would lean the cameras.
   for (ImportedFrame& frame : poses.frames)
     frame.pose.position_m.y() -= 0.05 * frame.pose.position_m.x();
-  poses.upright = poses.metric = true;
+  poses.in_world = true;
   const GridAxes axes = fit_grid_axes(poses, {});
   EXPECT_LT((axes.rotation.col(1) - Eigen::Vector3d::UnitY()).norm(), 1e-15);
   EXPECT_EQ(axes.scale, 1.0);

@@ -144,7 +144,7 @@ GridAxes axes_of(const ImportedPoses& poses, const ImportOptions& options) {
                  known.size(), options.reference->string(), residual_mm(poses, axes, known));
     return axes;
   }
-  if (!poses.metric && !options.axes.scale.any()) {
+  if (!poses.in_world && !options.axes.scale.any()) {
     throw UsageError(fmt::format(
         "{}: {} does not tell how long its unit is; give --cell-m, --spacing-mm, --distance, "
         "--reference or, if it is metres, --scale 1",

@@ -52,8 +52,7 @@ ImportedPoses of_nerfstudio(const fs::path& source) {
 }
 
 ImportedPoses of_frame_list(const fs::path& source) {
-  ImportedPoses poses{
-      .kind = "a frame list", .upright = true, .metric = true, .panoramas = directory_of(source)};
+  ImportedPoses poses{.kind = "a frame list", .in_world = true, .panoramas = directory_of(source)};
   for (const Frame& frame : read_frame_list(source)) {
     poses.frames.push_back(
         {.file = frame.file,

@@ -21,8 +21,7 @@ struct ImportedPoses {
   std::string kind{};  // "a COLMAP model", for messages
   std::vector<ImportedFrame> frames{};
   // What is known of the source's world; the rest is fitted.
-  bool upright = false;  // its y is up
-  bool metric = false;   // its unit is the metre
+  bool in_world = false;  // its y is up and its unit the metre
   // Where the panoramas are unless the user says otherwise; none: unknown.
   std::optional<std::filesystem::path> panoramas{};
 };
