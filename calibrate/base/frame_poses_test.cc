@@ -3,9 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
-
 #include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
 
 #include "calibrate/base/test_capture_folder.h"
 #include "core/base/error.h"

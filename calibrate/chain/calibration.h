@@ -70,7 +70,7 @@ class Calibration {
   std::optional<DualFisheyeCamera> camera() const;  // nullopt for panoramas
   CaptureSet panoramas() const;
   std::optional<cv::Mat> mask() const;  // nullopt without a mask
-  FramePoses final_poses() const;  // the solved ones, or the table's
+  FramePoses final_poses() const;       // the solved ones, or the table's
 
   PosesOptions poses_options() const;
   // Hash of everything that the poses depend on, except the spacing of keyframes.

@@ -27,8 +27,8 @@ std::string step_numbers(CalibrationStep step, const nlohmann::ordered_json& doc
 
 // Writes OUT/calibration.json and OUT/index.html with these steps' documents and images, and
 // returns the document; docs/file-formats.md has its keys. A calibration is trustworthy if its
-// poses are and the fit of its lenses has no warnings; null without poses. `trade`: compare_keyframes, or
-// an empty list. Throws Error if a file cannot be read or written.
+// poses are and the fit of its lenses has no warnings; null without poses. `trade`:
+// compare_keyframes, or an empty list. Throws Error if a file cannot be read or written.
 nlohmann::ordered_json write_calibration(const Calibration& calibration,
                                          const std::vector<StepRun>& steps,
                                          const nlohmann::ordered_json& trade);

@@ -101,9 +101,10 @@ TEST_F(CalibrationReportTest, StepsSayWhatTheyAchieved) {
     return step_numbers(step, step_document(*calibration, step));
   };
   EXPECT_THAT(numbers(CalibrationStep::kMask), HasSubstr("% of the sphere is masked"));
-  EXPECT_THAT(numbers(CalibrationStep::kPoses),
-              HasSubstr("largest error at the 1 crossings 0.00 mm and 0.00 px (W = 4096), by 8.8 mm "
-                        "and 0.50 degrees corrected"));
+  EXPECT_THAT(
+      numbers(CalibrationStep::kPoses),
+      HasSubstr("largest error at the 1 crossings 0.00 mm and 0.00 px (W = 4096), by 8.8 mm "
+                "and 0.50 degrees corrected"));
   EXPECT_EQ(numbers(CalibrationStep::kRectify), "6 frames");
 }
 

@@ -124,7 +124,8 @@ void add_mask(CLI::App* app) {
 }
 
 void add_poses(CLI::App* app) {
-  CLI::App* command = app->add_subcommand("poses", "Solve the poses of the panoramas and the lines of the rail");
+  CLI::App* command =
+      app->add_subcommand("poses", "Solve the poses of the panoramas and the lines of the rail");
   const Arguments arguments = add_step(command);
   add_poses_options(command, arguments.get());
   command->footer(

@@ -186,11 +186,11 @@ void join_exchanged(const CaptureSet& set, const FramePoses& poses, const std::v
                     std::vector<Contradiction>* single) {
   for (std::size_t i = 0; i < single->size(); ++i) {
     const std::size_t a = (*single)[i].frames.front();
-    const auto other = std::find_if(
-        single->begin() + static_cast<std::ptrdiff_t>(i) + 1, single->end(),
-        [&](const Contradiction& one) {
-          return are_exchanged(set, poses, rails, a, one.frames.front());
-        });
+    const auto other =
+        std::find_if(single->begin() + static_cast<std::ptrdiff_t>(i) + 1, single->end(),
+                     [&](const Contradiction& one) {
+                       return are_exchanged(set, poses, rails, a, one.frames.front());
+                     });
     if (other == single->end()) continue;
     const std::size_t b = other->frames.front();
     (*single)[i] = {"exchanged",

@@ -268,9 +268,8 @@ std::vector<CrossingCheck> check_crossings(const CaptureSet& set,
 
 std::vector<std::string> crossing_faults(const CaptureSet& set, const CrossingCheck& check,
                                          double spacing_m) {
-  const std::string lines =
-      fmt::format("lines {} and {}", set.line_id(check.crossing.along_x),
-                  set.line_id(check.crossing.along_z));
+  const std::string lines = fmt::format("lines {} and {}", set.line_id(check.crossing.along_x),
+                                        set.line_id(check.crossing.along_z));
   if (check.points < kLeastCheckPoints) {
     return {fmt::format(
         "{} have only {} held-out scene points in common where they should cross, {} are needed: "
@@ -297,7 +296,8 @@ std::vector<std::string> crossing_faults(const CaptureSet& set, const CrossingCh
         lines, rotation_px, sigma_px));
   }
   const double motion_mm = 1e3 * check.motion_m.norm();
-  if (motion_mm > limit_mm && sigmas_from_zero(check.motion_m, check.covariance, 0) > kCheckSigmas) {
+  if (motion_mm > limit_mm &&
+      sigmas_from_zero(check.motion_m, check.covariance, 0) > kCheckSigmas) {
     faults.push_back(fmt::format(
         "{}: held-out points show a relative displacement of {:.2f} +- {:.2f} mm; look at the "
         "overlays, then solve the poses with more keyframes",

@@ -27,8 +27,8 @@ struct CheckedGrid {
   explicit CheckedGrid(unsigned seed, double scale = 1.0) : set(test_grid(13, scale)) {
     crossings = crossings_of(set);
     poses = test_truth(set, {.line_m = 0.02 * scale, .jitter_m = 1e-3 * scale}, seed);
-    points = divide_points(set, crossings,
-                           test_points(set, poses, 3000, scale, kNoise_px, seed + 100));
+    points =
+        divide_points(set, crossings, test_points(set, poses, 3000, scale, kNoise_px, seed + 100));
     for (auto& pose : poses) {
       pose->position_sigma_mm = 1e-3 * scale;
       pose->rotation_sigma_deg = 1e-4;

@@ -65,9 +65,10 @@ std::string place_found(const CaptureSet& set, const Rail& rail, std::size_t lin
     }
   }
   return nearest == &own ? ""
-                         : fmt::format(", nearer to the place of line {}: if the rail was laid "
-                                       "there, exchange the lines",
-                                       nearest->id);
+                         : fmt::format(
+                               ", nearer to the place of line {}: if the rail was laid "
+                               "there, exchange the lines",
+                               nearest->id);
 }
 
 void warn_of_line(const CaptureSet& set, const LinePoses& line, double cell_m,
@@ -89,16 +90,15 @@ void warn_of_line(const CaptureSet& set, const LinePoses& line, double cell_m,
         degrees_from_radians(rail.scatter.rotation_rad));
     const int unsolved = line.keyframes - line.posed;
     if (unsolved > 0) {
-      predicted += fmt::format("; {} of {} keyframes could not be solved", unsolved,
-                               line.keyframes);
+      predicted +=
+          fmt::format("; {} of {} keyframes could not be solved", unsolved, line.keyframes);
     }
     const bool many = unsolved > kManyUnsolved * line.keyframes;
     (many ? result->warnings : result->notes).push_back(std::move(predicted));
   }
   if (line.moved_mm > kFarOff * 1e3 * cell_m) {
-    result->warnings.push_back(
-        fmt::format("line {}: found {:.0f} mm from where it was planned{}", id, line.moved_mm,
-                    place_found(set, rail, line.line)));
+    result->warnings.push_back(fmt::format("line {}: found {:.0f} mm from where it was planned{}",
+                                           id, line.moved_mm, place_found(set, rail, line.line)));
   }
 }
 
@@ -193,14 +193,10 @@ void add_rail(const CaptureSet& set, const Rail& rail, const FramePoses& poses, 
 Json lines_json(const CaptureSet& set, const PosesResult& result) {
   Json json = Json::array();
   for (const LinePoses& line : result.lines) {
-    Json one{{"id", set.line_id(line.line)},
-             {"stations", line.stations},
-             {"keyframes", line.keyframes},
-             {"posed", line.posed},
-             {"observations", line.observations},
-             {"residual_px", line.residual_px},
-             {"moved_mm", line.moved_mm},
-             {"turned_deg", line.turned_deg}};
+    Json one{{"id", set.line_id(line.line)},      {"stations", line.stations},
+             {"keyframes", line.keyframes},       {"posed", line.posed},
+             {"observations", line.observations}, {"residual_px", line.residual_px},
+             {"moved_mm", line.moved_mm},         {"turned_deg", line.turned_deg}};
     add_rail(set, result.rails[line.line], result.poses, line.line, &one);
     json.push_back(std::move(one));
   }
@@ -310,8 +306,7 @@ void set_correction(const CaptureSet& set, const FramePoses& planned, const Fram
     return poses[z]->world_from_camera.transpose() * poses[x]->world_from_camera;
   };
   crossing->correction_mm = 1e3 * (apart_m(solved) - apart_m(planned)).norm();
-  crossing->correction_deg =
-      degrees_from_radians(angle_between(turned(planned), turned(solved)));
+  crossing->correction_deg = degrees_from_radians(angle_between(turned(planned), turned(solved)));
 }
 
 std::string unposed_reason(const CaptureSet& set, const MatchSummary& summary, std::size_t frame) {
@@ -345,8 +340,7 @@ void add_warnings(const CaptureSet& set, PosesResult* result) {
   for (const MeasuredCrossing& crossing : result->crossings) {
     const LineCrossing& at = crossing.check.crossing;
     if (!posed(at.along_x) || !posed(at.along_z)) continue;
-    result->warnings.insert(result->warnings.end(), crossing.faults.begin(),
-                            crossing.faults.end());
+    result->warnings.insert(result->warnings.end(), crossing.faults.begin(), crossing.faults.end());
   }
   for (const UnposedFrame& unposed : result->unposed) {
     const CaptureFrame& frame = set.frames[unposed.frame];

@@ -206,8 +206,7 @@ class Adjustment {
     throw_if_interrupted();
     if (!summary.IsSolutionUsable()) {
       throw Error("the poses cannot be adjusted to what the panoramas see (" +
-                  one_line(summary.message) +
-                  "); check the pictures of this capture");
+                  one_line(summary.message) + "); check the pictures of this capture");
     }
     take_over();
   }
@@ -255,16 +254,14 @@ void set_figures(RefinedPoses* refined) {
 }  // namespace
 
 RefinedPoses refine_poses(const CaptureSet& set, const FramePoses& start, const SeenPoints& points,
-                          const PoseAnchor& anchor, int threads) {
+                          const PoseAnchor& anchor, int threads, std::vector<Rail> rails) {
   RefinedPoses refined;
   refined.poses = observed_only(start, points);
   refined.points = points;
   refined.errors_px = errors_of(refined.poses, refined.points);
   if (refined.errors_px.empty()) throw Error("no scene point is seen by any panorama");
   const FramePoses anchors = refined.poses;
-  // Without rails in the first pass: the start may repeat their positions exactly, and a scatter
-  // measured from it would be too small.
-  std::vector<Rail> rails;
+  const bool adjusted_before = !rails.empty();
   Progress progress("adjusting poses", kPasses * StepCounter::kStepsOfPass, "steps");
   for (int pass = 0; pass < kPasses; ++pass) {
     const double before_px = noise_of(refined.errors_px);
@@ -277,7 +274,7 @@ RefinedPoses refine_poses(const CaptureSet& set, const FramePoses& start, const 
     refined.errors_px = errors_of(refined.poses, refined.points);
     refined.noise_px = noise_of(refined.errors_px);
     // Stops when the noise has converged.
-    if (pass > 0 && refined.noise_px > 0.95 * before_px) break;
+    if ((pass > 0 || adjusted_before) && refined.noise_px > 0.95 * before_px) break;
   }
   refined.inlier_px = kInlierWidth * refined.noise_px;
   set_figures(&refined);

@@ -7,6 +7,7 @@
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/poses/point_evidence.h"
 #include "calibrate/poses/seen_points.h"
+#include "calibrate/rails/fit_rails.h"
 
 namespace raywalk::calibrate {
 
@@ -28,11 +29,13 @@ struct PoseAnchor {
 };
 
 // One pose for each panorama, whatever number of faces it was matched in. Observations have a
-// Cauchy loss with a scale from their own spread. The stations of a line lie on a rail (fit_rails.h),
-// whose parameters are unknowns too, also with a Cauchy loss and their own scatter: where the
-// slider's feedback, or a list of positions, contradicts the panoramas, these win. Throws Error if
-// no frame observes a point; Interrupted.
+// Cauchy loss with a scale from their own spread. The stations of a line lie on a rail
+// (fit_rails.h), whose parameters are unknowns too, also with a Cauchy loss and their own scatter:
+// where the slider's feedback, or a list of positions, contradicts the panoramas, these win.
+// `rails` are those of a start that was adjusted before; without them the first pass has none, as
+// the nominal poses repeat the rails' positions exactly, and a scatter measured from them would be
+// too small. Throws Error if no frame observes a point; Interrupted.
 RefinedPoses refine_poses(const CaptureSet& set, const FramePoses& start, const SeenPoints& points,
-                          const PoseAnchor& anchor, int threads);
+                          const PoseAnchor& anchor, int threads, std::vector<Rail> rails = {});
 
 }  // namespace raywalk::calibrate

@@ -40,7 +40,7 @@ constexpr std::array kRounds{TriangulationRound{6.0, 25.0}, TriangulationRound{2
                              TriangulationRound{1.0, 1.5}};
 // Scene points per panorama in the adjustments before the last one, and in the last one.
 constexpr int kPointsOnTheWay = 300;
-constexpr int kMostPointsAtLast = 1500;
+constexpr int kMostPointsAtLast = 3000;
 constexpr int kLeastPointsAtLast = 100;
 // Observations in the last adjustment, which takes about 600 bytes for each: panoramas of a very
 // large grid keep fewer of their points.
@@ -186,9 +186,10 @@ class PoseSolver {
       result_.contradictions.push_back(
           {"reversed",
            {frames.begin(), frames.end()},
-           fmt::format("line {}: its pictures move against the slider, unlike those of the others: "
-                       "the rail was laid the other way round, or its pictures are in reverse order",
-                       set_.lines[i].id)});
+           fmt::format(
+               "line {}: its pictures move against the slider, unlike those of the others: "
+               "the rail was laid the other way round, or its pictures are in reverse order",
+               set_.lines[i].id)});
       std::ranges::reverse(frames);
       for (std::size_t at = 0; at < frames.size(); ++at) {
         const CaptureFrame& place = listed_.frames[listed_.lines[i].frames[at]];
@@ -236,22 +237,18 @@ class PoseSolver {
   // to all.
   void adjust_and_check(const FramePoses& start, const SeenPoints& seen) {
     const DividedPoints points = divide_points(set_, crossings_, seen);
+    // Of very few points all may be held out.
+    const SeenPoints& used = points.used.observations.empty() ? seen : points.used;
+    refined_ = refine_poses(set_, start, used, anchor_, threads_);
     FramePoses poses = start;
-    if (!points.used.observations.empty()) {
-      RefinedPoses used = refine_poses(set_, start, points.used, anchor_, threads_);
-      const double noise_px = used.noise_px;
-      settle(&used, anchor_);
-      for (const CrossingCheck& check :
-           check_crossings(set_, crossings_, used.poses, noise_px, points.held_out)) {
-        result_.crossings.push_back({.check = check});
-      }
-      if (points.held_out.observations.empty()) {
-        refined_ = std::move(used);
-        return;
-      }
-      move_to(used.poses, &poses);
+    move_to(refined_.poses, &poses);
+    settle(&refined_, anchor_);
+    for (const CrossingCheck& check :
+         check_crossings(set_, crossings_, refined_.poses, refined_.noise_px, points.held_out)) {
+      result_.crossings.push_back({.check = check});
     }
-    refined_ = refine_poses(set_, poses, seen, anchor_, threads_);
+    if (points.held_out.observations.empty()) return;
+    refined_ = refine_poses(set_, poses, seen, anchor_, threads_, fit_rails(set_, poses));
     settle(&refined_, anchor_);
   }
 

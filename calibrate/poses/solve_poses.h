@@ -92,8 +92,8 @@ struct PosesResult {
   double position_sigma_mm = 0.0;  // median over the stations
   double rotation_sigma_deg = 0.0;
   std::vector<StepTime> times{};
-  // Why the poses are not trustworthy: contradictions, lines that are not connected or do not agree,
-  // frames without a pose. The exit code of the commands is 1 if there are any.
+  // Why the poses are not trustworthy: contradictions, lines that are not connected or do not
+  // agree, frames without a pose. The exit code of the commands is 1 if there are any.
   std::vector<std::string> warnings{};
   std::vector<std::string> notes{};  // no problem
   bool trustworthy() const { return warnings.empty(); }

@@ -79,7 +79,8 @@ RailScatter measured_scatter(const CaptureSet& set, const Rail& rail,
   }
   const auto count = static_cast<double>(stations.size());
   const auto sigma = [&](std::vector<double> deviations, double functions) {
-    return robust_sigma(std::move(deviations)) * std::sqrt(count / std::max(1.0, count - functions));
+    return robust_sigma(std::move(deviations)) *
+           std::sqrt(count / std::max(1.0, count - functions));
   };
   const auto functions = static_cast<double>(functions_for(stations.size()));
   return {sigma(std::move(along_m), 1.0), sigma(std::move(across_m), std::min(functions, 4.0)),
@@ -168,10 +169,9 @@ void add_rail_prior(Rail* rail, ceres::Problem* problem) {
   std::fill_n(prior.sigmas.begin() + P::kRotation, 3, kPlacing_rad);
   std::fill_n(prior.sigmas.begin() + P::kBow, 4, kRailBow * length_m);
   std::fill_n(prior.sigmas.begin() + P::kTwist, 6, kRailTwist_rad);
-  problem->AddResidualBlock(
-      new ceres::AutoDiffCostFunction<RailPriorCost, P::kCount, P::kCount>(
-          new RailPriorCost(prior)),
-      nullptr, rail->parameters.data());
+  problem->AddResidualBlock(new ceres::AutoDiffCostFunction<RailPriorCost, P::kCount, P::kCount>(
+                                new RailPriorCost(prior)),
+                            nullptr, rail->parameters.data());
   std::vector<int> held;
   for (int i = 0; i < P::kCount; ++i) {
     if (!rail->kept.at(i)) held.push_back(i);
@@ -202,23 +202,23 @@ FramePose pose_on_rail(const CaptureSet& set, const Rail& rail, std::size_t fram
   const RailScatter& scatter = rail.scatter;
   const double square_m2 =
       scatter.along_m * scatter.along_m + 2.0 * scatter.across_m * scatter.across_m;
-  return {.position_m = rail_position(rail.frame, rail.parameters.data(), rail_m),
-          .world_from_camera = matrix_of(rail_rotation(rail.frame, rail.parameters.data(), rail_m)) *
-                               planned_attitude(set.frames[frame]),
-          .origin = PoseOrigin::kRail,
-          .position_sigma_mm = 1e3 * std::sqrt(square_m2 / 3.0),
-          .rotation_sigma_deg = degrees_from_radians(scatter.rotation_rad)};
+  return {
+      .position_m = rail_position(rail.frame, rail.parameters.data(), rail_m),
+      .world_from_camera = matrix_of(rail_rotation(rail.frame, rail.parameters.data(), rail_m)) *
+                           planned_attitude(set.frames[frame]),
+      .origin = PoseOrigin::kRail,
+      .position_sigma_mm = 1e3 * std::sqrt(square_m2 / 3.0),
+      .rotation_sigma_deg = degrees_from_radians(scatter.rotation_rad)};
 }
 
 RailDeviation deviation_of(const CaptureSet& set, const Rail& rail, std::size_t frame,
                            const FramePose& pose) {
   const FramePose expected = pose_on_rail(set, rail, frame);
-  const RailAxes<double> axes = rail_axes(rail.frame.axis, rail.parameters[P::kHeading],
-                                          rail.parameters[P::kTilt]);
+  const RailAxes<double> axes =
+      rail_axes(rail.frame.axis, rail.parameters[P::kHeading], rail.parameters[P::kTilt]);
   const Eigen::Vector3d off_m = pose.position_m - expected.position_m;
   return {.off_m = {off_m.dot(axes.direction), off_m.dot(axes.across), off_m.dot(axes.up)},
-          .turned_rad =
-              vector_of(pose.world_from_camera * expected.world_from_camera.transpose())};
+          .turned_rad = vector_of(pose.world_from_camera * expected.world_from_camera.transpose())};
 }
 
 }  // namespace raywalk::calibrate

@@ -46,8 +46,8 @@ FramePoses on_rail(const CaptureSet& set, const Rail& rail, const RailScatter& s
                    unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
-  const RailAxes<double> axes = rail_axes(rail.frame.axis, rail.parameters[P::kHeading],
-                                          rail.parameters[P::kTilt]);
+  const RailAxes<double> axes =
+      rail_axes(rail.frame.axis, rail.parameters[P::kHeading], rail.parameters[P::kTilt]);
   FramePoses poses;
   for (std::size_t i = 0; i < set.frames.size(); ++i) {
     FramePose pose = pose_on_rail(set, rail, i);
@@ -66,9 +66,9 @@ FramePoses on_rail(const CaptureSet& set, const Rail& rail, const RailScatter& s
 double largest_error_m(const CaptureSet& set, const Rail& rail, const Rail& truth) {
   double largest = 0.0;
   for (std::size_t i = 0; i < set.frames.size(); ++i) {
-    largest = std::max(largest, (pose_on_rail(set, rail, i).position_m -
-                                 pose_on_rail(set, truth, i).position_m)
-                                    .norm());
+    largest = std::max(
+        largest,
+        (pose_on_rail(set, rail, i).position_m - pose_on_rail(set, truth, i).position_m).norm());
   }
   return largest;
 }

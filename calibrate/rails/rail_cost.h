@@ -39,9 +39,9 @@ class RailCost {
     residual[1] = off.dot(axes.across) / scatter_.across_m;
     residual[2] = off.dot(axes.up) / scatter_.across_m;
     const Vector expected = rail_rotation(frame_, rail, rail_m_);
-    const Eigen::Quaternion<T> turn =
-        reference_.cast<T>() * quaternion_of(Vector(Eigen::Map<const Vector>(pose))) *
-        (quaternion_of(expected) * planned_.cast<T>()).conjugate();
+    const Eigen::Quaternion<T> turn = reference_.cast<T>() *
+                                      quaternion_of(Vector(Eigen::Map<const Vector>(pose))) *
+                                      (quaternion_of(expected) * planned_.cast<T>()).conjugate();
     const T sign = turn.w() < T(0) ? T(-1) : T(1);
     Eigen::Map<Vector>(residual + 3) = sign * T(2.0 / scatter_.rotation_rad) * turn.vec();
     return true;

@@ -97,8 +97,8 @@ inline Eigen::Matrix3d planned_attitude(const CaptureFrame& frame) {
 
 RailFrame rail_frame(const CaptureSet& set, int line);
 
-// The typical distance of neighbouring stations, metres: thresholds are relative to it, so that they
-// hold for grids of any size.
+// The typical distance of neighbouring stations, metres: thresholds are relative to it, so that
+// they hold for grids of any size.
 double station_spacing_m(const CaptureSet& set);
 
 }  // namespace raywalk::calibrate

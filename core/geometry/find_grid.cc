@@ -92,7 +92,8 @@ class LineAssembly {
     const double spacing_m = typical_spacing(stations_);
     if (!named && tolerance.off_line_m.value_or(0.0) > spacing_m) {
       throw Error(fmt::format(
-          "a line tolerance of {} exceeds the stations' spacing of {}, so that lines cannot be told "
+          "a line tolerance of {} exceeds the stations' spacing of {}, so that lines cannot be "
+          "told "
           "from places beside them; give a smaller --line-tolerance-mm, or name the line of every "
           "frame in a column line",
           mm_text(*tolerance.off_line_m), mm_text(spacing_m)));
@@ -182,7 +183,8 @@ class LineAssembly {
     const auto on_none = std::ranges::count(placed, false);
     if (spacing_m_ > 0.0 && static_cast<double>(on_none) > kTourShare * placed.size()) {
       throw Error(fmt::format(
-          "{} of {} stations, typically {} apart, are on no line within 3 degrees of x or z: the axes "
+          "{} of {} stations, typically {} apart, are on no line within 3 degrees of x or z: the "
+          "axes "
           "are turned, or this is a tour rather than lines. Views between stations need lines of "
           "stations decimetres apart (docs/capture.md); where the lines are known, name them in a "
           "column line",

@@ -319,8 +319,8 @@ TEST(FindGrid, ATourIsNamed) {
   std::mt19937 random(5);
   std::vector<StationPose> stations;
   for (int i = 0; i < 32; ++i) {
-    stations.push_back({fmt::format("{}", i),
-                        {uniform(&random, 0.0, 12.0), 0.0, uniform(&random, 0.0, 9.0)}});
+    stations.push_back(
+        {fmt::format("{}", i), {uniform(&random, 0.0, 12.0), 0.0, uniform(&random, 0.0, 9.0)}});
   }
   EXPECT_THAT(error_of(stations), AllOf(HasSubstr("of 32 stations"), HasSubstr("a tour")));
   EXPECT_THAT(error_of(stations, {.off_line_m = 5.6}),

@@ -286,8 +286,7 @@ TEST_F(CalibrateTest, AllStepsAlignTheLinesAndAreNotRepeated) {
                                        "the 4 crossings [0-9.]+ mm and [0-9.]+ px"));
   EXPECT_THAT(first.output, HasSubstr("rectify: 32 frames\n"));
   EXPECT_THAT(first.output, HasSubstr("\ntrustworthy; see " + (out() / "index.html").string()));
-  EXPECT_THAT(first.errors,
-              ::testing::ContainsRegex("matching features: [0-9]+ of [0-9]+ pairs"));
+  EXPECT_THAT(first.errors, ::testing::ContainsRegex("matching features: [0-9]+ of [0-9]+ pairs"));
   const json calibration = json_of(out() / "calibration.json");
   EXPECT_EQ(calibration["trustworthy"], true);
   EXPECT_EQ(calibration["poses"]["crossings"].size(), 4U);
