@@ -17,7 +17,7 @@ struct StitchOptions {
   double blend_deg = kDefaultBlend_deg;  // width of the transition between the lenses
   // Assumed distance of the scene, metres. Only infinity adds no parallax correction to the halves.
   double seam_distance_m = std::numeric_limits<double>::infinity();
-  bool balance = true;          // exposure and vignetting of the lenses
+  bool balance = true;          // make the light of both lenses equal
   std::filesystem::path out{};  // of the calibration
 };
 

@@ -19,12 +19,11 @@ constexpr int kRowsAtOnce = 16;
 class TableBuilder {
  public:
   TableBuilder(const DualFisheyeCamera& camera, PanoramaSize size, const StitcherOptions& options,
-               const LensBalance& balance, const Eigen::Matrix3d& world_from_camera)
+               const Eigen::Matrix3d& world_from_camera)
       : size_(size),
         upward_(world_from_camera.row(1)),
-        front_(front_view(camera, options.seam_distance_m)),
-        back_(back_view(camera, options.seam_distance_m)),
-        balance_(balance),
+        front_(camera, false, options.seam_distance_m),
+        back_(camera, true, options.seam_distance_m),
         blend_rad_(radians_from_degrees(options.blend_deg)),
         // The coarse bands of multi-band blending extend half a ramp beyond the ramp on each side.
         reach_rad_(options.blend == BlendMethod::kFeather ? 0.5 * blend_rad_ : blend_rad_) {
@@ -77,18 +76,16 @@ class TableBuilder {
     return from_seam >= 0.0 ? kFrontOnly : kBackOnly;
   }
 
-  void set(const LensImage& image, int row, int column, LensSamples* of) const {
+  static void set(const LensImage& image, int row, int column, LensSamples* of) {
     of->positions.at<cv::Vec2f>(row, column) = {static_cast<float>(image.pixel.u),
                                                 static_cast<float>(image.pixel.v)};
-    of->roots.at<float>(row, column) =
-        static_cast<float>(root_of_light(balance_.share_at(image.angle_rad)));
+    of->roots.at<float>(row, column) = static_cast<float>(image.root);
   }
 
   PanoramaSize size_;
   Eigen::Vector3d upward_;                  // the panorama's, in the camera's axes
   std::vector<Eigen::Vector3d> horizon_{};  // by column: its direction at the horizon, likewise
   LensView front_, back_;
-  LensBalance balance_;
   double blend_rad_;
   double reach_rad_;
 };
@@ -101,36 +98,30 @@ bool is_within(PixelPosition pixel, PanoramaSize picture) {
 
 }  // namespace
 
-LensView::LensView(const FisheyeLens& lens, const Eigen::Matrix3d& camera_from_lens,
-                   const Eigen::Vector3d& position_m, PanoramaSize picture, double distance_m)
-    : lens_(lens),
-      lens_from_camera_(camera_from_lens.transpose()),
-      position_m_(position_m),
-      picture_(picture),
-      distance_m_(distance_m) {}
+LensView::LensView(const DualFisheyeCamera& camera, bool back, double distance_m)
+    : camera_(camera),
+      lens_(back ? camera.layout.back : camera.layout.front),
+      lens_from_camera_(Eigen::Matrix3d::Identity()),
+      position_m_(back ? camera.layout.back_position_m : camera.layout.front_position_m),
+      distance_m_(distance_m) {
+  if (back) lens_from_camera_ = world_from_camera(camera.layout.back_attitude).transpose();
+}
 
 std::optional<LensImage> LensView::look(const Eigen::Vector3d& direction) const {
   const Eigen::Vector3d seen =
       lens_from_camera_ *
       (std::isinf(distance_m_) ? direction : distance_m_ * direction - position_m_);
   const auto pixel = project(lens_, seen);
-  if (!pixel || !is_within(*pixel, picture_)) return std::nullopt;
+  if (!pixel || !is_within(*pixel, camera_.picture)) return std::nullopt;
   const double angle = std::atan2(std::hypot(seen.x(), seen.y()), seen.z());
-  return LensImage{*pixel, angle, lens_.largest_angle_rad - angle};
-}
-
-LensView front_view(const DualFisheyeCamera& camera, double distance_m) {
-  return {camera.layout.front, Eigen::Matrix3d::Identity(), camera.layout.front_position_m,
-          camera.picture, distance_m};
-}
-
-LensView back_view(const DualFisheyeCamera& camera, double distance_m) {
-  return {camera.layout.back, world_from_camera(camera.layout.back_attitude),
-          camera.layout.back_position_m, camera.picture, distance_m};
+  LensImage image{*pixel, lens_.largest_angle_rad - angle};
+  const bool falls_off = camera_.falloff_2 != 0.0 || camera_.falloff_4 != 0.0;
+  if (falls_off) image.root = root_of_light(light_share(camera_, angle));
+  return image;
 }
 
 StitchTables make_stitch_tables(const DualFisheyeCamera& camera, PanoramaSize size,
-                                const StitcherOptions& options, const LensBalance& balance,
+                                const StitcherOptions& options,
                                 const Eigen::Matrix3d& world_from_camera) {
   StitchTables tables;
   tables.size = size;
@@ -140,7 +131,7 @@ StitchTables make_stitch_tables(const DualFisheyeCamera& camera, PanoramaSize si
     lens->positions = cv::Mat::zeros(size.height, size.width, CV_32FC2);
     lens->roots = cv::Mat::ones(size.height, size.width, CV_32FC1);
   }
-  const TableBuilder builder(camera, size, options, balance, world_from_camera);
+  const TableBuilder builder(camera, size, options, world_from_camera);
   std::vector<int> unseen(static_cast<std::size_t>(size.height));
   parallel_for(0, size.height, kRowsAtOnce, [&](int begin, int end) {
     for (int row = begin; row < end; ++row) {

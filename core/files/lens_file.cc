@@ -52,6 +52,8 @@ SettingsSchema schema_of(DualFisheyeCamera* camera) {
   schema.integer("picture_width_px", &camera->picture.width, 1, kLargestSide_px)
       .integer("picture_height_px", &camera->picture.height, 1, kLargestSide_px)
       .boolean("two_files", &camera->two_files)
+      .number("falloff_2", &camera->falloff_2, -kLargestCoefficient, kLargestCoefficient)
+      .number("falloff_4", &camera->falloff_4, -kLargestCoefficient, kLargestCoefficient)
       .number("back.yaw_deg", &layout.back_attitude.yaw_rad, -360.0, 360.0, kDegree)
       .number("back.pitch_deg", &layout.back_attitude.pitch_rad, -360.0, 360.0, kDegree)
       .number("back.roll_deg", &layout.back_attitude.roll_rad, -360.0, 360.0, kDegree);
@@ -69,6 +71,11 @@ FisheyeLens scaled(FisheyeLens lens, double factor) {
 }
 
 }  // namespace
+
+double light_share(const DualFisheyeCamera& camera, double angle_rad) {
+  const double square = angle_rad * angle_rad;
+  return std::exp(square * (camera.falloff_2 + square * camera.falloff_4));
+}
 
 DualFisheyeCamera read_lens_file(const std::filesystem::path& file) {
   std::error_code error;
