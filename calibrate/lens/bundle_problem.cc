@@ -3,8 +3,11 @@
 #include <ceres/autodiff_cost_function.h>
 #include <ceres/loss_function.h>
 
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
+#include <cmath>
+#include <cstddef>
 
 #include "calibrate/base/cauchy_loss.h"
 #include "calibrate/lens/camera_model.h"
@@ -60,7 +63,7 @@ struct ObservationResidual {
 ObservationResidual residual_term(const BundleInput& input, const CameraFrame& frame,
                                   const Eigen::Vector3d& line_middle_m, const TrackPoint& point,
                                   const BundleObservation& observation, double sigma_px) {
-  const BundleStation& station = input.stations[static_cast<std::size_t>(observation.station)];
+  const BundleStation& station = input.stations[observation.station];
   return {frame,
           observation.back,
           station.nominal_m,
@@ -112,15 +115,53 @@ void add_priors(const BundleInput& input, BundleState* state, ceres::Problem* pr
   }
 }
 
+// An anchor on the ray, with two directions at right angles to it.
+TrackPoint anchored_at(const ViewRay& ray) {
+  TrackPoint point;
+  point.from_m = ray.origin_m;
+  point.axis = ray.direction;
+  Eigen::Index least = 0;
+  ray.direction.cwiseAbs().minCoeff(&least);
+  point.right = ray.direction.cross(Eigen::Vector3d::Unit(least)).normalized();
+  point.up = ray.direction.cross(point.right);
+  return point;
+}
+
 }  // namespace
 
+// The cross product of an observed unit direction with the predicted ray is the sine of their angle
+// (the predicted ray is near unit length) and linear in the three unknowns.
+std::optional<TrackPoint> triangulate(std::span<const ViewRay> rays) {
+  TrackPoint point = anchored_at(rays.front());
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right_side = Eigen::Vector3d::Zero();
+  for (const ViewRay& ray : rays) {
+    Eigen::Matrix3d slope;
+    slope.col(0) = ray.direction.cross(point.right);
+    slope.col(1) = ray.direction.cross(point.up);
+    slope.col(2) = ray.direction.cross(point.from_m - ray.origin_m);
+    normal += slope.transpose() * slope;
+    right_side -= slope.transpose() * ray.direction.cross(point.axis);
+  }
+  // Parallel rays, or rays of one origin, do not determine the distance. A small prior then puts
+  // the point at infinity; it is negligible for a parallax of some millimetres.
+  constexpr double kPrior_m2 = 1e-8;
+  normal(2, 2) += kPrior_m2;
+  const Eigen::LDLT<Eigen::Matrix3d> factors(normal);
+  point.value = factors.solve(right_side);
+  if (factors.info() != Eigen::Success || !point.value.allFinite()) return std::nullopt;
+  for (const ViewRay& ray : rays) {
+    if (point.ray_from(ray.origin_m).dot(ray.direction) <= 0.0) return std::nullopt;
+  }
+  return point;
+}
+
 std::vector<Eigen::Vector3d> line_middles(const BundleInput& input) {
-  std::vector<Eigen::Vector3d> sum(static_cast<std::size_t>(input.lines), Eigen::Vector3d::Zero());
-  std::vector<int> count(sum.size(), 0);
+  std::vector<Eigen::Vector3d> sum(input.lines, Eigen::Vector3d::Zero());
+  std::vector<int> count(input.lines, 0);
   for (const BundleStation& station : input.stations) {
-    const auto line = static_cast<std::size_t>(station.line);
-    sum[line] += station.nominal_m;
-    ++count[line];
+    sum[station.line] += station.nominal_m;
+    ++count[station.line];
   }
   for (std::size_t i = 0; i < sum.size(); ++i) sum[i] /= std::max(count[i], 1);
   return sum;
@@ -129,37 +170,32 @@ std::vector<Eigen::Vector3d> line_middles(const BundleInput& input) {
 Eigen::Vector2d residual_of(const BundleInput& input, const BundleState& state,
                             const Eigen::Vector3d& line_middle_m, const TrackPoint& point,
                             const BundleObservation& observation) {
-  const auto station = static_cast<std::size_t>(observation.station);
-  const auto line = static_cast<std::size_t>(input.stations[station].line);
+  const std::size_t line = input.stations[observation.station].line;
   const CameraParameters& camera = state.camera;
   Eigen::Vector2d residual;
   residual_term(input, camera_frame_of(input.start), line_middle_m, point, observation, 1.0)(
       (observation.back ? camera.back : camera.front).data(), camera.back_pose.data(),
-      state.lines[line].data(), state.stations[station].data(), point.value.data(),
+      state.lines[line].data(), state.stations[observation.station].data(), point.value.data(),
       residual.data());
   return residual;
 }
 
 void build_problem(const BundleInput& input, double sigma_px, BundleState* state,
                    std::vector<ActiveTrack>* tracks, ceres::Problem* problem) {
+  using Cost = ceres::AutoDiffCostFunction<ObservationResidual, 2, kLensParameters, kPoseParameters,
+                                           kPoseParameters, kPoseParameters, kPointParameters>;
   const CameraFrame frame = camera_frame_of(input.start);
   const std::vector<Eigen::Vector3d> middles = line_middles(input);
   CameraParameters& camera = state->camera;
   for (ActiveTrack& active : *tracks) {
-    const BundleTrack& track = input.tracks[static_cast<std::size_t>(active.track)];
-    for (const int index : active.observations) {
-      const BundleObservation& seen = track[static_cast<std::size_t>(index)];
-      const auto station = static_cast<std::size_t>(seen.station);
-      const auto line = static_cast<std::size_t>(input.stations[station].line);
-      using Cost =
-          ceres::AutoDiffCostFunction<ObservationResidual, 2, kLensParameters, kPoseParameters,
-                                      kPoseParameters, kPoseParameters, kPointParameters>;
+    for (const BundleObservation& seen : active.seen) {
+      const std::size_t line = input.stations[seen.station].line;
       problem->AddResidualBlock(new Cost(new ObservationResidual(residual_term(
                                     input, frame, middles[line], active.point, seen, sigma_px))),
                                 new ceres::CauchyLoss(kCauchySigmas),
                                 (seen.back ? camera.back : camera.front).data(),
                                 camera.back_pose.data(), state->lines[line].data(),
-                                state->stations[station].data(), active.point.value.data());
+                                state->stations[seen.station].data(), active.point.value.data());
     }
   }
   add_priors(input, state, problem);

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "calibrate/lens/calibrate_lens.h"
 #include "core/geometry/fisheye_lens.h"
 
 namespace raywalk::calibrate {
@@ -37,6 +38,11 @@ struct CameraParameters {
 // Covariance of front, back and back_pose of CameraParameters, in this order.
 inline constexpr int kCameraParameters = 2 * kLensParameters + kPoseParameters;
 using CameraCovariance = Eigen::Matrix<double, kCameraParameters, kCameraParameters>;
+
+// The standard deviations that follow from it.
+CameraUncertainty uncertainty_of(const CameraParameters& parameters,
+                                 const CameraCovariance& covariance,
+                                 const DualFisheyeLayout& layout);
 
 CameraFrame camera_frame_of(const DualFisheyeLayout& start);
 CameraParameters parameters_of(const DualFisheyeLayout& start);

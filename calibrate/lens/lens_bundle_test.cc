@@ -4,7 +4,6 @@
 
 #include <random>
 
-#include "calibrate/lens/fit_details.h"
 #include "calibrate/lens/lens_test_camera.h"
 #include "core/base/error.h"
 
@@ -44,7 +43,7 @@ BundleInput observed(const World& world, const DualFisheyeLayout& truth, Random*
       radians_from_degrees(99.0);
   input.lines = 4;
   std::vector<BundlePose> poses;
-  for (int line = 0; line < input.lines; ++line) {
+  for (std::size_t line = 0; line < input.lines; ++line) {
     const double turn_rad = radians_from_degrees(world.turn_deg);
     const Eigen::Matrix3d line_turn = world_from_camera(
         {random->normal(turn_rad), random->normal(turn_rad), random->normal(turn_rad)});
@@ -72,7 +71,7 @@ BundleInput observed(const World& world, const DualFisheyeLayout& truth, Random*
     const double half_m = wall == 0 ? 2.2 : wall == 1 ? 1.3 : 2.6;
     point[wall] = random->uniform(0, 1) < 0.5 ? -half_m : half_m;
     BundleTrack track;
-    const int first_line = static_cast<int>(random->uniform(0, 4));
+    const auto first_line = static_cast<std::size_t>(random->uniform(0, 4));
     for (std::size_t s = 0; s < poses.size(); ++s) {
       if (input.stations[s].line != first_line && random->uniform(0, 1) < 0.8) continue;
       const Vector3d in_camera =
@@ -88,7 +87,7 @@ BundleInput observed(const World& world, const DualFisheyeLayout& truth, Random*
           seen.u += random->normal(100.0);
           seen.v += random->normal(100.0);
         }
-        track.push_back({static_cast<int>(s), back, seen});
+        track.push_back({s, back, seen});
       }
     }
     if (track.size() >= 3) input.tracks.push_back(track);
