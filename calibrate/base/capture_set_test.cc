@@ -42,8 +42,8 @@ TEST_F(CaptureSetTest, FrameListIsGroupedIntoLinesInRailOrder) {
   ASSERT_TRUE(set.frames[0].nominal_attitude);
   EXPECT_NEAR(set.frames[0].nominal_attitude->yaw_rad, radians_from_degrees(5.0), 1e-12);
   EXPECT_FALSE(set.frames[1].nominal_attitude);
-  EXPECT_EQ(set.find("b"), 1);
-  EXPECT_FALSE(set.find("d"));
+  EXPECT_EQ(indices_by_name(set).at("b"), 1U);
+  EXPECT_FALSE(indices_by_name(set).contains("d"));
 }
 
 TEST_F(CaptureSetTest, FramesWithRepeatedStemsAreNamedByTheirPaths) {

@@ -105,7 +105,7 @@ TEST_F(FramePosesTest, TableRowsAreMatchedByFileStem) {
                         "true/b1.jpg,1,2,3,10,20,30\nother.jpg,0,0,0,0,0,0\n"),
             "no error");
   const FramePoses poses = read_pose_table(folder_ / "true.csv", set_);
-  const auto at = static_cast<std::size_t>(*set_.find("b1"));
+  const std::size_t at = indices_by_name(set_).at("b1");
   ASSERT_TRUE(poses[at]);
   EXPECT_EQ(poses[at]->position_m, Eigen::Vector3d(1, 2, 3));
   EXPECT_LT(angle_between(poses[at]->world_from_camera,

@@ -36,44 +36,17 @@ struct Detection {
   cv::Mat descriptors{};
 };
 
-cv::Ptr<cv::SIFT> feature_finder() { return cv::SIFT::create(0, 3, kContrast); }
-
-// The systematic offset of detected features to the right and down. OpenCV doubles the picture
-// first, which puts pixel u at 2 u + 0.5, and version 4.6 halves the detected positions: all are a
-// quarter of a pixel off. Later versions may be correct, so the offset is measured on drawn blobs.
-double measured_shift_px() {
-  constexpr int kSide = 96;
-  constexpr double kCentre = 0.5 * (kSide - 1), kBlobSigma_px = 3.0;
-  cv::Mat blob(kSide, kSide, CV_8UC1);
-  for (int v = 0; v < kSide; ++v) {
-    for (int u = 0; u < kSide; ++u) {
-      const double distance = std::hypot(u - kCentre, v - kCentre) / kBlobSigma_px;
-      blob.at<uchar>(v, u) =
-          cv::saturate_cast<uchar>(50.0 + 150.0 * std::exp(-0.5 * distance * distance));
-    }
-  }
-  std::vector<cv::KeyPoint> points;
-  feature_finder()->detect(blob, points);
-  double sum_px = 0.0;
-  int count = 0;
-  for (const cv::KeyPoint& point : points) {
-    const double right = point.pt.x - kCentre, down = point.pt.y - kCentre;
-    if (std::hypot(right, down) > 1.0) continue;
-    sum_px += 0.5 * (right + down);
-    ++count;
-  }
-  return count > 0 ? sum_px / count : 0.0;
-}
-
 Detection detect(const cv::Mat& picture, double scale) {
-  static const double shift_px = measured_shift_px();
+  // OpenCV doubles the picture first, which puts pixel u at 2 u + 0.5, and halves the positions.
+  constexpr double kShift_px = 0.25;
   cv::Mat grey;
   cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
   if (scale < 1.0) cv::resize(grey, grey, {}, scale, scale, cv::INTER_AREA);
   std::vector<cv::KeyPoint> points;
   Detection result;
-  feature_finder()->detectAndCompute(grey, cv::noArray(), points, result.descriptors);
-  const auto in_full = [&](double at) { return (at - shift_px + 0.5) / scale - 0.5; };
+  cv::SIFT::create(0, 3, kContrast)
+      ->detectAndCompute(grey, cv::noArray(), points, result.descriptors);
+  const auto in_full = [&](double at) { return (at - kShift_px + 0.5) / scale - 0.5; };
   for (const cv::KeyPoint& point : points) {
     result.found.push_back({{in_full(point.pt.x), in_full(point.pt.y)},
                             point.size / scale,
