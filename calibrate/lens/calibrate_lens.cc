@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "calibrate/base/figures.h"
-#include "calibrate/lens/capture_fit.h"
 #include "calibrate/lens/image_circle.h"
 #include "core/base/error.h"
 #include "core/base/median.h"

@@ -77,6 +77,11 @@ struct LensFit {
 // and too few features; Interrupted.
 LensFit calibrate_lens(const CaptureSet& set, const LensOptions& options);
 
+// The fit alone, from a start in the size of the set's pictures, of frames that are checked
+// (capture_fit.cc). Throws Error and Interrupted as calibrate_lens does.
+LensFit fit_to_capture(const CaptureSet& set, const DualFisheyeCamera& start,
+                       const LensOptions& options);
+
 // lens.json:
 // {"format": "raywalk-lens", "format_version": 1, "trustworthy", "warnings",
 //  "residual_px", "worst_imaging_sigma_px", "pictures", "points", "overlap_points",

@@ -1,5 +1,4 @@
-#include "calibrate/lens/capture_fit.h"
-
+// The fit of the step `lens` to the frames of a capture.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -11,6 +10,7 @@
 
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/base/frame_poses.h"
+#include "calibrate/lens/calibrate_lens.h"
 #include "calibrate/lens/image_circle.h"
 #include "calibrate/lens/lens_bundle.h"
 #include "calibrate/lens/lens_features.h"

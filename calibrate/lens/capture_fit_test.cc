@@ -1,10 +1,9 @@
-#include "calibrate/lens/capture_fit.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>
 
+#include "calibrate/lens/calibrate_lens.h"
 #include "calibrate/lens/lens_test_camera.h"
 #include "capture/simulated/virtual_room/sensor.h"
 #include "capture/simulated/virtual_room/test_rooms.h"

@@ -21,7 +21,6 @@ namespace raywalk::calibrate {
 namespace {
 
 constexpr std::size_t kMostFrames = 24;
-constexpr std::size_t kMostPoints = 4000;   // of a frame
 constexpr std::size_t kFewestOfFrame = 50;  // a frame with fewer does not count
 constexpr int kFewestPoints = 200;          // of all frames
 constexpr double kLeastCorrelation = 0.5;
@@ -48,19 +47,9 @@ struct SeamPoints {
   OfLens back{};
 };
 
-void keep_every(std::size_t step, SeamPoints::OfLens* lens) {
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < lens->at.size(); i += step, ++kept) {
-    lens->at[kept] = lens->at[i];
-    lens->roots[kept] = lens->roots[i];
-  }
-  lens->at.resize(kept);
-  lens->roots.resize(kept);
-}
-
 // Spread evenly over the overlap, far enough from the rims for whole patches.
 SeamPoints seam_points(const DualFisheyeCamera& camera) {
-  constexpr PanoramaSize kLattice{720, 360};  // half a degree
+  constexpr PanoramaSize kLattice{360, 180};  // a degree
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const PanoramaSize full = camera.picture;
   const LensView front(camera, false, kInfinity), back(camera, true, kInfinity);
@@ -89,9 +78,6 @@ SeamPoints seam_points(const DualFisheyeCamera& camera) {
       add(*in_back, &points.back);
     }
   }
-  const std::size_t step = points.front.at.size() / kMostPoints + 1;
-  keep_every(step, &points.front);
-  keep_every(step, &points.back);
   return points;
 }
 
