@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "calibrate/base/test_capture_folder.h"
-#include "core/base/error.h"
+#include "core/base/test_error.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -22,21 +22,11 @@ class FramePosesTest : public ::testing::Test {
   }
   std::string read_error(const std::string& text) const {
     write_file_atomically(folder_ / "poses.json", text);
-    try {
-      read_frame_poses(folder_ / "poses.json", set_);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "no error";
+    return error_of([&] { read_frame_poses(folder_ / "poses.json", set_); });
   }
   std::string table_error(const std::string& text) const {
     write_file_atomically(folder_ / "true.csv", text);
-    try {
-      read_pose_table(folder_ / "true.csv", set_);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "no error";
+    return error_of([&] { read_pose_table(folder_ / "true.csv", set_); });
   }
 
   TestCaptureFolder folder_;

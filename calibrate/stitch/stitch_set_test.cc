@@ -12,7 +12,7 @@
 #include "calibrate/stitch/stitch_test_camera.h"
 #include "capture/simulated/virtual_room/lens_light.h"
 #include "capture/simulated/virtual_room/sensor.h"
-#include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
@@ -21,9 +21,7 @@ namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::AllOf;
 using testing::HasSubstr;
-using testing::Not;
 
 constexpr int kStations = 12;
 constexpr capture::LensLightSettings kLight{.vignetting = 0.25, .lens_gain_ev = 0.2};
@@ -83,12 +81,7 @@ class StitchSetTest : public testing::Test {
   StitchOptions options() const { return {.width = 256, .out = directory_ / "out"}; }
 
   std::string message_of(const CaptureSet& set, const std::optional<DualFisheyeCamera>& camera) {
-    try {
-      stitch_set(set, camera, options());
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "no error";
+    return error_of([&] { stitch_set(set, camera, options()); });
   }
 
   fs::path panorama(int station) const {
@@ -136,6 +129,11 @@ TEST_F(StitchSetTest, MasksGoWithTheirFramesAndCountNotInTheBalance) {
 }
 
 TEST_F(StitchSetTest, WritesPanoramasAndFigures) {
+  CaptureSet panoramas = line(2);
+  panoramas.layout = FrameLayout::kPanorama;  // is returned unchanged
+  const CaptureSet same = stitch_set(panoramas, std::nullopt, options());
+  EXPECT_EQ(same.frames[1].file, panoramas.frames[1].file);
+  EXPECT_FALSE(fs::exists(directory_ / "out"));
   const CaptureSet set = stitch_set(line(3), camera_, options());
   EXPECT_EQ(set.layout, FrameLayout::kPanorama);
   EXPECT_EQ(set.frame, (PanoramaSize{256, 128}));
@@ -149,6 +147,8 @@ TEST_F(StitchSetTest, WritesPanoramasAndFigures) {
   EXPECT_EQ(json.at("complete"), true);
   EXPECT_EQ(json.at("frames"), 3);
   EXPECT_EQ(json.at("blend"), "multi-band");
+  EXPECT_EQ(blend_method_named("feather"), BlendMethod::kFeather);
+  EXPECT_THROW(blend_method_named("none"), UsageError);
   EXPECT_TRUE(json.at("seam_distance_m").is_null());
   EXPECT_EQ(json.at("balance").at("frames"), 3);
   EXPECT_GT(json.at("balance").at("points"), 200);
@@ -202,14 +202,6 @@ TEST_F(StitchSetTest, ResumesAnInterruptedRun) {
   EXPECT_NE(read_file(panorama(1)), first);
 }
 
-TEST_F(StitchSetTest, PanoramasAreReturnedUnchanged) {
-  CaptureSet set = line(2);
-  set.layout = FrameLayout::kPanorama;
-  const CaptureSet same = stitch_set(set, std::nullopt, options());
-  EXPECT_EQ(same.frames[1].file, set.frames[1].file);
-  EXPECT_FALSE(fs::exists(directory_ / "out"));
-}
-
 TEST_F(StitchSetTest, LensFileOfAnotherSizeIsScaledIfTheAspectRatioAgrees) {
   const CaptureSet set = stitch_set(line(1), test_camera(440, 0.01), {.out = directory_ / "out"});
   EXPECT_NEAR(set.frame.width, default_panorama_width(camera_), 16);
@@ -218,12 +210,9 @@ TEST_F(StitchSetTest, LensFileOfAnotherSizeIsScaledIfTheAspectRatioAgrees) {
   EXPECT_THROW(stitch_set(line(1), square, options()), Error);
 }
 
-TEST_F(StitchSetTest, MissingLensFileIsAnErrorWithAdvice) {
+TEST_F(StitchSetTest, FramesThatDoNotFitTheLensFileAreNamed) {
   EXPECT_THAT(message_of(line(1), std::nullopt), HasSubstr("raywalk-calibrate lens"));
   EXPECT_THROW(stitch_set(line(1), std::nullopt, options()), UsageError);
-}
-
-TEST_F(StitchSetTest, MissingBackHalvesAreNamed) {
   camera_.two_files = true;
   EXPECT_THAT(message_of(line(2), camera_), HasSubstr("station x0_0: one picture, no back half"));
   CaptureSet set = line(2);
@@ -233,10 +222,10 @@ TEST_F(StitchSetTest, MissingBackHalvesAreNamed) {
   camera_.two_files = false;
   EXPECT_THAT(message_of(set, camera_), HasSubstr("station x0_0: front and back in a file each"));
   EXPECT_FALSE(fs::exists(directory_ / "out"));
-}
-
-TEST_F(StitchSetTest, BackHalfOfAnotherSizeIsNamed) {
-  CaptureSet set = in_halves(2);
+  set = line(3);
+  write_image(set.frames[2].file, test_room().panorama(kTestPose, camera_.picture));
+  EXPECT_THAT(message_of(set, camera_), HasSubstr("x0_2.png: bright around the image circles"));
+  set = in_halves(2);
   write_image(directory_ / "small.png", cv::Mat(100, 100, CV_8UC3, cv::Scalar::all(0)));
   set.frames[1].back = directory_ / "small.png";
   EXPECT_THAT(message_of(set, camera_),
@@ -254,12 +243,6 @@ TEST_F(StitchSetTest, DamagedPicturesAreNamedAndLeaveNoPartialPanorama) {
   // With the whole file restored, it resumes.
   write_file_atomically(set.frames[1].file, whole);
   EXPECT_EQ(message_of(set, camera_), "no error");
-}
-
-TEST_F(StitchSetTest, PanoramaAmongTheFramesIsDetected) {
-  const CaptureSet set = line(3);
-  write_image(set.frames[2].file, test_room().panorama(kTestPose, camera_.picture));
-  EXPECT_THAT(message_of(set, camera_), HasSubstr("x0_2.png: bright around the image circles"));
 }
 
 TEST_F(StitchSetTest, FilesForEachLensGiveTheSamePanoramas) {
@@ -281,12 +264,6 @@ TEST_F(StitchSetTest, BackLensUpsideDownIsFlagged) {
   stitch_set(set, camera_, options());
   EXPECT_THAT(record().at("warnings").at(0).get<std::string>(),
               HasSubstr("do not show the same along their seam"));
-}
-
-TEST(BlendMethodTest, NamesRoundTrip) {
-  EXPECT_EQ(blend_method_named("feather"), BlendMethod::kFeather);
-  EXPECT_EQ(blend_method_named(name_of(BlendMethod::kMultiBand)), BlendMethod::kMultiBand);
-  EXPECT_THROW(blend_method_named("none"), UsageError);
 }
 
 }  // namespace
