@@ -12,12 +12,6 @@
 
 namespace raywalk::calibrate {
 
-// World frame; unit direction.
-struct ViewRay {
-  Eigen::Vector3d origin_m{0, 0, 0};
-  Eigen::Vector3d direction{0, 0, 1};
-};
-
 // The point `from_m` + `direction` / inverse_distance, the direction being
 //   axis + right a + up b, with a, b and the inverse distance in `value`.
 // The inverse distance also represents points at infinity: a ray from p to the point runs along

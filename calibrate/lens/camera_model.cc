@@ -85,19 +85,6 @@ DualFisheyeLayout layout_of(const CameraParameters& parameters, const DualFishey
   return layout;
 }
 
-// Typical deviations from a maker's figures are at most a tenth of the radius in the centre, a
-// fifth in the focal length, and a third of the radius at the rim in each term of the polynomial.
-LensPrior::LensPrior(const FisheyeLens& start) : start_(parameters_of(start)) {
-  const double rim = fisheye_radius(start.k, start.largest_angle_rad);
-  sigma_[0] = sigma_[1] = 0.1 * rim * start.focal_px;
-  sigma_[2] = 0.2 * start.focal_px;
-  double power = start.largest_angle_rad;
-  for (std::size_t i = 3; i < kLensParameters; ++i) {
-    power *= start.largest_angle_rad * start.largest_angle_rad;
-    sigma_[i] = rim / (3.0 * power);
-  }
-}
-
 CameraUncertainty uncertainty_of(const CameraParameters& parameters,
                                  const CameraCovariance& covariance,
                                  const DualFisheyeLayout& layout) {

@@ -89,23 +89,4 @@ void image_point(const CameraFrame& frame, bool back, const T* lens, const T* ba
   image_direction(lens, in_lens, pixel);
 }
 
-// Prior that keeps the parameters near the start where the pictures do not determine them: a
-// residual per parameter, in units of a typical deviation from a maker's figures.
-class LensPrior {
- public:
-  explicit LensPrior(const FisheyeLens& start);
-  template <typename T>
-  bool operator()(const T* lens, T* residual) const {
-    for (int i = 0; i < kLensParameters; ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      residual[i] = (lens[i] - start_[at]) / sigma_[at];
-    }
-    return true;
-  }
-
- private:
-  LensParameters start_{};
-  LensParameters sigma_{};
-};
-
 }  // namespace raywalk::calibrate

@@ -156,17 +156,13 @@ void CaptureFit::prepare_bundle() {
 }
 
 std::vector<MatchingView> CaptureFit::views(const BundleState& state) const {
-  const DualFisheyeLayout layout = layout_of(state.camera, bundle_.start);
-  const Eigen::Matrix3d camera_from_back = world_from_camera(layout.back_attitude);
-  const std::vector<BundlePose> poses = poses_of(bundle_, state);
+  const Viewing viewing(bundle_, state);
   std::vector<MatchingView> views;
   for (std::size_t s = 0; s < features_.size(); ++s) {
-    MatchingView view{.features = &features_[s], .position_m = poses[s].position_m};
+    MatchingView view{.features = &features_[s], .position_m = viewing.poses()[s].position_m};
     for (const LensFeature& feature : features_[s].features) {
-      const auto in_lens = unproject(feature.back ? layout.back : layout.front, feature.seen);
-      Eigen::Vector3d in_camera = in_lens ? *in_lens : Eigen::Vector3d::Zero();
-      if (feature.back) in_camera = camera_from_back * in_camera;
-      view.directions.emplace_back(poses[s].world_from_camera * in_camera);
+      const auto ray = viewing.ray_of({s, feature.back, feature.seen});
+      view.directions.push_back(ray ? ray->direction : Eigen::Vector3d::Zero());
     }
     views.push_back(std::move(view));
   }

@@ -34,30 +34,6 @@ bool enough(const BundleTrack& track) {
   return track.size() >= kLeastObservations && std::ranges::any_of(track, elsewhere);
 }
 
-// Converts observations to rays by the current state.
-class Viewing {
- public:
-  Viewing(const BundleInput& input, const BundleState& state)
-      : layout_(layout_of(state.camera, input.start)),
-        camera_from_back_(world_from_camera(layout_.back_attitude)),
-        poses_(poses_of(input, state)) {}
-
-  std::optional<ViewRay> ray_of(const BundleObservation& seen) const {
-    const auto in_lens = unproject(seen.back ? layout_.back : layout_.front, seen.seen);
-    if (!in_lens) return std::nullopt;
-    const BundlePose& pose = poses_[seen.station];
-    const Eigen::Vector3d in_camera = seen.back ? camera_from_back_ * *in_lens : *in_lens;
-    const Eigen::Vector3d& lens_m = seen.back ? layout_.back_position_m : layout_.front_position_m;
-    return ViewRay{pose.position_m + pose.world_from_camera * lens_m,
-                   pose.world_from_camera * in_camera};
-  }
-
- private:
-  DualFisheyeLayout layout_;
-  Eigen::Matrix3d camera_from_back_;
-  std::vector<BundlePose> poses_;
-};
-
 class Adjustment {
  public:
   Adjustment(const BundleInput& input, const BundleState& from)
@@ -213,6 +189,21 @@ std::vector<BundlePose> poses_of(const BundleInput& input, const BundleState& st
                      station.nominal_world_from_camera * station_turn.transpose()});
   }
   return poses;
+}
+
+Viewing::Viewing(const BundleInput& input, const BundleState& state)
+    : layout_(layout_of(state.camera, input.start)),
+      camera_from_back_(world_from_camera(layout_.back_attitude)),
+      poses_(poses_of(input, state)) {}
+
+std::optional<ViewRay> Viewing::ray_of(const BundleObservation& seen) const {
+  const auto in_lens = unproject(seen.back ? layout_.back : layout_.front, seen.seen);
+  if (!in_lens) return std::nullopt;
+  const BundlePose& pose = poses_[seen.station];
+  const Eigen::Vector3d in_camera = seen.back ? camera_from_back_ * *in_lens : *in_lens;
+  const Eigen::Vector3d& lens_m = seen.back ? layout_.back_position_m : layout_.front_position_m;
+  return ViewRay{pose.position_m + pose.world_from_camera * lens_m,
+                 pose.world_from_camera * in_camera};
 }
 
 BundleResult adjust_bundle(const BundleInput& input, const BundleState& from,

@@ -61,6 +61,26 @@ BundleState start_of(const BundleInput& input);
 // The pose of every station.
 std::vector<BundlePose> poses_of(const BundleInput& input, const BundleState& state);
 
+// World frame; unit direction.
+struct ViewRay {
+  Eigen::Vector3d origin_m{0, 0, 0};
+  Eigen::Vector3d direction{0, 0, 1};
+};
+
+// Converts observations to rays by a state.
+class Viewing {
+ public:
+  Viewing(const BundleInput& input, const BundleState& state);
+  // nullopt outside of the lens's field of view.
+  std::optional<ViewRay> ray_of(const BundleObservation& seen) const;
+  const std::vector<BundlePose>& poses() const { return poses_; }
+
+ private:
+  DualFisheyeLayout layout_;
+  Eigen::Matrix3d camera_from_back_;
+  std::vector<BundlePose> poses_;
+};
+
 struct BundleResult {
   BundleState state{};
   std::vector<LensResidual> residuals{};  // of the observations kept

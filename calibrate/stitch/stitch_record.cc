@@ -38,16 +38,6 @@ StitchRecord record_from(const CheckedJson& json, const fs::path& out) {
   return record;
 }
 
-std::string lens_text(const FisheyeLens& lens, const Eigen::Vector3d& position_m) {
-  std::string text;
-  for (const double value :
-       {lens.centre.u, lens.centre.v, lens.focal_px, lens.k[0], lens.k[1], lens.k[2], lens.k[3],
-        lens.largest_angle_rad, position_m.x(), position_m.y(), position_m.z()}) {
-    text += fmt::format("{} ", value);
-  }
-  return text;
-}
-
 }  // namespace
 
 nlohmann::ordered_json stitch_document(const StitchRecord& record, const LensGain& gain,
@@ -100,13 +90,8 @@ BlendMethod blend_method_named(const std::string& name) {
 
 std::string settings_text(const DualFisheyeCamera& camera, int width,
                           const StitcherOptions& options) {
-  const DualFisheyeLayout& layout = camera.layout;
-  const Attitude& back = layout.back_attitude;
-  return lens_text(layout.front, layout.front_position_m) +
-         lens_text(layout.back, layout.back_position_m) +
-         fmt::format("{} {} {} {} {} {} {} {} {}\n", back.yaw_rad, back.pitch_rad, back.roll_rad,
-                     camera.falloff_2, camera.falloff_4, width, name_of(options.blend),
-                     options.blend_deg, options.seam_distance_m);
+  return lens_file_text(camera) + fmt::format("{} {} {} {}\n", width, name_of(options.blend),
+                                              options.blend_deg, options.seam_distance_m);
 }
 
 FisheyeSource read_fisheye_source(const CaptureSet& captured,

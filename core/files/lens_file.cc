@@ -96,7 +96,7 @@ DualFisheyeCamera read_lens_file(const std::filesystem::path& file) {
   return camera;
 }
 
-void write_lens_file(const std::filesystem::path& file, const DualFisheyeCamera& camera) {
+std::string lens_file_text(const DualFisheyeCamera& camera) {
   std::string text =
       "# A dual-fisheye camera; raywalk's configs/lenses/dual-fisheye.yaml explains the keys.\n";
   DualFisheyeCamera bound = camera;
@@ -108,7 +108,11 @@ void write_lens_file(const std::filesystem::path& file, const DualFisheyeCamera&
     if (!group.empty() && group != before) text += group + ":\n";
     text += fmt::format("{}: {}\n", group.empty() ? key : "  " + key.substr(dot + 1), value);
   }
-  write_file_atomically(file, text);
+  return text;
+}
+
+void write_lens_file(const std::filesystem::path& file, const DualFisheyeCamera& camera) {
+  write_file_atomically(file, lens_file_text(camera));
 }
 
 DualFisheyeCamera scaled_to(const DualFisheyeCamera& camera, PanoramaSize picture) {

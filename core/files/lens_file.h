@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "core/geometry/fisheye_lens.h"
 #include "core/geometry/sphere.h"
@@ -32,7 +33,9 @@ double light_share(const DualFisheyeCamera& camera, double angle_rad);
 // Throws UsageError as SettingsSchema does, and if a lens fails require_monotonic_radius
 // (fisheye_lens.h).
 DualFisheyeCamera read_lens_file(const std::filesystem::path& file);
-// Written atomically, numbers in full precision. Throws Error if it cannot be written.
+// Its text, with numbers in full precision.
+std::string lens_file_text(const DualFisheyeCamera& camera);
+// Written atomically. Throws Error if it cannot be written.
 void write_lens_file(const std::filesystem::path& file, const DualFisheyeCamera& camera);
 
 // The same camera for images of another size. Throws Error if the aspect ratios differ.
