@@ -7,8 +7,7 @@
 #include <cmath>
 
 #include "calibrate/base/frame_masks.h"
-#include "calibrate/base/listed_frames.h"
-#include "calibrate/base/session_frames.h"
+#include "calibrate/base/frame_readers.h"
 #include "core/base/error.h"
 #include "core/files/image_file.h"
 #include "core/geometry/line_gaps.h"

@@ -1,5 +1,3 @@
-#include "calibrate/base/session_frames.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "calibrate/base/capture_set.h"
 #include "calibrate/base/test_capture_folder.h"
 #include "core/base/test_error.h"
 

@@ -25,6 +25,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kFolder = "panoramas";
+
 cv::Mat seam_crop(const cv::Mat& panorama, double theta_deg) {
   constexpr double kSpan_deg = 40.0;
   constexpr int kSmallest_px = 320;  // enlarged to this
@@ -43,16 +45,17 @@ class SetStitcher {
       : set_(set),
         camera_(camera),
         options_(options),
-        folder_(options.out / "panoramas"),
         record_{.width = options.width != 0 ? options.width : default_panorama_width(camera),
                 .options = {options.blend, options.blend_deg, options.seam_distance_m}} {
     record_.fingerprint = fingerprint();
   }
 
   int width() const { return record_.width; }
-  fs::path panorama_of(const CaptureFrame& frame) const { return folder_ / (frame.name + ".png"); }
+  fs::path panorama_of(const CaptureFrame& frame) const {
+    return options_.out / panorama_file(frame);
+  }
   fs::path mask_of(const CaptureFrame& frame) const {
-    return folder_ / "masks" / (frame.name + ".png");
+    return options_.out / panorama_mask_file(frame);
   }
 
   void run() {
@@ -64,8 +67,9 @@ class SetStitcher {
     const LensGain gain = measure_lens_gain(set_, camera_, options_.balance);
     record_.back_gain = gain.back_gain;
     // Panoramas of other inputs are removed before the new record makes them valid.
-    if (!same) fs::remove_all(folder_);
-    make_directories(any_masks(set_) ? folder_ / "masks" : folder_);
+    const fs::path folder = options_.out / kFolder;
+    if (!same) fs::remove_all(folder);
+    make_directories(any_masks(set_) ? folder / "masks" : folder);
     nlohmann::ordered_json document = stitch_document(record_, gain, set_.frames.size());
     write_file_atomically(record_file(), json_text(document));
     const Stitcher stitcher(camera_, width(), record_.options, record_.back_gain);
@@ -145,11 +149,18 @@ class SetStitcher {
   const CaptureSet& set_;
   const DualFisheyeCamera& camera_;
   const StitchOptions& options_;
-  fs::path folder_;
   StitchRecord record_;
 };
 
 }  // namespace
+
+fs::path panorama_file(const CaptureFrame& frame) {
+  return fs::path(kFolder) / (frame.name + ".png");
+}
+
+fs::path panorama_mask_file(const CaptureFrame& frame) {
+  return fs::path(kFolder) / "masks" / (frame.name + ".png");
+}
 
 CaptureSet stitch_set(const CaptureSet& set, const std::optional<DualFisheyeCamera>& camera,
                       const StitchOptions& options) {
