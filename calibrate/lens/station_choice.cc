@@ -11,9 +11,11 @@ constexpr std::size_t kLeastPerLine = 5;
 std::vector<int> evenly(const std::vector<int>& items, std::size_t count) {
   if (count >= items.size()) return items;
   if (count == 1) return {items[items.size() / 2]};
+  const std::size_t gaps = count - 1, last = items.size() - 1;
   std::vector<int> chosen;
   for (std::size_t i = 0; i < count; ++i) {
-    chosen.push_back(items[(2 * i * (items.size() - 1) + count - 1) / (2 * (count - 1))]);
+    // i last / gaps, rounded to the nearest.
+    chosen.push_back(items[(2 * i * last + gaps) / (2 * gaps)]);
   }
   return chosen;
 }
