@@ -28,8 +28,8 @@ struct StitchedFrame {
 // its size and averaged down to avoid aliasing. Thread-safe; each frame is stitched by one thread.
 class Stitcher {
  public:
-  // `width` of the panoramas is even, 64 to 32768. Throws UsageError for width and options out of
-  // range, Error for lenses that leave a gap between them.
+  // `width` of the panoramas is even, 64 to 32768; gains are above 0. Throws UsageError for width
+  // and options out of range, Error for lenses that leave a gap between them.
   Stitcher(const DualFisheyeCamera& camera, int width, const StitcherOptions& options,
            const ColourGains& back_gain = kEqualLenses,
            const Eigen::Matrix3d& world_from_camera = Eigen::Matrix3d::Identity());
