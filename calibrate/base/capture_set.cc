@@ -7,8 +7,7 @@
 #include <cmath>
 
 #include "calibrate/base/frame_masks.h"
-#include "calibrate/base/listed_frames.h"
-#include "calibrate/base/session_frames.h"
+#include "calibrate/base/frame_readers.h"
 #include "core/base/error.h"
 #include "core/files/image_file.h"
 #include "core/geometry/line_gaps.h"
@@ -36,7 +35,8 @@ CaptureSet read_frames(const CaptureInput& input) {
 
 // Orders the frames line by line and drops lines without frames.
 void number_frames(CaptureSet* set) {
-  for (std::size_t i = 0; i < set->stations(); ++i) {
+  const std::size_t stations = set->stations();
+  for (std::size_t i = 0; i < stations; ++i) {
     set->lines[static_cast<std::size_t>(set->frames[i].line)].frames.push_back(static_cast<int>(i));
   }
   std::vector<CaptureLine> lines;
@@ -141,11 +141,10 @@ bool CaptureSet::is_validation(const CaptureFrame& frame) const {
   return frame.held_out() || lines[static_cast<std::size_t>(frame.line)].validation;
 }
 
-std::optional<int> CaptureSet::find(const std::string& name) const {
-  const auto found = std::find_if(frames.begin(), frames.end(),
-                                  [&](const CaptureFrame& of) { return of.name == name; });
-  if (found == frames.end()) return std::nullopt;
-  return static_cast<int>(found - frames.begin());
+std::unordered_map<std::string, std::size_t> indices_by_name(const CaptureSet& set) {
+  std::unordered_map<std::string, std::size_t> indices;
+  for (std::size_t i = 0; i < set.frames.size(); ++i) indices.emplace(set.frames[i].name, i);
+  return indices;
 }
 
 CaptureSet read_capture_set(const CaptureInput& input) {

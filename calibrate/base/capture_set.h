@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "core/geometry/grid.h"
@@ -66,9 +67,10 @@ struct CaptureSet {
   double nominal_distance_m(std::size_t a, std::size_t b) const;
   // Whether the frame is kept out of the volumes: of a validation line, or held out.
   bool is_validation(const CaptureFrame& frame) const;
-  // Index of the frame of that name; nullopt if there is none.
-  std::optional<int> find(const std::string& name) const;
 };
+
+// The index of every frame by its name.
+std::unordered_map<std::string, std::size_t> indices_by_name(const CaptureSet& set);
 
 // Two lines of different axes that cross.
 struct LineCrossing {

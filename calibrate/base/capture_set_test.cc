@@ -42,8 +42,8 @@ TEST_F(CaptureSetTest, FrameListIsGroupedIntoLinesInRailOrder) {
   ASSERT_TRUE(set.frames[0].nominal_attitude);
   EXPECT_NEAR(set.frames[0].nominal_attitude->yaw_rad, radians_from_degrees(5.0), 1e-12);
   EXPECT_FALSE(set.frames[1].nominal_attitude);
-  EXPECT_EQ(set.find("b"), 1);
-  EXPECT_FALSE(set.find("d"));
+  EXPECT_EQ(indices_by_name(set).at("b"), 1U);
+  EXPECT_FALSE(indices_by_name(set).contains("d"));
 }
 
 TEST_F(CaptureSetTest, FramesWithRepeatedStemsAreNamedByTheirPaths) {
@@ -104,20 +104,16 @@ TEST_F(CaptureSetTest, CrossingOfObliqueLinesLiesOnBoth) {
   EXPECT_NEAR(at.x_m, 0.01 - 0.03 * at.z_m, 1e-12);
 }
 
-TEST_F(CaptureSetTest, ErrorsNameWhatIsMissing) {
+TEST_F(CaptureSetTest, ErrorsNameWhatIsMissingOrOfAnotherCamera) {
   EXPECT_THAT(error(), AllOf(HasSubstr(folder_.path().string()), HasSubstr("poses.csv"),
                              HasSubstr("session.db")));
   folder_.write_cross();
+  folder_.add_picture("b2.png", {32, 16});
+  EXPECT_THAT(error(), AllOf(HasSubstr("b2.png"), HasSubstr("32x16"), HasSubstr("16x8")));
   std::filesystem::remove(folder_ / "b1.png");
   EXPECT_THAT(error(), HasSubstr("b1.png"));
   EXPECT_THROW(read_capture_set({.directory = folder_ / "nothing"}), Error);
   EXPECT_THROW(read_capture_set({.directory = folder_ / "poses.csv"}), Error);
-}
-
-TEST_F(CaptureSetTest, FramesOfAnotherCameraAreNamed) {
-  folder_.write_cross();
-  folder_.add_picture("b2.png", {32, 16});
-  EXPECT_THAT(error(), AllOf(HasSubstr("b2.png"), HasSubstr("32x16"), HasSubstr("16x8")));
 }
 
 TEST_F(CaptureSetTest, ListedFisheyeFramesNeedNotBeTwiceAsWideAsHigh) {

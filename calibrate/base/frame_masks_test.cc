@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "calibrate/base/test_capture_folder.h"
-#include "core/base/error.h"
+#include "core/base/test_error.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -65,13 +65,9 @@ TEST_F(FrameMasksTest, MaskOfAllFramesIsJoined) {
   EXPECT_NEAR(figures.share, 0.75, 0.02);
   common.setTo(255);
   common.rowRange(0, 4).setTo(0);
-  try {
-    joint_mask(set, 0, common);
-    FAIL() << "a frame without a pixel";
-  } catch (const Error& e) {
-    EXPECT_THAT(e.what(), AllOf(HasSubstr("poses.csv:2: "), HasSubstr("a_mask.png"),
-                                HasSubstr("hide every pixel of frame a")));
-  }
+  EXPECT_THAT(error_of([&] { joint_mask(set, 0, common); }),
+              AllOf(HasSubstr("poses.csv:2: "), HasSubstr("a_mask.png"),
+                    HasSubstr("hide every pixel of frame a")));
 }
 
 TEST_F(FrameMasksTest, UnusableMasksAreNamedWithTheirRow) {

@@ -79,12 +79,15 @@ FramePose pose_of(const CheckedJson& frame) {
 }
 
 FramePoses frame_poses_in(const CheckedJson& frames, const CaptureSet& set) {
+  const auto indices = indices_by_name(set);
   FramePoses poses(set.frames.size());
   for (const CheckedJson& frame : frames.items()) {
     const CheckedJson name = frame.at("name");
-    const std::optional<int> index = set.find(name.text());
-    if (!index) name.fail("frame " + excerpt(name.text()) + " is not in the capture");
-    auto& pose = poses[static_cast<std::size_t>(*index)];
+    const auto found = indices.find(name.text());
+    if (found == indices.end()) {
+      name.fail("frame " + excerpt(name.text()) + " is not in the capture");
+    }
+    auto& pose = poses[found->second];
     if (pose) name.fail("lists a frame twice");
     pose = pose_of(frame);
   }
@@ -140,12 +143,13 @@ FramePoses read_pose_table(const fs::path& table_file, const CaptureSet& set) {
   const CsvTable table =
       CsvTable::read(table_file, {"file", "x", "y", "z", "yaw", "pitch", "roll"}, {});
   const std::vector<std::string> names = frame_names(column_of(table, "file"), table_file);
+  const auto indices = indices_by_name(set);
   FramePoses poses(set.frames.size());
   bool any = false;
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    const std::optional<int> index = set.find(names[row]);
-    if (!index) continue;
-    poses[static_cast<std::size_t>(*index)] = pose_of_row(table, row);
+    const auto found = indices.find(names[row]);
+    if (found == indices.end()) continue;
+    poses[found->second] = pose_of_row(table, row);
     any = true;
   }
   if (!any) {

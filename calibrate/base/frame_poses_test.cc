@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calibrate/base/test_capture_folder.h"
-#include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/files/json.h"
 
 namespace raywalk::calibrate {
@@ -29,21 +29,11 @@ class FramePosesTest : public ::testing::Test {
   }
   std::string read_error(const std::string& text) const {
     write_file_atomically(folder_ / "poses.json", text);
-    try {
-      read_frame_poses(folder_ / "poses.json", set_);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "no error";
+    return error_of([&] { read_frame_poses(folder_ / "poses.json", set_); });
   }
   std::string table_error(const std::string& text) const {
     write_file_atomically(folder_ / "true.csv", text);
-    try {
-      read_pose_table(folder_ / "true.csv", set_);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "no error";
+    return error_of([&] { read_pose_table(folder_ / "true.csv", set_); });
   }
 
   TestCaptureFolder folder_;
@@ -112,7 +102,7 @@ TEST_F(FramePosesTest, TableRowsAreMatchedByFileStem) {
                         "true/b1.jpg,1,2,3,10,20,30\nother.jpg,0,0,0,0,0,0\n"),
             "no error");
   const FramePoses poses = read_pose_table(folder_ / "true.csv", set_);
-  const auto at = static_cast<std::size_t>(*set_.find("b1"));
+  const std::size_t at = indices_by_name(set_).at("b1");
   ASSERT_TRUE(poses[at]);
   EXPECT_EQ(poses[at]->position_m, Eigen::Vector3d(1, 2, 3));
   EXPECT_LT(angle_between(poses[at]->world_from_camera,

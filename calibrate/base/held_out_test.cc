@@ -48,7 +48,7 @@ TEST_F(HeldOutTest, NameOfAStationIsNotTakenAgain) {
   const CaptureSet set = folder_.read();
   EXPECT_EQ(set.frames[6].name, "gt_t0");
   EXPECT_EQ(set.frames[7].name, "gt_a0");
-  EXPECT_TRUE(set.find("a0"));
+  EXPECT_TRUE(indices_by_name(set).contains("a0"));
   folder_.add_picture("a0.jpg");
   write_truth("a0.jpg,0,0,0\n");
   EXPECT_THAT(error(), AllOf(HasSubstr("gt.csv: "), HasSubstr("extension")));

@@ -1,10 +1,9 @@
-#include "calibrate/base/listed_frames.h"
-
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <map>
 
+#include "calibrate/base/frame_readers.h"
 #include "core/base/error.h"
 #include "core/files/frame_list.h"
 #include "core/geometry/line_gaps.h"

@@ -1,5 +1,3 @@
-#include "calibrate/base/session_frames.h"
-
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -12,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "calibrate/base/listed_frames.h"
+#include "calibrate/base/frame_readers.h"
 #include "core/base/error.h"
 #include "core/files/frame_list.h"
 #include "core/session/session_contents.h"

@@ -1,5 +1,3 @@
-#include "calibrate/base/session_frames.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,8 +5,9 @@
 #include <optional>
 #include <string>
 
+#include "calibrate/base/capture_set.h"
 #include "calibrate/base/test_capture_folder.h"
-#include "core/base/error.h"
+#include "core/base/test_error.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -38,12 +37,9 @@ class SessionFramesTest : public ::testing::Test {
     }
   }
   std::string error(bool partial = false, int exposure = 0) const {
-    try {
+    return error_of([&] {
       read_capture_set({.directory = folder_.path(), .exposure = exposure, .partial = partial});
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "no error";
+    });
   }
 
   TestCaptureFolder folder_;

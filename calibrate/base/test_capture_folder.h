@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "calibrate/base/capture_set.h"
-#include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
@@ -33,12 +33,7 @@ class TestCaptureFolder {
   }
   CaptureSet read() const { return read_capture_set({.directory = path()}); }
   std::string read_error() const {
-    try {
-      read();
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "no error";
+    return error_of([&] { read(); });
   }
 
   // One line along x at z = 0 and one along z at x = 0, three stations each 0.1 m apart.

@@ -25,14 +25,6 @@ CalibrationOptions with_directories(CalibrationOptions options) {
   return options;
 }
 
-fs::path panorama_file(const CaptureFrame& frame) {
-  return fs::path("panoramas") / (frame.name + ".png");
-}
-
-fs::path panorama_mask_file(const CaptureFrame& frame) {
-  return fs::path("panoramas") / "masks" / (frame.name + ".png");
-}
-
 void require_lens(const CalibrationOptions& options) {
   if (options.lens_file || !options.lens.start.empty()) return;
   throw UsageError(fmt::format(

@@ -118,12 +118,6 @@ function stitchSection(stitch: Json, images: Images) {
   const colours = ["red", "green", "blue"].map((colour, i) => ({
     figure: `light of the back lens over the front's, ${colour}`,
     value: balance.back_gain[i],
-    sigma_share: balance.gain_sigma,
-  }));
-  const shares = [45, 90].map((angle) => ({
-    figure: `light at ${angle} degrees from the axis`,
-    value: balance[`share_${angle}`],
-    sigma_share: balance[`share_${angle}_sigma`],
   }));
   return section(
     "Stitch",
@@ -138,23 +132,10 @@ function stitchSection(stitch: Json, images: Images) {
       "correlation is that of their levels there (1 is perfect; near objects lower it by parallax). " +
       "Both are medians over the frames used.",
     images("stitch"),
-    `The balance of the lenses is measured once for all frames, in ${balance.frames} of them: at ` +
-      `${balance.overlap_ratios} points seen by both lenses, and at ${balance.motion_ratios} seen ` +
-      "by one lens from two stations. The overlap determines the gain and the slope of the falloff " +
-      "at the rim; points that move through the image determine the falloff further in.",
-    table([...colours, ...shares], {
-      caption: "Standard deviations are shares of the values, from the scatter of the ratios",
-    }),
-    chart(
-      seriesOf(balance.light, "angle_deg", "share", () => "both lenses", "line"),
-      {
-        title: "Light over the angle from a lens's axis",
-        x: "angle / °",
-        y: "share of the light on the axis",
-        yRange: [0, 1.2],
-        caption: "Vignetting that is corrected",
-      },
-    ),
+    `The gain of each colour is measured once for all frames: the median over ${balance.points} ` +
+      `points of ${balance.frames} frames that both lenses see. The falloff of light towards the ` +
+      "rim is corrected as the lens file gives it.",
+    table(colours),
   );
 }
 

@@ -62,7 +62,7 @@ void add_stitch_options(CLI::App* command, StepArguments* arguments) {
                    "Distance at which the lenses agree at the seam (default: infinity)")
       ->check(CLI::PositiveNumber);
   command->add_flag("--no-balance", arguments->no_balance,
-                    "Do not correct exposure and vignetting of the lenses");
+                    "Do not make the light of both lenses equal");
 }
 
 void add_mask_options(CLI::App* command, StepArguments* arguments) {

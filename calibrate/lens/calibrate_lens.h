@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -51,7 +52,6 @@ struct LensResidual {
   PixelPosition seen{};   // observed, pixels of the picture
   double right_px = 0.0;  // seen minus fitted
   double down_px = 0.0;
-  double off_axis_rad = 0.0;  // angle from the lens's axis
 };
 
 struct LensFit {
@@ -76,5 +76,27 @@ struct LensFit {
 // ratio than the start's, pictures whose motion contradicts the plan (mirrored, lenses swapped),
 // and too few features; Interrupted.
 LensFit calibrate_lens(const CaptureSet& set, const LensOptions& options);
+
+// The fit alone, from a start in the size of the set's pictures, of frames that are checked
+// (capture_fit.cc). Throws Error and Interrupted as calibrate_lens does.
+LensFit fit_to_capture(const CaptureSet& set, const DualFisheyeCamera& start,
+                       const LensOptions& options);
+
+// lens.json:
+// {"format": "raywalk-lens", "format_version": 1, "trustworthy", "warnings",
+//  "residual_px", "worst_imaging_sigma_px", "pictures", "points", "overlap_points",
+//  "observations", "dropped_observations", "dropped_still",
+//  "picture": {"width_px", "height_px", "two_files"},
+//  "front": {"centre_u_px": {"start", "fitted", "sigma" (null: not fitted)}, ... "k4",
+//            "largest_angle_deg", "imaging_sigma_px": {"middle", "rim"}},
+//  "back": the same with "yaw_deg", "pitch_deg", "roll_deg",
+//  "baseline_mm": {"x", "y", "z"}: from the front lens to the back lens, each as above,
+//  "residuals_over_angle": [{"lens", "off_axis_deg", "count", "rms_px", "radial_px"}]};
+//  calibrate_lens adds "figures".
+nlohmann::ordered_json lens_document(const LensFit& fit);
+
+// Writes an image of each lens into OUT/figures; returns the list for lens.json (figures.h). Arrows
+// are enlarged to be visible. Of very many residuals an evenly spaced subset is drawn.
+nlohmann::ordered_json residual_figures(const LensFit& fit, const std::filesystem::path& out);
 
 }  // namespace raywalk::calibrate

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "calibrate/lens/calibrate_lens.h"
 #include "core/geometry/fisheye_lens.h"
 
 namespace raywalk::calibrate {
@@ -37,6 +38,11 @@ struct CameraParameters {
 // Covariance of front, back and back_pose of CameraParameters, in this order.
 inline constexpr int kCameraParameters = 2 * kLensParameters + kPoseParameters;
 using CameraCovariance = Eigen::Matrix<double, kCameraParameters, kCameraParameters>;
+
+// The standard deviations that follow from it.
+CameraUncertainty uncertainty_of(const CameraParameters& parameters,
+                                 const CameraCovariance& covariance,
+                                 const DualFisheyeLayout& layout);
 
 CameraFrame camera_frame_of(const DualFisheyeLayout& start);
 CameraParameters parameters_of(const DualFisheyeLayout& start);
@@ -82,24 +88,5 @@ void image_point(const CameraFrame& frame, bool back, const T* lens, const T* ba
   ceres::AngleAxisRotatePoint(back_pose, turned, in_lens);
   image_direction(lens, in_lens, pixel);
 }
-
-// Prior that keeps the parameters near the start where the pictures do not determine them: a
-// residual per parameter, in units of a typical deviation from a maker's figures.
-class LensPrior {
- public:
-  explicit LensPrior(const FisheyeLens& start);
-  template <typename T>
-  bool operator()(const T* lens, T* residual) const {
-    for (int i = 0; i < kLensParameters; ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      residual[i] = (lens[i] - start_[at]) / sigma_[at];
-    }
-    return true;
-  }
-
- private:
-  LensParameters start_{};
-  LensParameters sigma_{};
-};
 
 }  // namespace raywalk::calibrate

@@ -1,19 +1,20 @@
-#include "calibrate/lens/capture_fit.h"
-
+// The fit of the step `lens` to the frames of a capture.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <set>
+#include <utility>
 
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/base/frame_poses.h"
-#include "calibrate/lens/feature_tracks.h"
-#include "calibrate/lens/fit_details.h"
+#include "calibrate/lens/calibrate_lens.h"
 #include "calibrate/lens/image_circle.h"
 #include "calibrate/lens/lens_bundle.h"
 #include "calibrate/lens/lens_features.h"
-#include "calibrate/lens/lens_matching.h"
+#include "calibrate/lens/lens_tracks.h"
 #include "calibrate/lens/motion_check.h"
 #include "calibrate/lens/station_choice.h"
 #include "core/base/parallel.h"
@@ -23,7 +24,7 @@
 namespace raywalk::calibrate {
 namespace {
 
-constexpr int kLeastTracks = 100;
+constexpr std::size_t kLeastTracks = 100;
 // More tracks take longer and gain little: errors fall with the square root of the number. The
 // first fit only has to guide the second matching.
 constexpr std::size_t kFirstTracks = 1200;
@@ -55,18 +56,11 @@ cv::Mat level_of(const cv::Mat& picture) {
   return grey;
 }
 
-// The start, with centre and field of view from the observed image circles.
-struct Rims {
-  DualFisheyeCamera camera{};
-  std::optional<ImageCircle> front{};
-  std::optional<ImageCircle> back{};
-};
-
-FisheyeLens moved_to(const FisheyeLens& lens, const std::optional<ImageCircle>& circle) {
+// A lens of the start with the centre and field of view of its image circle, if that was seen.
+FisheyeLens moved_to(FisheyeLens lens, const std::optional<ImageCircle>& circle) {
   if (!circle) return lens;
-  FisheyeLens moved = with_rim_at(lens, circle->radius_px);
-  moved.centre = circle->centre;
-  return moved;
+  lens.centre = circle->centre;
+  return with_rim_at(lens, circle->radius_px);
 }
 
 // A fitted lens with the observed field of view. Pixels on the rim itself are partly dark, so it
@@ -83,16 +77,13 @@ class CaptureFit {
       : set_(set),
         start_(start),
         options_(options),
-        stations_(choose_stations(set, options.pairs)) {
-    pairs_ = pairs_to_match(set, stations_);
-  }
+        stations_(choose_stations(set, static_cast<std::size_t>(options.pairs))),
+        pairs_(pairs_to_match(set, stations_)) {}
 
   LensFit fit();
 
  private:
-  const CaptureFrame& frame(int station) const {
-    return set_.frames[static_cast<std::size_t>(stations_[static_cast<std::size_t>(station)])];
-  }
+  const CaptureFrame& frame(std::size_t station) const { return set_.frames[stations_[station]]; }
   int count() const { return static_cast<int>(stations_.size()); }
 
   void find_rims();
@@ -107,9 +98,11 @@ class CaptureFit {
   const CaptureSet& set_;
   const DualFisheyeCamera& start_;
   const LensOptions& options_;
-  std::vector<int> stations_;
+  std::vector<std::size_t> stations_;  // indices into the frames of the set
   std::vector<StationPair> pairs_;
-  Rims rims_;
+  std::optional<ImageCircle> front_rim_;
+  std::optional<ImageCircle> back_rim_;
+  DualFisheyeCamera seen_;  // the start, with what the image circles show
   std::vector<LensFeatures> features_;
   BundleInput bundle_;
   int dropped_still_ = 0;
@@ -117,66 +110,59 @@ class CaptureFit {
 
 void CaptureFit::find_rims() {
   // Few pictures suffice to have something bright at every point of the rim.
-  constexpr int kPictures = 8;
+  constexpr std::size_t kPictures = 8;
   cv::Mat front, back;
-  const int step = std::max(1, count() / kPictures);
-  for (int i = 0; i < count(); i += step) {
+  const std::size_t step = std::max<std::size_t>(1, stations_.size() / kPictures);
+  for (std::size_t i = 0; i < stations_.size(); i += step) {
     const LensPictures pictures = read_pictures(frame(i));
     const cv::Mat in_front = level_of(pictures.front), in_back = level_of(pictures.back);
     front = front.empty() ? in_front : cv::Mat(cv::max(front, in_front));
     back = back.empty() ? in_back : cv::Mat(cv::max(back, in_back));
   }
-  rims_.front = find_image_circle(front, start_, false);
-  rims_.back = find_image_circle(back, start_, true);
-  rims_.camera = start_;
-  rims_.camera.layout.front = moved_to(start_.layout.front, rims_.front);
-  rims_.camera.layout.back = moved_to(start_.layout.back, rims_.back);
+  front_rim_ = find_image_circle(front, start_, false);
+  back_rim_ = find_image_circle(back, start_, true);
+  seen_ = start_;
+  seen_.layout.front = moved_to(start_.layout.front, front_rim_);
+  seen_.layout.back = moved_to(start_.layout.back, back_rim_);
 }
 
 void CaptureFit::find_features() {
   features_.resize(stations_.size());
   Progress progress("looking for features", count(), "stations");
   parallel_for(0, count(), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       const CaptureFrame& station = frame(i);
       FeatureOptions options;
       options.ignore_below_rad = radians_from_degrees(options_.ignore_below_deg);
       if (station.nominal_attitude) {
         options.down = world_from_camera(*station.nominal_attitude).transpose() * options.down;
       }
-      features_[static_cast<std::size_t>(i)] =
-          find_lens_features(read_pictures(station), rims_.camera, options);
+      features_[i] = find_lens_features(read_pictures(station), seen_, options);
       progress.advance();
     }
   });
 }
 
 void CaptureFit::prepare_bundle() {
-  bundle_.start = rims_.camera.layout;
+  bundle_.start = seen_.layout;
   std::set<int> lines;
   const FramePoses poses = nominal_poses(set_);
-  for (const int index : stations_) {
-    const int line = set_.frames[static_cast<std::size_t>(index)].line;
-    lines.insert(line);
-    const auto number = static_cast<int>(std::distance(lines.begin(), lines.find(line)));
-    const FramePose& pose = *poses[static_cast<std::size_t>(index)];
-    bundle_.stations.push_back({number, pose.position_m, pose.world_from_camera});
+  for (const std::size_t index : stations_) {
+    lines.insert(set_.frames[index].line);
+    const FramePose& pose = *poses[index];
+    bundle_.stations.push_back({lines.size() - 1, pose.position_m, pose.world_from_camera});
   }
-  bundle_.lines = static_cast<int>(lines.size());
+  bundle_.lines = lines.size();
 }
 
 std::vector<MatchingView> CaptureFit::views(const BundleState& state) const {
-  const DualFisheyeLayout layout = layout_of(state.camera, bundle_.start);
-  const Eigen::Matrix3d camera_from_back = world_from_camera(layout.back_attitude);
-  const std::vector<BundlePose> poses = poses_of(bundle_, state);
+  const Viewing viewing(bundle_, state);
   std::vector<MatchingView> views;
   for (std::size_t s = 0; s < features_.size(); ++s) {
-    MatchingView view{&features_[s], {}};
+    MatchingView view{.features = &features_[s], .position_m = viewing.poses()[s].position_m};
     for (const LensFeature& feature : features_[s].features) {
-      const auto in_lens = unproject(feature.back ? layout.back : layout.front, feature.seen);
-      Eigen::Vector3d in_camera = in_lens ? *in_lens : Eigen::Vector3d::Zero();
-      if (feature.back) in_camera = camera_from_back * in_camera;
-      view.rays.push_back({poses[s].position_m, poses[s].world_from_camera * in_camera});
+      const auto ray = viewing.ray_of({s, feature.back, feature.seen});
+      view.directions.push_back(ray ? ray->direction : Eigen::Vector3d::Zero());
     }
     views.push_back(std::move(view));
   }
@@ -190,25 +176,20 @@ MatchingGate CaptureFit::gate(const StationPair& pair, double tolerance_rad) con
 }
 
 void CaptureFit::check_motion() const {
-  // In any direction: only near points move by more than this between neighbours.
-  constexpr double kLargestMotion_rad = radians_from_degrees(35.0);
+  // In any direction: only near points move by more than this between neighbours. A nearest
+  // distance of 1e9 m assumes no direction of motion.
+  constexpr MatchingGate kAnyMotion{radians_from_degrees(35.0), 1e9};
   const std::vector<MatchingView> seen_now = views(start_of(bundle_));
-  std::vector<std::vector<BearingPair>> seen(static_cast<std::size_t>(bundle_.lines));
-  std::vector<Eigen::Vector3d> planned(seen.size());
-  for (const StationPair& pair : pairs_) {
-    if (pair.second != pair.first + 1 || frame(pair.first).line != frame(pair.second).line)
-      continue;
-    const MatchingView& first = seen_now[static_cast<std::size_t>(pair.first)];
-    const MatchingView& second = seen_now[static_cast<std::size_t>(pair.second)];
-    const auto line =
-        static_cast<std::size_t>(bundle_.stations[static_cast<std::size_t>(pair.first)].line);
-    planned[line] = (frame(pair.second).nominal_m - frame(pair.first).nominal_m).normalized();
+  std::vector<std::vector<BearingPair>> seen(bundle_.lines);
+  std::vector<Eigen::Vector3d> planned(bundle_.lines);
+  for (const auto& [first, second] : pairs_) {
+    const std::size_t line = bundle_.stations[first].line;
+    if (second != first + 1 || bundle_.stations[second].line != line) continue;
+    planned[line] = (frame(second).nominal_m - frame(first).nominal_m).normalized();
+    const MatchingView &before = seen_now[first], &after = seen_now[second];
     for (const bool back : {false, true}) {
-      // A nearest distance of 1e9 m assumes no direction of motion.
-      for (const FeatureMatch& match :
-           match_features({&first, back}, {&second, back}, {kLargestMotion_rad, 1e9})) {
-        seen[line].push_back({first.rays[static_cast<std::size_t>(match.first)].direction,
-                              second.rays[static_cast<std::size_t>(match.second)].direction});
+      for (const FeatureMatch& match : match_features({before, back}, {after, back}, kAnyMotion)) {
+        seen[line].push_back({before.directions[match.first], after.directions[match.second]});
       }
     }
   }
@@ -223,64 +204,59 @@ void CaptureFit::check_motion() const {
 void CaptureFit::follow(const BundleState& state, double tolerance_rad, std::size_t most_tracks) {
   const std::vector<MatchingView> seen_now = views(state);
   std::vector<StationPair> pairs = pairs_;
-  for (int i = 0; i < count(); ++i) pairs.push_back({i, i});
+  for (std::size_t i = 0; i < stations_.size(); ++i) pairs.push_back({i, i});
   std::vector<ViewMatches> matches(pairs.size());
-  Progress progress("following features", static_cast<std::int64_t>(pairs.size()), "pairs");
+  Progress progress("following features", std::ssize(pairs), "pairs");
   parallel_for(0, static_cast<int>(pairs.size()), 1, [&](int begin, int end) {
-    for (int p = begin; p < end; ++p) {
-      const StationPair& pair = pairs[static_cast<std::size_t>(p)];
-      const MatchingView& first = seen_now[static_cast<std::size_t>(pair.first)];
-      const MatchingView& second = seen_now[static_cast<std::size_t>(pair.second)];
-      ViewMatches& found = matches[static_cast<std::size_t>(p)];
+    for (auto p = static_cast<std::size_t>(begin); p < static_cast<std::size_t>(end); ++p) {
+      const StationPair& pair = pairs[p];
+      const MatchingView &first = seen_now[pair.first], &second = seen_now[pair.second];
+      const MatchingGate allowed = gate(pair, tolerance_rad);
+      ViewMatches& found = matches[p];
       found = {pair.first, pair.second, {}};
-      const bool across = pair.first == pair.second;  // the two lenses of one station
-      for (const bool back : {false, true}) {
-        if (across && back) continue;
-        const auto more = match_features({&first, back}, {&second, across ? !back : back},
-                                         gate(pair, tolerance_rad));
-        found.matches.insert(found.matches.end(), more.begin(), more.end());
+      if (pair.first == pair.second) {
+        found.matches = match_features({first, false}, {second, true}, allowed);
+      } else {
+        found.matches = match_features({first, false}, {second, false}, allowed);
+        const auto in_back = match_features({first, true}, {second, true}, allowed);
+        found.matches.insert(found.matches.end(), in_back.begin(), in_back.end());
       }
       progress.advance();
     }
   });
   bundle_.tracks = join_tracks(features_, matches);
-  std::vector<Eigen::Vector3d> nominal_m;
-  for (const BundleStation& station : bundle_.stations) nominal_m.push_back(station.nominal_m);
   const Eigen::Vector3d down =
       bundle_.stations.front().nominal_world_from_camera.transpose() * Eigen::Vector3d(0, -1, 0);
-  dropped_still_ = remove_still_tracks(layout_of(state.camera, bundle_.start), nominal_m, down,
-                                       kStillCone_rad, &bundle_.tracks);
+  dropped_still_ = remove_still_tracks(layout_of(state.camera, bundle_.start), bundle_.stations,
+                                       down, kStillCone_rad, &bundle_.tracks);
   thin_tracks(most_tracks, &bundle_.tracks);
 }
 
 LensFit CaptureFit::result(const BundleResult& bundle) const {
-  LensFit fit;
-  fit.start = start_;
-  fit.camera = start_;
-  fit.camera.layout = layout_of(bundle.state.camera, bundle_.start);
-  fit.camera.layout.front =
-      ending_at_rim(fit.camera.layout.front, rims_.camera.layout.front, rims_.front);
-  fit.camera.layout.back =
-      ending_at_rim(fit.camera.layout.back, rims_.camera.layout.back, rims_.back);
-  std::optional<CameraCovariance> covariance = bundle.covariance;
-  if (covariance) *covariance *= kErrorCorrelation * kErrorCorrelation;
-  set_uncertainty(bundle.state.camera, covariance, &fit);
-  fit.pictures = count();
-  fit.points = bundle.tracks_kept;
-  fit.dropped_still = dropped_still_;
-  fit.dropped_observations = bundle.observations_dropped;
-  std::vector<std::array<bool, 2>> seen_by(bundle_.tracks.size(), {false, false});
-  std::vector<FitResidual> residuals;
-  for (const BundleResidual& residual : bundle.residuals) {
-    const auto track = static_cast<std::size_t>(residual.track);
-    const BundleObservation& seen =
-        bundle_.tracks[track][static_cast<std::size_t>(residual.observation)];
-    seen_by[track][seen.back ? 1 : 0] = true;
-    residuals.push_back({seen.back, seen.seen, {residual.right_px, residual.down_px}});
+  LensFit fit{.start = start_,
+              .camera = start_,
+              .pictures = count(),
+              .points = bundle.tracks_kept,
+              .observations = static_cast<int>(bundle.residuals.size()),
+              .overlap_points = bundle.overlap_tracks,
+              .dropped_still = dropped_still_,
+              .dropped_observations = bundle.observations_dropped,
+              .residuals = bundle.residuals};
+  DualFisheyeLayout& layout = fit.camera.layout;
+  layout = layout_of(bundle.state.camera, bundle_.start);
+  layout.front = ending_at_rim(layout.front, seen_.layout.front, front_rim_);
+  layout.back = ending_at_rim(layout.back, seen_.layout.back, back_rim_);
+  double squares = 0.0;
+  for (const LensResidual& residual : fit.residuals) {
+    squares += residual.right_px * residual.right_px + residual.down_px * residual.down_px;
   }
-  set_residuals(residuals, &fit);
-  fit.overlap_points = static_cast<int>(
-      std::count_if(seen_by.begin(), seen_by.end(), [](const auto& by) { return by[0] && by[1]; }));
+  fit.residual_px = std::sqrt(squares / std::max(1, fit.observations));
+  if (bundle.covariance) {
+    const CameraCovariance covariance = kErrorCorrelation * kErrorCorrelation * *bundle.covariance;
+    fit.sigma = uncertainty_of(bundle.state.camera, covariance, layout);
+  } else {
+    fit.warnings.emplace_back("the uncertainty of the lenses is unknown: the fit is singular");
+  }
   return fit;
 }
 

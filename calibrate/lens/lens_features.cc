@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <functional>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -19,13 +21,14 @@ constexpr double kLargestRadius_px = 800.0;
 constexpr double kContrast = 0.02;
 
 // Rings and sectors of the cells over which features are spread.
-constexpr int kRings = 8;
-constexpr int kSectors = 16;
+constexpr std::size_t kRings = 8;
+constexpr std::size_t kSectors = 16;
 
 struct Found {
-  cv::KeyPoint point{};
-  PixelPosition seen{};
-  int row = 0;
+  PixelPosition seen{};  // of the full picture
+  double size_px = 0.0;  // likewise, of its neighbourhood
+  float response = 0.0F;
+  int row = 0;  // of its descriptor
 };
 
 struct Detection {
@@ -33,55 +36,22 @@ struct Detection {
   cv::Mat descriptors{};
 };
 
-cv::Ptr<cv::SIFT> feature_finder() { return cv::SIFT::create(0, 3, kContrast); }
-
-// The systematic offset of detected features to the right and down. OpenCV doubles the picture
-// first, which puts pixel u at 2 u + 0.5, and version 4.6 halves the detected positions: all are a
-// quarter of a pixel off. Later versions may be correct, so the offset is measured on drawn blobs.
-double measured_shift_px() {
-  constexpr int kSide = 96;
-  constexpr double kCentre = 0.5 * (kSide - 1), kBlobSigma_px = 3.0;
-  cv::Mat blob(kSide, kSide, CV_8UC1);
-  for (int v = 0; v < kSide; ++v) {
-    for (int u = 0; u < kSide; ++u) {
-      const double distance = std::hypot(u - kCentre, v - kCentre) / kBlobSigma_px;
-      blob.at<uchar>(v, u) =
-          cv::saturate_cast<uchar>(50.0 + 150.0 * std::exp(-0.5 * distance * distance));
-    }
-  }
-  std::vector<cv::KeyPoint> points;
-  feature_finder()->detect(blob, points);
-  double sum_px = 0.0;
-  int count = 0;
-  for (const cv::KeyPoint& point : points) {
-    const double right = point.pt.x - kCentre, down = point.pt.y - kCentre;
-    if (std::hypot(right, down) > 1.0) continue;
-    sum_px += 0.5 * (right + down);
-    ++count;
-  }
-  return count > 0 ? sum_px / count : 0.0;
-}
-
-double shift_px() {
-  static const double shift = measured_shift_px();
-  return shift;
-}
-
 Detection detect(const cv::Mat& picture, double scale) {
+  // OpenCV doubles the picture first, which puts pixel u at 2 u + 0.5, and halves the positions.
+  constexpr double kShift_px = 0.25;
   cv::Mat grey;
   cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
   if (scale < 1.0) cv::resize(grey, grey, {}, scale, scale, cv::INTER_AREA);
   std::vector<cv::KeyPoint> points;
   Detection result;
-  feature_finder()->detectAndCompute(grey, cv::noArray(), points, result.descriptors);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto in_full = [&](float at) {
-      return (static_cast<double>(at) - shift_px() + 0.5) / scale - 0.5;
-    };
-    cv::KeyPoint point = points[i];
-    point.size = static_cast<float>(point.size / scale);
-    result.found.push_back(
-        {point, {in_full(points[i].pt.x), in_full(points[i].pt.y)}, static_cast<int>(i)});
+  cv::SIFT::create(0, 3, kContrast)
+      ->detectAndCompute(grey, cv::noArray(), points, result.descriptors);
+  const auto in_full = [&](double at) { return (at - kShift_px + 0.5) / scale - 0.5; };
+  for (const cv::KeyPoint& point : points) {
+    result.found.push_back({{in_full(point.pt.x), in_full(point.pt.y)},
+                            point.size / scale,
+                            point.response,
+                            static_cast<int>(result.found.size())});
   }
   return result;
 }
@@ -89,7 +59,7 @@ Detection detect(const cv::Mat& picture, double scale) {
 // Whether the neighbourhood of a feature, a square around it, holds no masked pixel.
 bool unmasked(const Found& found, const cv::Mat& mask) {
   if (mask.empty()) return true;
-  const int reach = static_cast<int>(std::ceil(found.point.size));
+  const int reach = static_cast<int>(std::ceil(found.size_px));
   const cv::Rect around(static_cast<int>(std::lround(found.seen.u)) - reach,
                         static_cast<int>(std::lround(found.seen.v)) - reach, 2 * reach + 1,
                         2 * reach + 1);
@@ -99,7 +69,7 @@ bool unmasked(const Found& found, const cv::Mat& mask) {
 
 bool usable(const Found& found, const FisheyeLens& lens, const Eigen::Matrix3d& camera_from_lens,
             const FeatureOptions& options) {
-  const double margin_px = std::max(3.0, static_cast<double>(found.point.size));
+  const double margin_px = std::max(3.0, found.size_px);
   if (distance_px(found.seen, lens.centre) > rim_radius_px(lens) - margin_px) return false;
   if (options.ignore_below_rad <= 0.0) return true;
   const auto direction = unproject(lens, found.seen);
@@ -110,22 +80,18 @@ bool usable(const Found& found, const FisheyeLens& lens, const Eigen::Matrix3d& 
 // The strongest of every cell. SIFT returns a point once per orientation of its neighbourhood; only
 // the first is kept, as duplicates would count twice.
 std::vector<Found> spread(std::vector<Found> found, const FisheyeLens& lens, int most) {
-  std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
-    return a.point.response > b.point.response;
-  });
+  std::ranges::stable_sort(found, std::ranges::greater(), &Found::response);
   const double rim_px = rim_radius_px(lens);
-  const int most_per_cell = std::max(1, most / (kRings * kSectors));
-  std::array<int, static_cast<std::size_t>(kRings * kSectors)> count{};
+  const int most_per_cell = std::max(1, most / static_cast<int>(kRings * kSectors));
+  std::array<std::array<int, kSectors>, kRings> count{};
   std::vector<Found> kept;
   for (const Found& one : found) {
     const double right = one.seen.u - lens.centre.u, down = one.seen.v - lens.centre.v;
     // Rings of the same area.
     const double share = (right * right + down * down) / (rim_px * rim_px);
-    const int ring = std::clamp(static_cast<int>(kRings * share), 0, kRings - 1);
     const double turn = (std::atan2(down, right) + kPi) / kTwoPi;
-    const int sector = std::clamp(static_cast<int>(kSectors * turn), 0, kSectors - 1);
-    int& in_cell =
-        count[static_cast<std::size_t>(ring) * kSectors + static_cast<std::size_t>(sector)];
+    int& in_cell = count[std::min(static_cast<std::size_t>(kRings * share), kRings - 1)]
+                        [std::min(static_cast<std::size_t>(kSectors * turn), kSectors - 1)];
     const bool again = !kept.empty() && distance_px(kept.back().seen, one.seen) == 0.0;
     if (in_cell < most_per_cell && !again) {
       ++in_cell;

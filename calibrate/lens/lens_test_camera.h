@@ -41,18 +41,21 @@ inline Eigen::Vector3d at_angle(double off_axis_rad, double around_rad) {
 }
 
 // Root mean square distance of the images of the same direction in two lenses, over directions that
-// are uniform over the image circle.
-inline double imaging_difference_px(const FisheyeLens& a, const FisheyeLens& b) {
+// are uniform over the image circle. `a_from_b` turns the axes of `b` into those of `a`.
+inline double imaging_difference_px(const FisheyeLens& a, const FisheyeLens& b,
+                                    const Eigen::Matrix3d& a_from_b = Eigen::Matrix3d::Identity()) {
+  constexpr int kRings = 40, kAzimuths = 24;
   const double limit = std::min(a.largest_angle_rad, b.largest_angle_rad);
   double sum = 0.0;
   int count = 0;
-  constexpr int kRings = 40, kAzimuths = 24;
   for (int ring = 0; ring < kRings; ++ring) {
-    const double t = limit * std::sqrt((ring + 0.5) / kRings);
-    for (int i = 0; i < kAzimuths; ++i, ++count) {
-      const Eigen::Vector3d direction = at_angle(t, kTwoPi * i / kAzimuths);
-      const auto at_a = project(a, direction), at_b = project(b, direction);
+    for (int i = 0; i < kAzimuths; ++i) {
+      const Eigen::Vector3d in_b =
+          at_angle(limit * std::sqrt((ring + 0.5) / kRings), kTwoPi * i / kAzimuths);
+      const auto at_a = project(a, a_from_b * in_b), at_b = project(b, in_b);
+      if (!at_a || !at_b) continue;
       sum += (at_a->u - at_b->u) * (at_a->u - at_b->u) + (at_a->v - at_b->v) * (at_a->v - at_b->v);
+      ++count;
     }
   }
   return std::sqrt(sum / count);
@@ -61,23 +64,10 @@ inline double imaging_difference_px(const FisheyeLens& a, const FisheyeLens& b) 
 // The same for a whole camera, for the worse lens: directions are in the camera's frame, so the
 // attitude of the back lens counts.
 inline double imaging_difference_px(const DualFisheyeLayout& a, const DualFisheyeLayout& b) {
-  const Eigen::Matrix3d turn =
+  const Eigen::Matrix3d a_from_b =
       world_from_camera(a.back_attitude).transpose() * world_from_camera(b.back_attitude);
-  double sum = 0.0;
-  int count = 0;
-  constexpr int kRings = 40, kAzimuths = 24;
-  const double limit = std::min(a.back.largest_angle_rad, b.back.largest_angle_rad);
-  for (int ring = 0; ring < kRings; ++ring) {
-    for (int i = 0; i < kAzimuths; ++i) {
-      const Eigen::Vector3d in_b =
-          at_angle(limit * std::sqrt((ring + 0.5) / kRings), kTwoPi * i / kAzimuths);
-      const auto at_a = project(a.back, turn * in_b), at_b = project(b.back, in_b);
-      if (!at_a || !at_b) continue;
-      sum += (at_a->u - at_b->u) * (at_a->u - at_b->u) + (at_a->v - at_b->v) * (at_a->v - at_b->v);
-      ++count;
-    }
-  }
-  return std::max(std::sqrt(sum / count), imaging_difference_px(a.front, b.front));
+  return std::max(imaging_difference_px(a.front, b.front),
+                  imaging_difference_px(a.back, b.back, a_from_b));
 }
 
 }  // namespace raywalk::calibrate

@@ -1,6 +1,7 @@
 // Chooses the stations of a capture that the lenses are fitted to, and the pairs to match.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "calibrate/base/capture_set.h"
@@ -15,16 +16,17 @@ namespace raywalk::calibrate {
 // The frames are spread over the whole line, not grouped, because the motion of features determines
 // the lens and is largest over the whole line. Between chosen neighbours a feature moves by less
 // than a sixth of the line's length over its distance, little enough to match in rooms of any size.
-std::vector<int> choose_stations(const CaptureSet& set, int count);
+std::vector<std::size_t> choose_stations(const CaptureSet& set, std::size_t count);
 
 // Two of the chosen stations, as indices into what choose_stations returned.
 struct StationPair {
-  int first = 0;
-  int second = 0;
+  std::size_t first = 0;
+  std::size_t second = 0;
 };
 
 // Pairs of next and second-next stations on a line, and of stations of different lines that are no
 // further apart than neighbours.
-std::vector<StationPair> pairs_to_match(const CaptureSet& set, const std::vector<int>& stations);
+std::vector<StationPair> pairs_to_match(const CaptureSet& set,
+                                        const std::vector<std::size_t>& stations);
 
 }  // namespace raywalk::calibrate

@@ -33,7 +33,7 @@ CaptureSet grid_of(int along_x, int along_z, int stations) {
 
 TEST(StationChoiceTest, EveryLineHasItsEndsAndMiddle) {
   const CaptureSet set = grid_of(2, 2, 31);
-  const std::vector<int> chosen = choose_stations(set, 24);
+  const std::vector<std::size_t> chosen = choose_stations(set, 24);
   EXPECT_THAT(chosen, ::testing::SizeIs(24));
   EXPECT_TRUE(std::is_sorted(chosen.begin(), chosen.end()));
   for (int line = 0; line < 4; ++line) {
@@ -48,8 +48,8 @@ TEST(StationChoiceTest, FewStationsAreOnFewLinesButOfBothAxes) {
     const CaptureSet set = grid_of(along_x, along_z, 9);
     std::set<LineAxis> axes;
     std::set<int> lines;
-    for (const int frame : choose_stations(set, 10)) {
-      lines.insert(set.frames[static_cast<std::size_t>(frame)].line);
+    for (const std::size_t frame : choose_stations(set, 10)) {
+      lines.insert(set.frames[frame].line);
       axes.insert(set.lines[static_cast<std::size_t>(*lines.rbegin())].axis);
     }
     EXPECT_EQ(lines.size(), 2U);
@@ -65,7 +65,8 @@ TEST(StationChoiceTest, ShortCapturesAreUsedWhole) {
 
 TEST(StationChoiceTest, NeighboursAndCrossingLinesAreCompared) {
   const CaptureSet set = grid_of(1, 1, 11);
-  const std::vector<int> chosen = choose_stations(set, 12);  // 10 cm apart, both from the origin
+  const std::vector<std::size_t> chosen =
+      choose_stations(set, 12);  // 10 cm apart, both from the origin
   const std::vector<StationPair> pairs = pairs_to_match(set, chosen);
   int on_line = 0, across = 0;
   for (const StationPair& pair : pairs) {

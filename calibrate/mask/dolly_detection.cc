@@ -34,37 +34,27 @@ constexpr double kStillShare = 0.5;         // largest ratio of the mount's devi
 constexpr double kMargin_deg = 2.0;
 constexpr int kClosing_px = 2;
 
-struct Polar {
-  double off_nadir_deg;
-  double theta_rad;
-};
-
-Polar polar_at(int u, int v) {
-  const double right = u - kRadius_px, forward = kRadius_px - v;
-  return {kPixel_deg * std::hypot(right, forward), std::atan2(right, forward)};
+// Where the pixels of the downward view are in a panorama of a size, CV_32FC2.
+cv::Mat positions_in(PanoramaSize panorama) {
+  cv::Mat positions(kSide_px, kSide_px, CV_32FC2);
+  for (int v = 0; v < kSide_px; ++v) {
+    for (int u = 0; u < kSide_px; ++u) {
+      const double right = u - kRadius_px, forward = kRadius_px - v;
+      const double phi = -kHalfPi + radians_from_degrees(kPixel_deg * std::hypot(right, forward));
+      const PixelPosition at = pixel_from_angles({std::atan2(right, forward), phi}, panorama);
+      positions.at<cv::Vec2f>(v, u) = {static_cast<float>(at.u), static_cast<float>(at.v)};
+    }
+  }
+  return positions;
 }
 
 // A station's view down.
 struct StationView {
   cv::Mat levels{};  // CV_32FC3
-  cv::Mat valid{};   // CV_8UC1, 255 or 0; empty: all of it is
+  cv::Mat valid{};   // CV_8UC1, 255, or 0 where a masked pixel was read
 };
 
-cv::Mat view_down(const cv::Mat& panorama) {
-  const PanoramaSampler sampler(panorama);
-  // Averaged first to about the resolution of the view.
-  cv::Mat view(kSide_px, kSide_px, CV_32FC3, cv::Scalar::all(0));
-  for (int v = 0; v < kSide_px; ++v) {
-    for (int u = 0; u < kSide_px; ++u) {
-      const Polar polar = polar_at(u, v);
-      const double phi = -kHalfPi + radians_from_degrees(polar.off_nadir_deg);
-      view.at<cv::Vec3f>(v, u) =
-          sampler.at(pixel_from_angles({polar.theta_rad, phi}, sampler.size()));
-    }
-  }
-  return view;
-}
-
+// Averaged to about the resolution of the view.
 cv::Mat reduced(const cv::Mat& panorama) {
   constexpr int kWidth_px = static_cast<int>(360.0 / kPixel_deg);
   if (panorama.cols <= kWidth_px) return panorama;
@@ -73,31 +63,23 @@ cv::Mat reduced(const cv::Mat& panorama) {
   return small;
 }
 
-// 255 where view_down reads only whole pixels of the reduced panorama that are not masked.
-cv::Mat valid_down(const cv::Mat& mask) {
-  constexpr int kReach_px = 2;  // of cubic interpolation
-  const cv::Mat whole = reduced(mask) == 255;
-  cv::Mat least;
-  const int side = 2 * kReach_px + 1;
-  cv::erode(with_wrapped_border(whole, kReach_px), least, cv::Mat::ones(side, side, CV_8UC1));
-  least = least(cv::Rect({kReach_px, kReach_px}, whole.size()));
-  cv::Mat valid(kSide_px, kSide_px, CV_8UC1);
-  for (int v = 0; v < kSide_px; ++v) {
-    for (int u = 0; u < kSide_px; ++u) {
-      const Polar polar = polar_at(u, v);
-      const double phi = -kHalfPi + radians_from_degrees(polar.off_nadir_deg);
-      valid.at<unsigned char>(v, u) = least.at<unsigned char>(
-          nearest_pixel(direction_from_angles({polar.theta_rad, phi}), least.size()));
-    }
-  }
-  return valid;
-}
-
 StationView read_view(const CaptureSet& set, int station) {
+  constexpr int kReach_px = 2;  // of cubic interpolation
   const CaptureFrame& frame = set.frames[static_cast<std::size_t>(station)];
-  const cv::Mat mask = own_mask(frame, set.frame);
-  return {view_down(reduced(read_panorama(frame.file))),
-          mask.empty() ? cv::Mat() : valid_down(mask)};
+  const cv::Mat panorama = reduced(read_panorama(frame.file));
+  const cv::Mat positions =
+      positions_in({panorama.cols, panorama.rows}) + cv::Scalar::all(kReach_px);
+  cv::Mat bordered;
+  with_wrapped_border(panorama, kReach_px).convertTo(bordered, CV_32F);
+  StationView view{.valid = cv::Mat(kSide_px, kSide_px, CV_8UC1, cv::Scalar(255))};
+  cv::remap(bordered, view.levels, positions, cv::noArray(), cv::INTER_CUBIC);
+  if (!frame.mask) return view;
+  const cv::Mat whole = reduced(own_mask(frame, set.frame)) == 255;
+  const int side = 2 * kReach_px + 1;
+  cv::Mat least;
+  cv::erode(with_wrapped_border(whole, kReach_px), least, cv::Mat::ones(side, side, CV_8UC1));
+  cv::remap(least, view.valid, positions, cv::noArray(), cv::INTER_NEAREST);
+  return view;
 }
 
 std::vector<int> spread_stations(const CaptureLine& line) {
@@ -113,9 +95,8 @@ std::vector<StationView> read_views(const CaptureSet& set, const std::vector<int
                                     Progress* progress) {
   std::vector<StationView> views(stations.size());
   parallel_for(0, static_cast<int>(stations.size()), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      views[at] = read_view(set, stations[at]);
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      views[i] = read_view(set, stations[i]);
       progress->advance();
     }
   });
@@ -151,52 +132,31 @@ void equalise(std::vector<StationView>* views, const cv::Mat& mount) {
 
 // 255 where every station is valid.
 cv::Mat valid_everywhere(const std::vector<StationView>& views) {
-  cv::Mat valid(kSide_px, kSide_px, CV_8UC1, cv::Scalar(255));
-  for (const StationView& view : views) {
-    if (!view.valid.empty()) valid &= view.valid;
-  }
+  cv::Mat valid = views.front().valid.clone();
+  for (const StationView& view : views) valid &= view.valid;
   return valid;
 }
 
 // Number of stations that are valid, CV_32FC1.
 cv::Mat valid_count(const std::vector<StationView>& views) {
   cv::Mat count(kSide_px, kSide_px, CV_32FC1, cv::Scalar(0));
-  for (const StationView& view : views) {
-    if (view.valid.empty()) {
-      count += 1.0;
-    } else {
-      cv::add(count, cv::Scalar(1.0), count, view.valid);
-    }
-  }
+  for (const StationView& view : views) cv::add(count, cv::Scalar(1.0), count, view.valid);
   return count;
 }
 
-// The sums of levels / count and of levels^2 / count over the stations that are valid at a pixel.
-void add_masked(const std::vector<StationView>& views, const cv::Mat& count, cv::Mat* sum,
-                cv::Mat* squares) {
-  cv::Mat counts;
-  cv::merge(std::vector<cv::Mat>(3, cv::max(count, 1.0)), counts);
-  for (const StationView& view : views) {
-    cv::add(*sum, view.levels / counts, *sum, view.valid);
-    cv::add(*squares, view.levels.mul(view.levels) / counts, *squares, view.valid);
-  }
-}
-
-// Standard deviation over the stations, maximum over the colours, CV_32FC1.
+// Standard deviation over the stations that are valid at a pixel, maximum over the colours,
+// CV_32FC1.
 cv::Mat deviation_of(const std::vector<StationView>& views, const cv::Mat& count) {
-  cv::Mat sum(kSide_px, kSide_px, CV_32FC3, cv::Scalar::all(0)), squares = sum.clone();
-  const bool masked =
-      std::any_of(views.begin(), views.end(), [](const auto& view) { return !view.valid.empty(); });
-  if (masked) {
-    add_masked(views, count, &sum, &squares);
-  } else {
-    for (const StationView& view : views) {
-      sum += view.levels / static_cast<double>(views.size());
-      squares += view.levels.mul(view.levels) / static_cast<double>(views.size());
-    }
+  cv::Mat sum(kSide_px, kSide_px, CV_32FC3, cv::Scalar::all(0)), squares = sum.clone(), counts;
+  cv::merge(std::vector<cv::Mat>(3, cv::max(count, 1.0)), counts);
+  for (const StationView& view : views) cv::add(sum, view.levels, sum, view.valid);
+  const cv::Mat mean = sum / counts;
+  for (const StationView& view : views) {
+    const cv::Mat off = view.levels - mean;
+    cv::add(squares, off.mul(off), squares, view.valid);
   }
-  cv::Mat variance = squares - sum.mul(sum), deviation;
-  cv::sqrt(cv::max(variance, 0.0), deviation);
+  cv::Mat deviation = squares / counts;
+  cv::sqrt(deviation, deviation);
   std::vector<cv::Mat> colours;
   cv::split(deviation, colours);
   return cv::max(cv::max(colours[0], colours[1]), colours[2]);
@@ -239,16 +199,15 @@ cv::Mat still_region(std::vector<StationView> views) {
   return connected_with_nadir(still & view) & known;
 }
 
-double reach_of(const cv::Mat& region) {
-  double reach = 0.0;
-  for (int v = 0; v < kSide_px; ++v) {
-    for (int u = 0; u < kSide_px; ++u) {
-      if (region.at<unsigned char>(v, u) != 0) {
-        reach = std::max(reach, polar_at(u, v).off_nadir_deg);
-      }
-    }
+// Largest angle from the nadir.
+double reach_deg(const cv::Mat& region) {
+  std::vector<cv::Point> points;
+  cv::findNonZero(region, points);
+  double reach_px = 0.0;
+  for (const cv::Point& point : points) {
+    reach_px = std::max(reach_px, std::hypot(point.x - kRadius_px, point.y - kRadius_px));
   }
-  return reach;
+  return kPixel_deg * reach_px;
 }
 
 cv::Mat mask_from(const cv::Mat& region, PanoramaSize size) {
@@ -296,7 +255,7 @@ std::optional<DollyDetection> detect_dolly(const CaptureSet& panoramas) {
     if (!still.empty()) region |= still;
   }
   if (cv::countNonZero(region) == 0) return std::nullopt;
-  found.reach_deg = reach_of(region) + kMargin_deg;
+  found.reach_deg = reach_deg(region) + kMargin_deg;
   if (found.reach_deg >= kReach_deg) {
     throw Error(
         "a dolly cannot be distinguished from a floor without texture; give a cone or a "

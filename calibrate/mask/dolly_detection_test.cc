@@ -6,7 +6,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 
@@ -126,30 +126,15 @@ TEST_F(DollyDetectionTest, NothingIsLookedForBelowMasksOfTheNadir) {
   EXPECT_FALSE(detect_dolly(set));
 }
 
-TEST_F(DollyDetectionTest, BareFloorIsNotADolly) {
+TEST_F(DollyDetectionTest, NothingIsFoundOnABareFloorOrIfNothingMoves) {
   EXPECT_FALSE(detect_dolly(line_of(10, {.dolly_deg = 0.0})));
-}
-
-TEST_F(DollyDetectionTest, NothingIsFoundIfNothingMoves) {
   EXPECT_FALSE(detect_dolly(line_of(10, {.pattern_from_x = 2.0})));
 }
 
-TEST_F(DollyDetectionTest, FloorWithoutTextureIsAnError) {
-  try {
-    detect_dolly(line_of(10, {.pattern_from_x = -0.1}));
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("floor without texture"));
-  }
-}
-
-TEST_F(DollyDetectionTest, ShortLinesAreNotEnough) {
-  try {
-    detect_dolly(line_of(7, {}));
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("8 stations"));
-  }
+TEST_F(DollyDetectionTest, FloorsWithoutTextureAndShortLinesAreErrors) {
+  EXPECT_THAT(error_of([&] { detect_dolly(line_of(10, {.pattern_from_x = -0.1})); }),
+              HasSubstr("floor without texture"));
+  EXPECT_THAT(error_of([&] { detect_dolly(line_of(7, {})); }), HasSubstr("8 stations"));
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calibrate/base/frame_masks.h"
-#include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
@@ -16,21 +16,14 @@
 namespace raywalk::calibrate {
 namespace {
 
-using testing::AllOf;
 using testing::HasSubstr;
-using testing::Not;
 
 constexpr PanoramaSize kMaskSize{360, 180};
 
 MaskOptions cone(double cone_deg) { return {.cone_deg = cone_deg}; }
 
 std::string message_of(const MaskOptions& options) {
-  try {
-    make_mask(kMaskSize, options);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return error_of([&] { make_mask(kMaskSize, options); });
 }
 
 class NadirMaskTest : public testing::Test {
@@ -64,13 +57,13 @@ TEST_F(NadirMaskTest, ConeHidesDirectionsWithinItsAngleOfTheNadir) {
       }
     }
   }
-}
-
-// A cone of half angle a covers (1 - cos a) / 2 of the sphere; rows are one degree.
-TEST_F(NadirMaskTest, SharesAreSolidAngles) {
+  // A cone of half angle a covers (1 - cos a) / 2 of the sphere; rows are one degree.
   for (const double angle_deg : {10.0, 25.0, 60.0}) {
     const double exact = 0.5 * (1.0 - std::cos(radians_from_degrees(angle_deg)));
     EXPECT_NEAR(masked_share(make_mask(kMaskSize, cone(angle_deg))), exact, 1e-4);
+  }
+  for (const double angle_deg : {-1.0, 89.5, std::nan("")}) {
+    EXPECT_THROW(make_mask(kMaskSize, cone(angle_deg)), UsageError);
   }
 }
 
@@ -109,6 +102,9 @@ TEST_F(NadirMaskTest, WritesMaskAndFigure) {
   const cv::Mat shown = read_picture(options.out / json.at("figures")[0].at("file"));
   const auto below = shown.at<cv::Vec3b>(shown.rows - 1, 0), above = shown.at<cv::Vec3b>(0, 0);
   EXPECT_GT(below[2], above[2] + 50);
+  // Without a cone there is no mask, also none of an earlier run.
+  EXPECT_FALSE(write_mask(one_panorama(), {.out = options.out}));
+  EXPECT_FALSE(std::filesystem::exists(options.out / "mask.png"));
 }
 
 TEST_F(NadirMaskTest, ReportTellsOfMasksOfSingleFrames) {
@@ -132,38 +128,20 @@ TEST_F(NadirMaskTest, ReportTellsOfMasksOfSingleFrames) {
   EXPECT_NEAR(alone.at("frame_masks").at("masked_share").get<double>(), 0.5, 5e-5);
 }
 
-TEST_F(NadirMaskTest, MaskIsRemovedWhenDisabled) {
-  write_mask(one_panorama(), {.cone_deg = 30.0, .out = directory_ / "out"});
-  EXPECT_FALSE(write_mask(one_panorama(), {.out = directory_ / "out"}));
-  EXPECT_FALSE(std::filesystem::exists(directory_ / "out/mask.png"));
-}
-
-TEST_F(NadirMaskTest, MaskOfEverythingIsRefused) {
+TEST_F(NadirMaskTest, MasksOfEverythingAndInvalidPicturesAreRefused) {
   EXPECT_THAT(message_of(with_picture(cv::Mat(90, 180, CV_8UC1, cv::Scalar(0)))),
               HasSubstr("hides everything"));
   EXPECT_THROW(write_mask(one_panorama(), with_picture(cv::Mat(90, 180, CV_8UC1, cv::Scalar(0)))),
                Error);
   EXPECT_FALSE(std::filesystem::exists(directory_ / "out"));
-}
-
-TEST_F(NadirMaskTest, InvalidPicturesAreRefusedByName) {
   EXPECT_THAT(message_of(with_picture(cv::Mat(100, 180, CV_8UC1, cv::Scalar(255)))),
               HasSubstr("picture.png: 180x100 is not a panorama"));
   EXPECT_THAT(message_of(with_picture(cv::Mat(90, 180, CV_8UC3, cv::Scalar::all(255)))),
               HasSubstr("not an 8-bit grey image"));
   EXPECT_THAT(message_of({.picture = directory_ / "nowhere.png"}), HasSubstr("nowhere.png"));
-}
-
-TEST_F(NadirMaskTest, ConesOutOfRangeAreUsageErrors) {
-  for (const double angle_deg : {-1.0, 89.5, std::nan("")}) {
-    EXPECT_THROW(make_mask(kMaskSize, cone(angle_deg)), UsageError);
-  }
-}
-
-TEST_F(NadirMaskTest, FisheyeFramesAreAnError) {
-  CaptureSet set = one_panorama();
-  set.layout = FrameLayout::kDualFisheye;
-  EXPECT_THROW(write_mask(set, cone(20.0)), Error);
+  CaptureSet fisheyes = one_panorama();
+  fisheyes.layout = FrameLayout::kDualFisheye;
+  EXPECT_THROW(write_mask(fisheyes, cone(20.0)), Error);
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/rectify/rectified_frames.h"
-#include "calibrate/stitch/fisheye_source.h"
+#include "calibrate/stitch/stitch_record.h"
 #include "calibrate/stitch/stitch_set.h"
 #include "calibrate/stitch/stitch_test_camera.h"
 #include "core/base/error.h"
@@ -217,8 +217,10 @@ TEST_F(RectifiedFisheyeTest, FramesAreMadeAnewWhenTheirInputsChange) {
   };
   source_.camera.layout.front.focal_px += 0.1;
   EXPECT_TRUE(is_anew()) << "the lens";
-  source_.balance.falloff_2 = -0.01;
+  source_.back_gain[1] = 1.01;
   EXPECT_TRUE(is_anew()) << "the balance of the lenses";
+  source_.camera.falloff_2 = -0.01;
+  EXPECT_TRUE(is_anew()) << "the falloff of the lenses";
   source_.options.blend_deg = 3.0;
   EXPECT_TRUE(is_anew()) << "the blend";
   write_image(captured_.frames[0].file, fisheye_pictures()[1]);

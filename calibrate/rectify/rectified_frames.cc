@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "calibrate/base/frame_masks.h"
-#include "calibrate/stitch/fisheye_source.h"
-#include "calibrate/stitch/frames_at_once.h"
+#include "calibrate/stitch/fisheye_frames.h"
 #include "calibrate/stitch/stitcher.h"
 #include "core/base/error.h"
 #include "core/base/progress.h"
@@ -52,10 +51,12 @@ std::string text_of(const fs::path& file) {
 
 // Fingerprint of everything that the pictures depend on.
 std::string fingerprint_of(const RectifyInputs& inputs, const FramePoses& poses) {
-  std::string text = "fisheye " + source_text(inputs.fisheye);
+  const FisheyeSource& fisheye = inputs.fisheye;
+  std::string text = "fisheye " + settings_text(fisheye.camera, fisheye.width, fisheye.options);
+  for (const double gain : fisheye.back_gain) text += fmt::format("{} ", gain);
   for (const int index : posed_frames(poses)) {
     const auto i = static_cast<std::size_t>(index);
-    const CaptureFrame& frame = inputs.fisheye.captured.frames[i];
+    const CaptureFrame& frame = fisheye.captured.frames[i];
     text += frame.name + text_of(frame.file);
     if (frame.back) text += text_of(*frame.back);
     for (const double element : poses[i]->world_from_camera.reshaped()) {
@@ -112,7 +113,7 @@ void write_frame(const RectifyInputs& inputs, int index, const FramePose& pose,
   const FisheyeSource& source = inputs.fisheye;
   const FramePictures pictures =
       read_frame_pictures(source.captured.frames[static_cast<std::size_t>(index)], source.camera);
-  const Stitcher stitcher(source.camera, source.width, source.options, source.balance,
+  const Stitcher stitcher(source.camera, source.width, source.options, source.back_gain,
                           pose.world_from_camera);
   StitchedFrame made = stitcher.stitch(pictures.front, pictures.back, pictures.mask);
   if (!inputs.mask.empty()) {
@@ -121,13 +122,6 @@ void write_frame(const RectifyInputs& inputs, int index, const FramePose& pose,
   }
   if (!files.mask.empty()) write_mask(inputs, index, made.mask, files.mask);
   write_image(files.picture, made.panorama);
-}
-
-// Number of concurrent frames, by the memory of the tables of fisheye pictures.
-int at_once(const FisheyeSource& source) {
-  const double pixels = table_pixels(source.camera, source.width);
-  return frames_at_once(bytes_of_pictures(source.camera) + bytes_of_panorama(pixels) +
-                        bytes_of_tables(pixels));
 }
 
 void move_into_place(const fs::path& partial, const fs::path& directory, bool masked) {
@@ -144,8 +138,9 @@ bool any_masked(const RectifyInputs& inputs, const std::vector<int>& frames) {
 void write_missing(const RectifyInputs& inputs, const FramePoses& poses,
                    const std::vector<int>& frames, const fs::path& directory) {
   Progress progress("Rectifying", static_cast<std::int64_t>(frames.size()), "frames");
-  for_each_frame(static_cast<int>(frames.size()), at_once(inputs.fisheye), [&](int i) {
-    const int index = frames[static_cast<std::size_t>(i)];
+  const int at_once = frames_at_once(inputs.fisheye.camera, inputs.fisheye.width, true);
+  for_each_frame(frames.size(), at_once, [&](std::size_t i) {
+    const int index = frames[i];
     const FrameFiles files = files_of(inputs, index, directory);
     if (!are_there(files)) {
       write_frame(inputs, index, *poses[static_cast<std::size_t>(index)], files);

@@ -8,7 +8,7 @@
 
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
-#include "calibrate/stitch/fisheye_source.h"
+#include "calibrate/stitch/stitch_record.h"
 
 namespace raywalk::calibrate {
 

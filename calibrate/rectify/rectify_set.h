@@ -11,7 +11,7 @@
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/base/frame_poses.h"
-#include "calibrate/stitch/fisheye_source.h"
+#include "calibrate/stitch/stitch_record.h"
 #include "core/files/frame_list.h"
 #include "core/geometry/grid.h"
 

@@ -17,11 +17,15 @@ struct StitchOptions {
   double blend_deg = kDefaultBlend_deg;  // width of the transition between the lenses
   // Assumed distance of the scene, metres. Only infinity adds no parallax correction to the halves.
   double seam_distance_m = std::numeric_limits<double>::infinity();
-  bool balance = true;          // exposure and vignetting of the lenses
+  bool balance = true;          // make the light of both lenses equal
   std::filesystem::path out{};  // of the calibration
 };
 
-// Writes options.out/panoramas/NAME.png for every frame, panoramas/masks/NAME.png for those with a
+// "panoramas/NAME.png" and "panoramas/masks/NAME.png", relative to OUT.
+std::filesystem::path panorama_file(const CaptureFrame& frame);
+std::filesystem::path panorama_mask_file(const CaptureFrame& frame);
+
+// Writes OUT/panoramas/NAME.png for every frame, panoramas/masks/NAME.png for those with a
 // mask (a lens's masked pixels are taken from the other one where the two are blended), stitch.json
 // and its figures, and returns the set with these files and layout kPanorama; a set of panoramas is
 // returned unchanged and nothing is written. Existing panoramas are kept if they have the same

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <numeric>
 #include <vector>
 
 #include "core/base/error.h"
@@ -16,49 +18,12 @@ namespace {
 constexpr double kRim_px = 3.0;
 constexpr int kRowsAtOnce = 16;
 
-class TableBuilder {
- public:
-  TableBuilder(const DualFisheyeCamera& camera, PanoramaSize size, const StitcherOptions& options,
-               const LensBalance& balance, const Eigen::Matrix3d& world_from_camera)
-      : size_(size),
-        upward_(world_from_camera.row(1)),
-        front_(front_view(camera, options.seam_distance_m)),
-        back_(back_view(camera, options.seam_distance_m)),
-        balance_(balance),
-        blend_rad_(radians_from_degrees(options.blend_deg)),
-        // The coarse bands of multi-band blending extend half a ramp beyond the ramp on each side.
-        reach_rad_(options.blend == BlendMethod::kFeather ? 0.5 * blend_rad_ : blend_rad_) {
-    for (int column = 0; column < size.width; ++column) {
-      const double theta_rad =
-          angles_from_pixel({static_cast<double>(column), 0.0}, size).theta_rad;
-      horizon_.emplace_back(world_from_camera.transpose() *
-                            direction_from_angles({theta_rad, 0.0}));
-    }
-  }
+// The blend across the seam, radians.
+struct SeamRamp {
+  double rim_rad = 0.0;    // of the overlap that is not used, on each side
+  double half_rad = 0.0;   // half the width of the ramp
+  double reach_rad = 0.0;  // from the seam to where both lenses are read
 
-  // Fills a row of the tables' pictures; returns the number of pixels seen by neither lens.
-  int fill_row(int row, StitchTables* tables) const {
-    auto* region = tables->region.ptr<unsigned char>(row);
-    auto* weight = tables->front_weight.ptr<float>(row);
-    int unseen = 0;
-    const double phi_rad = angles_from_pixel({0.0, static_cast<double>(row)}, size_).phi_rad;
-    const double level = std::cos(phi_rad);
-    const Eigen::Vector3d upward = std::sin(phi_rad) * upward_;
-    for (int column = 0; column < size_.width; ++column) {
-      const Eigen::Vector3d direction = level * horizon_[static_cast<std::size_t>(column)] + upward;
-      const auto in_front = front_.look(direction), in_back = back_.look(direction);
-      if (!in_front && !in_back) {
-        ++unseen;
-        continue;
-      }
-      region[column] = region_of(in_front, in_back, &weight[column]);
-      if (region[column] != kBackOnly) set(*in_front, row, column, &tables->front);
-      if (region[column] != kFrontOnly) set(*in_back, row, column, &tables->back);
-    }
-    return unseen;
-  }
-
- private:
   // Half the difference of the margins is the angle from the seam; half their sum is the half
   // width of the overlap.
   unsigned char region_of(const std::optional<LensImage>& in_front,
@@ -67,31 +32,21 @@ class TableBuilder {
     if (!in_back) return kFrontOnly;
     if (!in_front) return kBackOnly;
     const double from_seam = 0.5 * (in_front->margin_rad - in_back->margin_rad);
-    const double overlap = 0.5 * (in_front->margin_rad + in_back->margin_rad) -
-                           kRim_px / std::min(front_.lens().focal_px, back_.lens().focal_px);
-    const double ramp = std::min(0.5 * blend_rad_, overlap);
+    const double overlap = 0.5 * (in_front->margin_rad + in_back->margin_rad) - rim_rad;
+    const double ramp = std::min(half_rad, overlap);
     *front_weight =
         static_cast<float>(ramp > 0.0 ? std::clamp(0.5 + 0.5 * from_seam / ramp, 0.0, 1.0)
                                       : (from_seam >= 0.0 ? 1.0 : 0.0));
-    if (std::abs(from_seam) < std::min(reach_rad_, overlap)) return kBothLenses;
+    if (std::abs(from_seam) < std::min(reach_rad, overlap)) return kBothLenses;
     return from_seam >= 0.0 ? kFrontOnly : kBackOnly;
   }
-
-  void set(const LensImage& image, int row, int column, LensSamples* of) const {
-    of->positions.at<cv::Vec2f>(row, column) = {static_cast<float>(image.pixel.u),
-                                                static_cast<float>(image.pixel.v)};
-    of->roots.at<float>(row, column) =
-        static_cast<float>(root_of_light(balance_.share_at(image.angle_rad)));
-  }
-
-  PanoramaSize size_;
-  Eigen::Vector3d upward_;                  // the panorama's, in the camera's axes
-  std::vector<Eigen::Vector3d> horizon_{};  // by column: its direction at the horizon, likewise
-  LensView front_, back_;
-  LensBalance balance_;
-  double blend_rad_;
-  double reach_rad_;
 };
+
+void set(const LensImage& image, int row, int column, LensSamples* of) {
+  of->positions.at<cv::Vec2f>(row, column) = {static_cast<float>(image.pixel.u),
+                                              static_cast<float>(image.pixel.v)};
+  of->roots.at<float>(row, column) = static_cast<float>(image.root);
+}
 
 // Pixels extend half a pixel beyond their centres.
 bool is_within(PixelPosition pixel, PanoramaSize picture) {
@@ -101,36 +56,30 @@ bool is_within(PixelPosition pixel, PanoramaSize picture) {
 
 }  // namespace
 
-LensView::LensView(const FisheyeLens& lens, const Eigen::Matrix3d& camera_from_lens,
-                   const Eigen::Vector3d& position_m, PanoramaSize picture, double distance_m)
-    : lens_(lens),
-      lens_from_camera_(camera_from_lens.transpose()),
-      position_m_(position_m),
-      picture_(picture),
-      distance_m_(distance_m) {}
+LensView::LensView(const DualFisheyeCamera& camera, bool back, double distance_m)
+    : camera_(camera),
+      lens_(back ? camera.layout.back : camera.layout.front),
+      lens_from_camera_(Eigen::Matrix3d::Identity()),
+      position_m_(back ? camera.layout.back_position_m : camera.layout.front_position_m),
+      distance_m_(distance_m) {
+  if (back) lens_from_camera_ = world_from_camera(camera.layout.back_attitude).transpose();
+}
 
 std::optional<LensImage> LensView::look(const Eigen::Vector3d& direction) const {
   const Eigen::Vector3d seen =
       lens_from_camera_ *
       (std::isinf(distance_m_) ? direction : distance_m_ * direction - position_m_);
   const auto pixel = project(lens_, seen);
-  if (!pixel || !is_within(*pixel, picture_)) return std::nullopt;
+  if (!pixel || !is_within(*pixel, camera_.picture)) return std::nullopt;
   const double angle = std::atan2(std::hypot(seen.x(), seen.y()), seen.z());
-  return LensImage{*pixel, angle, lens_.largest_angle_rad - angle};
-}
-
-LensView front_view(const DualFisheyeCamera& camera, double distance_m) {
-  return {camera.layout.front, Eigen::Matrix3d::Identity(), camera.layout.front_position_m,
-          camera.picture, distance_m};
-}
-
-LensView back_view(const DualFisheyeCamera& camera, double distance_m) {
-  return {camera.layout.back, world_from_camera(camera.layout.back_attitude),
-          camera.layout.back_position_m, camera.picture, distance_m};
+  LensImage image{*pixel, lens_.largest_angle_rad - angle};
+  const bool falls_off = camera_.falloff_2 != 0.0 || camera_.falloff_4 != 0.0;
+  if (falls_off) image.root = root_of_light(light_share(camera_, angle));
+  return image;
 }
 
 StitchTables make_stitch_tables(const DualFisheyeCamera& camera, PanoramaSize size,
-                                const StitcherOptions& options, const LensBalance& balance,
+                                const StitcherOptions& options,
                                 const Eigen::Matrix3d& world_from_camera) {
   StitchTables tables;
   tables.size = size;
@@ -140,20 +89,48 @@ StitchTables make_stitch_tables(const DualFisheyeCamera& camera, PanoramaSize si
     lens->positions = cv::Mat::zeros(size.height, size.width, CV_32FC2);
     lens->roots = cv::Mat::ones(size.height, size.width, CV_32FC1);
   }
-  const TableBuilder builder(camera, size, options, balance, world_from_camera);
-  std::vector<int> unseen(static_cast<std::size_t>(size.height));
+  const LensView front(camera, false, options.seam_distance_m);
+  const LensView back(camera, true, options.seam_distance_m);
+  const double half_rad = radians_from_degrees(0.5 * options.blend_deg);
+  const SeamRamp ramp{
+      .rim_rad = kRim_px / std::min(front.lens().focal_px, back.lens().focal_px),
+      .half_rad = half_rad,
+      // The coarse bands of multi-band blending extend half a ramp beyond the ramp on each side.
+      .reach_rad = options.blend == BlendMethod::kFeather ? half_rad : 2.0 * half_rad};
+  const Eigen::Matrix3d camera_from_world = world_from_camera.transpose();
+  const Eigen::Vector3d upwards = camera_from_world.col(1);
+  std::vector<Eigen::Vector3d> horizon;  // by column: its direction at the horizon
+  horizon.reserve(static_cast<std::size_t>(size.width));
+  for (int column = 0; column < size.width; ++column) {
+    const SphereAngles angles = angles_from_pixel({static_cast<double>(column), 0.0}, size);
+    horizon.emplace_back(camera_from_world * direction_from_angles({angles.theta_rad, 0.0}));
+  }
+  std::vector<double> unseen(static_cast<std::size_t>(size.height));  // share of all directions
   parallel_for(0, size.height, kRowsAtOnce, [&](int begin, int end) {
     for (int row = begin; row < end; ++row) {
-      unseen[static_cast<std::size_t>(row)] = builder.fill_row(row, &tables);
+      auto* region = tables.region.ptr<unsigned char>(row);
+      auto* weight = tables.front_weight.ptr<float>(row);
+      const double phi_rad = angles_from_pixel({0.0, static_cast<double>(row)}, size).phi_rad;
+      const double level = std::cos(phi_rad);
+      const Eigen::Vector3d height = std::sin(phi_rad) * upwards;
+      int unseen_pixels = 0;
+      for (int column = 0; column < size.width; ++column) {
+        const Eigen::Vector3d direction =
+            level * horizon[static_cast<std::size_t>(column)] + height;
+        const auto in_front = front.look(direction), in_back = back.look(direction);
+        if (!in_front && !in_back) {
+          ++unseen_pixels;
+          continue;
+        }
+        region[column] = ramp.region_of(in_front, in_back, &weight[column]);
+        if (region[column] != kBackOnly) set(*in_front, row, column, &tables.front);
+        if (region[column] != kFrontOnly) set(*in_back, row, column, &tables.back);
+      }
+      unseen[static_cast<std::size_t>(row)] =
+          unseen_pixels * level * kHalfPi / (static_cast<double>(size.width) * size.height);
     }
   });
-  // Weighted by solid angle.
-  double unseen_share = 0.0;
-  for (int row = 0; row < size.height; ++row) {
-    const double phi = angles_from_pixel({0.0, static_cast<double>(row)}, size).phi_rad;
-    unseen_share += unseen[static_cast<std::size_t>(row)] * std::cos(phi) * kHalfPi /
-                    (static_cast<double>(size.width) * size.height);
-  }
+  const double unseen_share = std::accumulate(unseen.begin(), unseen.end(), 0.0);
   if (unseen_share > 0.0) {
     throw Error(
         fmt::format("the two lenses leave a gap of {:.2g} % of all directions between "

@@ -3,13 +3,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <limits>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 
-#include "calibrate/stitch/lens_balance.h"
 #include "core/files/lens_file.h"
 #include "core/geometry/sphere.h"
+#include "core/panorama/srgb.h"
 
 namespace raywalk::calibrate {
 
@@ -29,18 +30,21 @@ struct StitcherOptions {
   double seam_distance_m = std::numeric_limits<double>::infinity();
 };
 
+// The factor for shifted sRGB levels (core/panorama/srgb.h) that undoes a factor of light.
+inline double root_of_light(double factor) { return std::pow(factor, -1.0 / kSrgbExponent); }
+
 // The image of a direction in a lens.
 struct LensImage {
   PixelPosition pixel{};
-  double angle_rad = 0.0;   // from the lens's axis
   double margin_rad = 0.0;  // to the rim of its field of view, at least 0
+  double root = 1.0;        // root_of_light of the lens's falloff there
 };
 
 class LensView {
  public:
-  // The scene is at `distance_m` from the camera's origin; infinity: no parallax.
-  LensView(const FisheyeLens& lens, const Eigen::Matrix3d& camera_from_lens,
-           const Eigen::Vector3d& position_m, PanoramaSize picture, double distance_m);
+  // Of the front or the back lens. The scene is at `distance_m` from the camera's origin; infinity:
+  // no parallax. Keeps a reference to the camera.
+  LensView(const DualFisheyeCamera& camera, bool back, double distance_m);
 
   // The image of a unit direction in the camera's frame; nullopt outside of the field of view or
   // the picture.
@@ -49,20 +53,17 @@ class LensView {
   const FisheyeLens& lens() const { return lens_; }
 
  private:
-  FisheyeLens lens_;
+  const DualFisheyeCamera& camera_;
+  const FisheyeLens& lens_;
   Eigen::Matrix3d lens_from_camera_;
   Eigen::Vector3d position_m_;
-  PanoramaSize picture_;
   double distance_m_;
 };
-
-LensView front_view(const DualFisheyeCamera& camera, double distance_m);
-LensView back_view(const DualFisheyeCamera& camera, double distance_m);
 
 // What the pixels of a panorama are read from in one lens, where its region includes the lens.
 struct LensSamples {
   cv::Mat positions{};  // CV_32FC2: right and down in the lens's picture, pixels; 0 elsewhere
-  cv::Mat roots{};      // CV_32FC1: what corrects the levels there (root_of_light); 1 elsewhere
+  cv::Mat roots{};      // CV_32FC1: LensImage::root; 1 elsewhere
 };
 
 // Which lenses a pixel of the panorama is read from.
@@ -82,7 +83,7 @@ struct StitchTables {
 // the camera's own. The seam is at equal angles from the rims of both lenses. Throws Error if some
 // direction is seen by neither lens.
 StitchTables make_stitch_tables(const DualFisheyeCamera& camera, PanoramaSize size,
-                                const StitcherOptions& options, const LensBalance& balance,
+                                const StitcherOptions& options,
                                 const Eigen::Matrix3d& world_from_camera);
 
 }  // namespace raywalk::calibrate

@@ -4,11 +4,15 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 
+#include "calibrate/stitch/seam_blend.h"
 #include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/parallel.h"
 #include "core/panorama/srgb.h"
 
 namespace raywalk::calibrate {
@@ -58,15 +62,11 @@ int oversampling(const DualFisheyeCamera& camera, int width) {
                   static_cast<int>(std::ceil(native_width(camera) / (kMostMinification * width))));
 }
 
-int checked_width(int width) {
+void require_valid(int width, const StitcherOptions& options) {
   if (width < kSmallestWidth_px || width > kLargestWidth_px || width % 2 != 0) {
     throw UsageError(fmt::format("a panorama cannot be {} px wide; give an even width of {} to {}",
                                  width, kSmallestWidth_px, kLargestWidth_px));
   }
-  return width;
-}
-
-const StitcherOptions& checked(const StitcherOptions& options) {
   if (!(options.blend_deg > 0.0 && options.blend_deg <= kWidestBlend_deg)) {
     throw UsageError(
         fmt::format("lenses cannot be blended over {:g} degrees; give more than 0 and "
@@ -79,11 +79,13 @@ const StitcherOptions& checked(const StitcherOptions& options) {
                     "infinity",
                     options.seam_distance_m));
   }
-  return options;
 }
 
-PanoramaSize scaled(PanoramaSize size, int factor) {
-  return {factor * size.width, factor * size.height};
+StitchTables tables_of(const DualFisheyeCamera& camera, int width, const StitcherOptions& options,
+                       const Eigen::Matrix3d& world_from_camera) {
+  require_valid(width, options);
+  const int table_width = oversampling(camera, width) * width;
+  return make_stitch_tables(camera, {table_width, table_width / 2}, options, world_from_camera);
 }
 
 // By level: the shift that makes light a power of levels; on the linear toe its share of that, an
@@ -148,34 +150,19 @@ int default_panorama_width(const DualFisheyeCamera& camera) {
   return static_cast<int>(std::clamp<double>(width, kSmallestWidth_px, kLargestWidth_px));
 }
 
-double table_pixels(const DualFisheyeCamera& camera, int width) {
-  const double across = static_cast<double>(oversampling(camera, width)) * width;
-  return 0.5 * across * across;
-}
-
 Stitcher::Stitcher(const DualFisheyeCamera& camera, int width, const StitcherOptions& options,
-                   const LensBalance& balance, const Eigen::Matrix3d& world_from_camera)
-    : size_{checked_width(width), width / 2},
-      oversampling_(oversampling(camera, width)),
-      tables_(make_stitch_tables(camera, scaled(size_, oversampling_), checked(options), balance,
-                                 world_from_camera)),
-      seam_(tables_, options) {
-  for (int colour = 0; colour < 3; ++colour) {
-    back_roots_[colour] =
-        static_cast<float>(root_of_light(balance.back_gain[static_cast<std::size_t>(colour)]));
-  }
-}
+                   const ColourGains& back_gain, const Eigen::Matrix3d& world_from_camera)
+    : size_{width, width / 2},
+      options_(options),
+      tables_(tables_of(camera, width, options, world_from_camera)),
+      back_roots_(static_cast<float>(root_of_light(back_gain[0])),
+                  static_cast<float>(root_of_light(back_gain[1])),
+                  static_cast<float>(root_of_light(back_gain[2]))) {}
 
 void Stitcher::reduce(cv::Mat* picture) const {
-  if (oversampling_ == 1) return;
-  cv::Mat fine = *picture;
+  if (tables_.size == size_) return;
+  const cv::Mat fine = *picture;
   cv::resize(fine, *picture, {size_.width, size_.height}, 0.0, 0.0, cv::INTER_AREA);
-}
-
-void Stitcher::reduce_mask(cv::Mat* mask) const {
-  if (mask->empty() || oversampling_ == 1) return;
-  reduce(mask);
-  *mask = *mask == 255;
 }
 
 StitchedFrame Stitcher::stitch(const cv::Mat& front, const cv::Mat& back,
@@ -185,11 +172,48 @@ StitchedFrame Stitcher::stitch(const cv::Mat& front, const cv::Mat& back,
   cv::Mat back_levels = sampled(back, tables_.back, back_roots_, region, kFrontOnly);
   StitchedFrame stitched;
   if (!mask.empty()) stitched.mask = join_masked_halves(tables_, mask, &levels, &back_levels);
-  seam_.blend(&levels, back_levels);
+  blend_seam(tables_, options_, back_levels, &levels);
   levels.convertTo(stitched.panorama, CV_8U, 1.0 / kLevelParts);
   reduce(&stitched.panorama);
-  reduce_mask(&stitched.mask);
+  if (!mask.empty()) {
+    reduce(&stitched.mask);
+    stitched.mask = stitched.mask == 255;
+  }
   return stitched;
+}
+
+int frames_at_once(const DualFisheyeCamera& camera, int width, bool own_tables) {
+  // For all frames in work.
+  constexpr double kWorkBytes = 1.5e9;
+  // Of pictures: read, copied with a fourth channel.
+  constexpr double kBytesPerPicturePixel = 10.0;
+  // Of a panorama before it is averaged down: levels of two lenses, the result, its PNG.
+  constexpr double kBytesPerPanoramaPixel = 20.0;
+  // A position and a root in each lens, and what picks the lens.
+  constexpr double kBytesPerTablePixel = 29.0;
+  const double across = static_cast<double>(oversampling(camera, width)) * width;
+  const double picture_pixels = (camera.two_files ? 2.0 : 1.0) *
+                                static_cast<double>(camera.picture.width) * camera.picture.height;
+  const double bytes =
+      kBytesPerPicturePixel * picture_pixels +
+      (kBytesPerPanoramaPixel + (own_tables ? kBytesPerTablePixel : 0.0)) * 0.5 * across * across;
+  return std::clamp(static_cast<int>(kWorkBytes / bytes), 1, thread_count());
+}
+
+// Tasks that wait for memory could deadlock, as the thread that holds it may pick them up.
+void for_each_frame(std::size_t count, int at_once, const std::function<void(std::size_t)>& work) {
+  std::atomic<std::size_t> next = 0;
+  parallel_for(0, at_once, 1, [&](int, int) {
+    for (std::size_t i = next++; i < count; i = next++) {
+      throw_if_interrupted();
+      try {
+        work(i);
+      } catch (...) {
+        next = count;  // the others stop after their frame
+        throw;
+      }
+    }
+  });
 }
 
 }  // namespace raywalk::calibrate

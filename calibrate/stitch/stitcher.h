@@ -1,10 +1,12 @@
 // Stitches the frames of one dual-fisheye camera to panoramas.
 #pragma once
 
+#include <Eigen/Core>
+#include <cstddef>
+#include <functional>
 #include <opencv2/core.hpp>
 
-#include "calibrate/stitch/lens_balance.h"
-#include "calibrate/stitch/seam_blend.h"
+#include "calibrate/stitch/lens_gain.h"
 #include "calibrate/stitch/stitch_tables.h"
 #include "core/files/lens_file.h"
 #include "core/geometry/sphere.h"
@@ -14,9 +16,6 @@ namespace raywalk::calibrate {
 // The width at which a panorama has the resolution of the camera's pictures at the lens axis, 2 pi
 // focal lengths, rounded to a multiple of 16.
 int default_panorama_width(const DualFisheyeCamera& camera);
-
-// Number of pixels of a stitcher's tables, before averaging down.
-double table_pixels(const DualFisheyeCamera& camera, int width);
 
 struct StitchedFrame {
   cv::Mat panorama{};  // CV_8UC3
@@ -29,13 +28,11 @@ struct StitchedFrame {
 // its size and averaged down to avoid aliasing. Thread-safe; each frame is stitched by one thread.
 class Stitcher {
  public:
-  // `width` of the panoramas is even, 64 to 32768. Throws UsageError for width and options out of
-  // range, Error for lenses that leave a gap between them.
+  // `width` of the panoramas is even, 64 to 32768; gains are above 0. Throws UsageError for width
+  // and options out of range, Error for lenses that leave a gap between them.
   Stitcher(const DualFisheyeCamera& camera, int width, const StitcherOptions& options,
-           const LensBalance& balance,
+           const ColourGains& back_gain = kEqualLenses,
            const Eigen::Matrix3d& world_from_camera = Eigen::Matrix3d::Identity());
-
-  PanoramaSize size() const { return size_; }
 
   // The panorama, CV_8UC3, of a frame that holds both image circles, or of one picture for each
   // lens. They are CV_8UC3 and of the camera's picture size.
@@ -50,13 +47,19 @@ class Stitcher {
  private:
   // Averages down to the panorama's size.
   void reduce(cv::Mat* picture) const;
-  void reduce_mask(cv::Mat* mask) const;
 
   PanoramaSize size_;
-  int oversampling_;  // of the tables over the panorama
+  StitcherOptions options_;
   StitchTables tables_;
   cv::Vec3f back_roots_;  // by colour: what corrects the back lens
-  SeamBlend seam_;
 };
+
+// How many frames can be stitched at once in the memory that is meant for it; at least 1 and at
+// most thread_count(). `own_tables`: each by a stitcher of its own.
+int frames_at_once(const DualFisheyeCamera& camera, int width, bool own_tables);
+
+// Calls work(0) to work(count - 1) on that many threads, each taking the next frame. The first
+// exception, or Interrupted, ends it after the frames that have begun.
+void for_each_frame(std::size_t count, int at_once, const std::function<void(std::size_t)>& work);
 
 }  // namespace raywalk::calibrate

@@ -52,6 +52,8 @@ SettingsSchema schema_of(DualFisheyeCamera* camera) {
   schema.integer("picture_width_px", &camera->picture.width, 1, kLargestSide_px)
       .integer("picture_height_px", &camera->picture.height, 1, kLargestSide_px)
       .boolean("two_files", &camera->two_files)
+      .number("falloff_2", &camera->falloff_2, -kLargestCoefficient, kLargestCoefficient)
+      .number("falloff_4", &camera->falloff_4, -kLargestCoefficient, kLargestCoefficient)
       .number("back.yaw_deg", &layout.back_attitude.yaw_rad, -360.0, 360.0, kDegree)
       .number("back.pitch_deg", &layout.back_attitude.pitch_rad, -360.0, 360.0, kDegree)
       .number("back.roll_deg", &layout.back_attitude.roll_rad, -360.0, 360.0, kDegree);
@@ -69,6 +71,11 @@ FisheyeLens scaled(FisheyeLens lens, double factor) {
 }
 
 }  // namespace
+
+double light_share(const DualFisheyeCamera& camera, double angle_rad) {
+  const double square = angle_rad * angle_rad;
+  return std::exp(square * (camera.falloff_2 + square * camera.falloff_4));
+}
 
 DualFisheyeCamera read_lens_file(const std::filesystem::path& file) {
   std::error_code error;
@@ -89,7 +96,7 @@ DualFisheyeCamera read_lens_file(const std::filesystem::path& file) {
   return camera;
 }
 
-void write_lens_file(const std::filesystem::path& file, const DualFisheyeCamera& camera) {
+std::string lens_file_text(const DualFisheyeCamera& camera) {
   std::string text =
       "# A dual-fisheye camera; raywalk's configs/lenses/dual-fisheye.yaml explains the keys.\n";
   DualFisheyeCamera bound = camera;
@@ -101,7 +108,11 @@ void write_lens_file(const std::filesystem::path& file, const DualFisheyeCamera&
     if (!group.empty() && group != before) text += group + ":\n";
     text += fmt::format("{}: {}\n", group.empty() ? key : "  " + key.substr(dot + 1), value);
   }
-  write_file_atomically(file, text);
+  return text;
+}
+
+void write_lens_file(const std::filesystem::path& file, const DualFisheyeCamera& camera) {
+  write_file_atomically(file, lens_file_text(camera));
 }
 
 DualFisheyeCamera scaled_to(const DualFisheyeCamera& camera, PanoramaSize picture) {

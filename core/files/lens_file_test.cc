@@ -54,6 +54,8 @@ DualFisheyeCamera crooked_camera() {
   camera.layout.back_attitude = {radians_from_degrees(-179.7), 0.004, -0.006};
   camera.layout.front_position_m = {0.0001, -0.0002, 0.0051};
   camera.layout.back_position_m = {-0.0001, 0.0003, -0.0049};
+  camera.falloff_2 = -0.1 / 3.0;
+  camera.falloff_4 = -0.02;
   return camera;
 }
 
@@ -72,6 +74,8 @@ TEST(LensFileTest, RoundTripKeepsFullPrecision) {
   const DualFisheyeCamera back = read_lens_file(directory / "lens.yaml");
   EXPECT_EQ(back.picture, camera.picture);
   EXPECT_TRUE(back.two_files);
+  EXPECT_EQ(back.falloff_2, camera.falloff_2);
+  EXPECT_EQ(back.falloff_4, camera.falloff_4);
   expect_same(back.layout.front, camera.layout.front);
   expect_same(back.layout.back, camera.layout.back);
   EXPECT_DOUBLE_EQ(back.layout.back_attitude.yaw_rad, camera.layout.back_attitude.yaw_rad);

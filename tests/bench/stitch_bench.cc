@@ -166,7 +166,7 @@ Times stitching_times(const calibrate::Stitcher& stitcher) {
 void bench_stitch(benchmark::State& state, calibrate::BlendMethod blend,
                   const std::string& interpolation) {
   const FfmpegStitcher ffmpeg(scene().frame, interpolation);
-  const calibrate::Stitcher stitcher(scene().camera, kPanorama.width, {.blend = blend}, {});
+  const calibrate::Stitcher stitcher(scene().camera, kPanorama.width, {.blend = blend});
   std::vector<double> ours_s, ffmpeg_s, ratios, cpu_ratios;
   for (auto _ : state) {
     const Times theirs = ffmpeg.frame_times();

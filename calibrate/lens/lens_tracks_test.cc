@@ -1,4 +1,4 @@
-#include "calibrate/lens/feature_tracks.h"
+#include "calibrate/lens/lens_tracks.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ std::vector<LensFeatures> three_stations() {
   return stations;
 }
 
-TEST(FeatureTracksTest, MatchesJoinAcrossStationsAndLenses) {
+TEST(LensTracksTest, MatchesJoinAcrossStationsAndLenses) {
   const std::vector<LensFeatures> stations = three_stations();
   const std::vector<ViewMatches> matches{
       {0, 1, {{0, 1}}}, {1, 2, {{1, 0}, {2, 2}}}, {2, 2, {{0, 3}}}};
@@ -29,7 +29,7 @@ TEST(FeatureTracksTest, MatchesJoinAcrossStationsAndLenses) {
   EXPECT_EQ(tracks[0].size(), 4U);
 }
 
-TEST(FeatureTracksTest, InconsistentTracksAreDropped) {
+TEST(LensTracksTest, InconsistentTracksAreDropped) {
   const std::vector<LensFeatures> stations = three_stations();
   EXPECT_TRUE(
       join_tracks(stations,
@@ -45,26 +45,26 @@ BundleTrack seen_at(const FisheyeLens& lens, const Vector3d& direction, double m
           {2, false, {at.u + moves_px, at.v}}};
 }
 
-TEST(FeatureTracksTest, OnlyStillTracksBelowTheCameraAreRemoved) {
+TEST(LensTracksTest, OnlyStillTracksBelowTheCameraAreRemoved) {
   const DualFisheyeLayout layout = plain_camera({1120, 560}).layout;
-  const std::vector<Vector3d> nominal_m{{0, 0, 0}, {0.1, 0, 0}, {0.2, 0, 0}};
+  const std::vector<BundleStation> stations{{0, {0, 0, 0}}, {0, {0.1, 0, 0}}, {0, {0.2, 0, 0}}};
   const Vector3d down(0, -1, 0);
   const double cone_rad = radians_from_degrees(40.0);
   const auto removed = [&](const Vector3d& direction, double moves_px,
-                           const std::vector<Vector3d>& stations_m) {
+                           const std::vector<BundleStation>& seen_from) {
     std::vector<BundleTrack> tracks{seen_at(layout.front, direction, moves_px)};
-    return remove_still_tracks(layout, stations_m, down, cone_rad, &tracks) == 1 && tracks.empty();
+    return remove_still_tracks(layout, seen_from, down, cone_rad, &tracks) == 1 && tracks.empty();
   };
   const Vector3d below = Vector3d(0.1, -1.0, 0.3).normalized();
-  EXPECT_TRUE(removed(below, 0.3, nominal_m));
-  EXPECT_FALSE(removed(below, 5.0, nominal_m));                             // the floor
-  EXPECT_FALSE(removed(Vector3d(0, 0.2, 1).normalized(), 0.0, nominal_m));  // the sky
-  EXPECT_FALSE(removed(below, 0.3, std::vector<Vector3d>(3, {0, 0, 0})));   // nothing moved
+  EXPECT_TRUE(removed(below, 0.3, stations));
+  EXPECT_FALSE(removed(below, 5.0, stations));                             // the floor
+  EXPECT_FALSE(removed(Vector3d(0, 0.2, 1).normalized(), 0.0, stations));  // the sky
+  EXPECT_FALSE(removed(below, 0.3, std::vector<BundleStation>(3)));        // nothing moved
 }
 
-TEST(FeatureTracksTest, ThinningKeepsTracksOfBothLenses) {
+TEST(LensTracksTest, ThinningKeepsTracksOfBothLenses) {
   std::vector<BundleTrack> tracks;
-  for (int i = 0; i < 1000; ++i) {
+  for (std::size_t i = 0; i < 1000; ++i) {
     tracks.push_back({{i, false, {}}, {i + 1, false, {}}, {i + 2, i % 10 == 0, {}}});
   }
   std::vector<BundleTrack> thinned = tracks;
