@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 1;
+constexpr int kPosesVersion = 1;
 
 struct NamedOrigin {
   PoseOrigin origin;
@@ -130,7 +130,7 @@ ordered_json frame_poses_json(const CaptureSet& set, const FramePoses& poses) {
 }
 
 void write_frame_poses(const fs::path& file, const CaptureSet& set, const FramePoses& poses) {
-  const ordered_json document{{"format_version", kFormatVersion},
+  const ordered_json document{{"format_version", kPosesVersion},
                               {"frames", frame_poses_json(set, poses)}};
   write_file_atomically(file, json_text(document));
 }
@@ -138,7 +138,7 @@ void write_frame_poses(const fs::path& file, const CaptureSet& set, const FrameP
 FramePoses read_frame_poses(const fs::path& file, const CaptureSet& set,
                             const std::string& advice) {
   const auto root = CheckedJson::read(file, advice);
-  root.require_version(kFormatVersion);
+  root.require_version(kPosesVersion);
   return frame_poses_in(root.at("frames"), set);
 }
 

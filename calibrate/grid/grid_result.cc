@@ -10,7 +10,7 @@ namespace {
 using nlohmann::ordered_json;
 using P = RailParameter;
 
-constexpr int kFormatVersion = 1;
+constexpr int kGridVersion = 1;
 
 template <typename Vector>
 ordered_json json_of(const Eigen::MatrixBase<Vector>& vector) {
@@ -176,7 +176,7 @@ ordered_json grid_document(const CaptureSet& set, const GridResult& result) {
   for (const CrossingFigures& crossing : result.crossings) {
     crossings.push_back(json_of(set, crossing));
   }
-  return {{"format_version", kFormatVersion},
+  return {{"format_version", kGridVersion},
           {"source", set.source.string()},
           {"stations", set.stations()},
           {"method", result.method == GridMethod::kPoses ? "poses" : "rotation"},

@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 1;
+constexpr int kStitchVersion = 1;
 constexpr int kLightStep_deg = 5;
 constexpr int kWidestLight_deg = 95;
 
@@ -86,7 +86,7 @@ StitchRecord record_from(const CheckedJson& json) {
 
 ordered_json stitch_document(const StitchRecord& record) {
   const double distance = record.options.seam_distance_m;
-  ordered_json document{{"format_version", kFormatVersion},
+  ordered_json document{{"format_version", kStitchVersion},
                         {"fingerprint", record.fingerprint},
                         {"complete", record.complete},
                         {"width_px", record.panorama.width},
@@ -109,7 +109,7 @@ std::optional<StitchRecord> read_stitch_record(const std::filesystem::path& file
   if (!std::filesystem::exists(file)) return std::nullopt;
   try {
     const CheckedJson json = CheckedJson::read(file);
-    if (json.at("format_version").integer() != kFormatVersion) return std::nullopt;
+    if (json.at("format_version").integer() != kStitchVersion) return std::nullopt;
     return record_from(json);
   } catch (const Error&) {
     return std::nullopt;
