@@ -37,13 +37,13 @@ class ViewSettingsTest : public ::testing::Test {
 };
 
 TEST_F(ViewSettingsTest, TheShippedFileHoldsTheDefaults) {
-  EXPECT_TRUE(view_settings({.settings = RAYWALK_VIEW_YAML}) == ViewSettings());
+  EXPECT_TRUE(view_settings({.settings = RAYWALK_CONFIGS "/view.yaml"}) == ViewSettings());
 }
 
 TEST_F(ViewSettingsTest, TheShippedFileExplainsEveryParameter) {
   std::set<std::string> keys{"preset", "connection"};
   for (const ViewParameter& parameter : kViewParameters) keys.insert(parameter.key);
-  EXPECT_EQ(keys_of_yaml(RAYWALK_VIEW_YAML), keys);
+  EXPECT_EQ(keys_of_yaml(RAYWALK_CONFIGS "/view.yaml"), keys);
 }
 
 // A value of a parameter that is not its default.

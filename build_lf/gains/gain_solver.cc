@@ -134,7 +134,7 @@ void add_neighbours(int stations, std::vector<Row>* rows) {
   }
 }
 
-constexpr int kSteps = 2;  // from one station to those it is compared with
+constexpr int kSolverSteps = 2;  // from one station to those it is compared with
 
 using Groups = std::vector<std::vector<int>>;
 
@@ -202,7 +202,7 @@ std::vector<GainWindow> gain_windows(std::span<const Eigen::Vector3d> positions_
   std::vector<GainWindow> windows;
   for (const std::vector<int>& group : groups) {
     std::vector<int> members = group;
-    for (int step = 0; step < kSteps; ++step) {
+    for (int step = 0; step < kSolverSteps; ++step) {
       std::vector<int> around;
       for (const int s : members) {
         const std::vector<int>& others = compared[static_cast<size_t>(s)];

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 1;
+constexpr int kPosesVersion = 1;
 
 struct NamedOrigin {
   PoseOrigin origin;
@@ -135,7 +135,7 @@ ordered_json frame_poses_json(const CaptureSet& set, const FramePoses& poses) {
 FramePoses read_frame_poses(const fs::path& file, const CaptureSet& set,
                             const std::string& advice) {
   const auto root = CheckedJson::read(file, advice);
-  root.require_version(kFormatVersion);
+  root.require_version(kPosesVersion);
   return frame_poses_in(root.at("frames"), set);
 }
 

@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 
 namespace raywalk::calibrate {
 
@@ -22,11 +21,7 @@ inline Eigen::Vector3d vector_of(const Eigen::Matrix3d& rotation) {
 // The rotation nearest to a sum of rotations, or of products `to * from^T` of vectors, in the
 // Frobenius norm (Markley 1988; Hartley et al. 2013, "Rotation averaging", section 5.3): with the
 // sum = U S V^T it is U diag(1, 1, det) V^T.
-inline Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& sum) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;
-  return svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
-}
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& sum);
 
 // The matrix of the cross product: [v]x w = v x w.
 inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 1;
+constexpr int kReportVersion = 1;
 
 // JSON has null for numbers that are not finite.
 double number(const ordered_json& value) {
@@ -177,7 +177,7 @@ ordered_json write_calibration(const Calibration& calibration, const std::vector
     if (!document.is_null()) documents[name] = std::move(document);
   }
   const CaptureSet& set = calibration.captured();
-  ordered_json whole{{"format_version", kFormatVersion},
+  ordered_json whole{{"format_version", kReportVersion},
                      {"source", set.source.string()},
                      {"stations", set.stations()},
                      {"trustworthy", trustworthy(documents)},

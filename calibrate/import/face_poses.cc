@@ -66,13 +66,13 @@ CameraPose mean_pose(const std::vector<CameraPose>& poses) {
   return mean;
 }
 
-struct Disagreement {
+struct FaceDisagreement {
   double turn_rad = 0.0;
   double distance = 0.0;
 };
 
-Disagreement disagreement_of(const std::vector<CameraPose>& poses, const CameraPose& mean) {
-  Disagreement most;
+FaceDisagreement disagreement_of(const std::vector<CameraPose>& poses, const CameraPose& mean) {
+  FaceDisagreement most;
   for (const CameraPose& pose : poses) {
     most.turn_rad =
         std::max(most.turn_rad, angle_between(pose.world_from_camera, mean.world_from_camera));
@@ -105,7 +105,7 @@ double extent_of(const std::vector<ImportedFrame>& frames) {
 }
 
 void require_agreement(const std::vector<ImportedFrame>& frames,
-                       const std::vector<Disagreement>& disagreements, const fs::path& model) {
+                       const std::vector<FaceDisagreement>& disagreements, const fs::path& model) {
   const double spacing = median_spacing(frames, 1e-3 * extent_of(frames));
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const double turn_deg = degrees_from_radians(disagreements[i].turn_rad);
@@ -157,7 +157,7 @@ std::vector<ImportedFrame> panoramas_of_faces(const std::vector<ColmapImagePose>
     seen[of.panorama].push_back(camera_pose_of(image.pose, {of.face->camera_from_face}));
   }
   std::vector<ImportedFrame> frames;
-  std::vector<Disagreement> disagreements;
+  std::vector<FaceDisagreement> disagreements;
   for (const auto& [panorama, poses] : seen) {
     const CameraPose mean = mean_pose(poses);
     disagreements.push_back(disagreement_of(poses, mean));

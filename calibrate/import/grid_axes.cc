@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <cstddef>
+#include <vector>
 
+#include "calibrate/base/rotation.h"
 #include "calibrate/import/imported_poses.h"
 #include "core/base/error.h"
 #include "core/geometry/station_spacing.h"
@@ -36,29 +39,31 @@ Eigen::Vector3d cameras_up(const std::vector<ImportedFrame>& frames) {
   return up.normalized();
 }
 
-// The directions in which the stations spread, least first, and how far.
+// The mean of positions, the directions in which they spread, least first, and how far.
 struct Spread {
+  Eigen::Vector3d mean;
   Eigen::Matrix3d axes;
   Eigen::Vector3d deviation;
 };
 
-Spread spread_of(const std::vector<ImportedFrame>& frames) {
+Spread spread_of(const std::vector<Eigen::Vector3d>& positions) {
+  const auto count = static_cast<double>(positions.size());
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const ImportedFrame& frame : frames) {
-    mean += frame.pose.position_m / static_cast<double>(frames.size());
-  }
+  for (const Eigen::Vector3d& position : positions) mean += position / count;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (const ImportedFrame& frame : frames) {
-    const Eigen::Vector3d from_mean = frame.pose.position_m - mean;
-    covariance += from_mean * from_mean.transpose() / static_cast<double>(frames.size());
+  for (const Eigen::Vector3d& position : positions) {
+    covariance += (position - mean) * (position - mean).transpose() / count;
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
-  return {solver.eigenvectors(), solver.eigenvalues().cwiseMax(0.0).cwiseSqrt()};
+  return {mean, solver.eigenvectors(), solver.eigenvalues().cwiseMax(0.0).cwiseSqrt()};
 }
 
 Eigen::Vector3d up_of(const std::vector<ImportedFrame>& frames) {
   const Eigen::Vector3d cameras = cameras_up(frames);
-  const Spread spread = spread_of(frames);
+  std::vector<Eigen::Vector3d> positions;
+  positions.reserve(frames.size());
+  for (const ImportedFrame& frame : frames) positions.push_back(frame.pose.position_m);
+  const Spread spread = spread_of(positions);
   if (spread.deviation[2] == 0.0) throw Error("all panoramas are at one place");
   if (spread.deviation[1] < kLineShare * spread.deviation[2]) {
     const Eigen::Vector3d along = spread.axes.col(2);
@@ -75,6 +80,13 @@ Eigen::Vector3d up_of(const std::vector<ImportedFrame>& frames) {
                      lean_deg));
   }
   return normal;
+}
+
+// The least turn of a direction to +y. Eigen::Quaterniond::FromTwoVectors takes 8 s to compile.
+Eigen::Matrix3d turn_to_y(const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d axis = direction.cross(Eigen::Vector3d::UnitY());
+  if (axis.norm() == 0.0) return matrix_of({direction.y() < 0.0 ? kPi : 0.0, 0.0, 0.0});
+  return matrix_of(std::atan2(axis.norm(), direction.y()) * axis.normalized());
 }
 
 Eigen::Matrix3d turn_about_y(double angle_rad) { return world_from_camera({angle_rad, 0.0, 0.0}); }
@@ -216,11 +228,7 @@ std::vector<StationPose> stations_of(const std::vector<ImportedFrame>& frames,
 
 GridAxes fit_grid_axes(const ImportedPoses& poses, const AxesOptions& options) {
   GridAxes axes;
-  if (options.fit && !poses.in_world) {
-    axes.rotation =
-        Eigen::Quaterniond::FromTwoVectors(up_of(poses.frames), Eigen::Vector3d::UnitY())
-            .toRotationMatrix();
-  }
+  if (options.fit && !poses.in_world) axes.rotation = turn_to_y(up_of(poses.frames));
   axes.scale = scale_before_grid(poses, options.scale, axes);
   // Where cells tell the scale, nothing is in metres before they are found.
   const GridTolerance tolerance = options.scale.cell_m ? GridTolerance{} : options.tolerance;
@@ -240,29 +248,33 @@ GridAxes fit_grid_axes(const ImportedPoses& poses, const AxesOptions& options) {
 }
 
 GridAxes fit_known_positions(const ImportedPoses& poses, const std::vector<KnownPosition>& known) {
-  const auto count = static_cast<Eigen::Index>(known.size());
-  if (count < 3) throw Error("--reference: give the positions of at least three panoramas");
-  Eigen::Matrix3Xd from(3, count), to(3, count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const KnownPosition& position = known[static_cast<std::size_t>(i)];
-    from.col(i) = poses.frames[position.frame].pose.position_m;
-    to.col(i) = position.position_m;
+  if (known.size() < 3) throw Error("--reference: give the positions of at least three panoramas");
+  std::vector<Eigen::Vector3d> from, to;
+  from.reserve(known.size());
+  to.reserve(known.size());
+  for (const KnownPosition& position : known) {
+    from.push_back(poses.frames[position.frame].pose.position_m);
+    to.push_back(position.position_m);
   }
-  const auto second_deviation = [](const Eigen::Matrix3Xd& points) {
-    const Eigen::Matrix3Xd centred = points.colwise() - points.rowwise().mean();
-    const Eigen::Vector3d values = Eigen::JacobiSVD<Eigen::Matrix3Xd>(centred).singularValues();
-    return values[0] == 0.0 ? 0.0 : values[1] / values[0];
+  const Spread spread = spread_of(from), known_spread = spread_of(to);
+  const auto on_a_line = [](const Eigen::Vector3d& deviation) {
+    return deviation[1] <= 1e-3 * deviation[2];
   };
-  if (second_deviation(from) < 1e-3 || second_deviation(to) < 1e-3) {
+  if (on_a_line(spread.deviation) || on_a_line(known_spread.deviation)) {
     throw Error("--reference: the positions are on one line; give some of another line too");
   }
   // Umeyama 1991, "Least-squares estimation of transformation parameters between two point
-  // patterns".
-  const Eigen::Matrix4d transform = Eigen::umeyama(from, to, true);
-  const double scale = std::cbrt(transform.topLeftCorner<3, 3>().determinant());
+  // patterns". Eigen::umeyama takes 4 s to compile.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    covariance += (to[i] - known_spread.mean) * (from[i] - spread.mean).transpose() /
+                  static_cast<double>(from.size());
+  }
+  const Eigen::Matrix3d rotation = nearest_rotation(covariance);
+  const double scale = (rotation.transpose() * covariance).trace() / spread.deviation.squaredNorm();
   return {.scale = scale,
-          .rotation = transform.topLeftCorner<3, 3>() / scale,
-          .translation_m = transform.topRightCorner<3, 1>()};
+          .rotation = rotation,
+          .translation_m = known_spread.mean - scale * (rotation * spread.mean)};
 }
 
 }  // namespace raywalk::calibrate

@@ -18,7 +18,7 @@
 namespace raywalk::calibrate {
 namespace {
 
-constexpr int kFormatVersion = 1;
+constexpr int kMaskVersion = 1;
 constexpr double kWidestCone_deg = 89.0;
 constexpr double kLeastValidShare = 0.01;
 constexpr double kDark = 127.0;  // levels up to this are masked, as JPEG changes black a little
@@ -66,7 +66,7 @@ void write_report(const CaptureSet& panoramas, const cv::Mat& mask,
                   const std::optional<DollyDetection>& dolly, const MaskOptions& options) {
   const std::size_t shown = panoramas.stations() / 2;
   const CaptureFrame& sample = panoramas.frames[shown];
-  nlohmann::ordered_json document{{"format_version", kFormatVersion},
+  nlohmann::ordered_json document{{"format_version", kMaskVersion},
                                   {"width_px", panoramas.frame.width},
                                   {"height_px", panoramas.frame.height},
                                   {"masked_share", masked_share(mask)},

@@ -1,6 +1,6 @@
 #include "calibrate/poses/align_poses.h"
 
-#include <Eigen/SVD>
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <cstdlib>
 #include <vector>
@@ -78,8 +78,8 @@ PoseAlignment align_poses(const CaptureSet& set, const FramePoses& solved,
     spread += to * to.transpose();
   }
   const double count = alignment.frames;
-  const Eigen::JacobiSVD<Eigen::Matrix3d> axes(spread / count, Eigen::ComputeFullU);
-  alignment.spread_m = axes.singularValues().cwiseSqrt();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread / count);  // the least first
+  alignment.spread_m = axes.eigenvalues().reverse().cwiseMax(0.0).cwiseSqrt();
   const double largest_m = alignment.spread_m[0];
   for (const double axis_m : alignment.spread_m) {
     if (largest_m > 0.0 && axis_m > kFlatShare * largest_m) ++alignment.rank;
@@ -87,7 +87,7 @@ PoseAlignment align_poses(const CaptureSet& set, const FramePoses& solved,
   Eigen::Matrix3d sum = kOrientationWeight * orientations;
   if (alignment.rank > 0) {
     // Without the components off the counted axes: they are bow and jitter.
-    const auto counting = axes.matrixU().leftCols(alignment.rank);
+    const auto counting = axes.eigenvectors().rightCols(alignment.rank);
     const double mean_square_m2 = spread.trace() / count;
     sum += counting * counting.transpose() * centres / mean_square_m2;
   }

@@ -130,9 +130,9 @@ class StepCounter final : public ceres::IterationCallback {
 };
 
 // Solves from `poses` and `points` with a given width of the loss; replaces both.
-class Adjustment {
+class PoseAdjustment {
  public:
-  Adjustment(FramePoses* poses, SeenPoints* points) : poses_(*poses), points_(*points) {
+  PoseAdjustment(FramePoses* poses, SeenPoints* points) : poses_(*poses), points_(*points) {
     parameters_.resize(poses_.size());
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       if (!poses_[i]) continue;
@@ -265,7 +265,7 @@ RefinedPoses refine_poses(const CaptureSet& set, const FramePoses& start, const 
   Progress progress("adjusting poses", kPasses * StepCounter::kStepsOfPass, "steps");
   for (int pass = 0; pass < kPasses; ++pass) {
     const double before_px = noise_of(refined.errors_px);
-    Adjustment adjustment(&refined.poses, &refined.points);
+    PoseAdjustment adjustment(&refined.poses, &refined.points);
     adjustment.add_observations(before_px);
     adjustment.add_anchors(anchors, anchor);
     adjustment.add_rails(set, &rails);

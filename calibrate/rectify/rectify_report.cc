@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 1;
+constexpr int kRectifyVersion = 1;
 
 ordered_json frame_json(const CaptureSet& set, int index, const FramePose& pose,
                         const RectifyResult& result) {
@@ -93,7 +93,7 @@ ordered_json rectify_document(const CaptureSet& set, const FramePoses& poses,
     crossings.push_back(comparison_json(set, comparison));
     add_figures(set, comparison, &figures);
   }
-  return {{"format_version", kFormatVersion},
+  return {{"format_version", kRectifyVersion},
           {"source", set.source.string()},
           {"grid_frames", result.frames},
           {"validation_frames", result.validation_frames},

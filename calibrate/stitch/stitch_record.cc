@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kFormatVersion = 1;
+constexpr int kStitchVersion = 1;
 
 StitchRecord record_from(const CheckedJson& json, const fs::path& out) {
   StitchRecord record{.fingerprint = json.at("fingerprint").text(),
@@ -44,7 +44,7 @@ nlohmann::ordered_json stitch_document(const StitchRecord& record, const LensGai
                                        std::size_t frames) {
   const double distance_m = record.options.seam_distance_m;
   nlohmann::ordered_json document{
-      {"format_version", kFormatVersion},
+      {"format_version", kStitchVersion},
       {"fingerprint", record.fingerprint},
       {"complete", record.complete},
       {"width_px", record.width},
@@ -70,7 +70,7 @@ std::optional<StitchRecord> read_stitch_record(const fs::path& file) {
   if (!fs::exists(file)) return std::nullopt;
   try {
     const CheckedJson json = CheckedJson::read(file);
-    if (json.at("format_version").integer() != kFormatVersion) return std::nullopt;
+    if (json.at("format_version").integer() != kStitchVersion) return std::nullopt;
     return record_from(json, file.parent_path());
   } catch (const Error&) {
     return std::nullopt;

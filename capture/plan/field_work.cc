@@ -10,8 +10,6 @@
 namespace raywalk::capture {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr double kSecondsPerMinute = 60.0;
 constexpr double kSecondsPerHour = 3600.0;
 constexpr double kMegabytesPerGigabyte = 1000.0;
@@ -51,14 +49,14 @@ std::int64_t pictures_of_card(const CaptureConfig& config,
 }
 
 template <typename Number>
-Json known_or_null(Number value) {
-  return value > 0 ? Json(value) : Json();
+PlanJson known_or_null(Number value) {
+  return value > 0 ? PlanJson(value) : PlanJson();
 }
 
 }  // namespace
 
-Json field_work(const CapturePlan& plan, const CaptureConfig& config, const CaptureTime& time,
-                std::size_t pictures, const std::optional<double>& picture_mb) {
+PlanJson field_work(const CapturePlan& plan, const CaptureConfig& config, const CaptureTime& time,
+                    std::size_t pictures, const std::optional<double>& picture_mb) {
   const auto count = static_cast<double>(pictures);
   const std::int64_t charges = battery_charges(config, time.total_s(), count);
   const double changes = static_cast<double>(std::max<std::int64_t>(charges - 1, 0));

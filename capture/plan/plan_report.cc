@@ -14,8 +14,6 @@
 namespace raywalk::capture {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 // JPEG files of 360-degree cameras: 4 bits per pixel (8 to 9 MB at 6720 x 3360).
 constexpr double kJpegBytesPerPixel = 0.5;
 constexpr double kBytesPerMegabyte = 1e6;
@@ -30,8 +28,8 @@ double along_m(const CaptureLine& line, const CaptureStation& station) {
   return line.axis == LineAxis::kX ? station.position_m.x_m : station.position_m.z_m;
 }
 
-Json lines_json(const CapturePlan& plan) {
-  Json lines = Json::array();
+PlanJson lines_json(const CapturePlan& plan) {
+  PlanJson lines = PlanJson::array();
   for (const CaptureLine& line : plan.lines) {
     std::vector<double> placements_from_m;
     for (const CaptureLine& placement : placements_of(line)) {
@@ -51,9 +49,9 @@ Json lines_json(const CapturePlan& plan) {
 }
 
 // The lines of the grid along one axis are equal but for their place.
-Json groups_json(const Json& lines) {
-  Json groups = Json::array();
-  for (const Json& line : lines) {
+PlanJson groups_json(const PlanJson& lines) {
+  PlanJson groups = PlanJson::array();
+  for (const PlanJson& line : lines) {
     if (line["validation"]) continue;
     if (groups.empty() || groups.back()["axis"] != line["axis"]) {
       groups.push_back({{"axis", line["axis"]},
@@ -71,7 +69,7 @@ Json groups_json(const Json& lines) {
 }
 
 // Of the lines of the grid, or of those for validation.
-Json counts_json(const CapturePlan& plan, bool validation) {
+PlanJson counts_json(const CapturePlan& plan, bool validation) {
   std::size_t lines = 0, stations = 0;
   for (const CaptureLine& line : plan.lines) {
     if (line.validation != validation) continue;
@@ -81,7 +79,7 @@ Json counts_json(const CapturePlan& plan, bool validation) {
   return {{"lines", lines}, {"stations", stations}};
 }
 
-Json rail_json(const CapturePlan& plan, const SliderConfig& slider) {
+PlanJson rail_json(const CapturePlan& plan, const SliderConfig& slider) {
   const double first_mm = plan.lines.front().stations.front().rail_mm;
   double last_mm = first_mm;
   for (const CaptureLine& line : plan.lines) {
@@ -95,7 +93,7 @@ Json rail_json(const CapturePlan& plan, const SliderConfig& slider) {
           {"high_limit_mm", slider.high_limit_mm}};
 }
 
-Json time_json(const CaptureTime& time, const CaptureConfig& config) {
+PlanJson time_json(const CaptureTime& time, const CaptureConfig& config) {
   return {{"motion_s", time.motion_s},     {"settling_s", time.settling_s},
           {"pictures_s", time.pictures_s}, {"placing_s", time.placing_s},
           {"total_s", time.total_s()},     {"one_station_s", picture_s(config)}};
@@ -104,16 +102,16 @@ Json time_json(const CaptureTime& time, const CaptureConfig& config) {
 // What the spacing resolves in views rendered without distances (core/geometry/spacing.h). Pixels
 // are those of a panorama as wide as a frame, also for dual-fisheye frames, whose two circles of
 // about 180 degrees lie side by side.
-Json spacing_json(const CaptureScene& scene, int width_px, double spacing_mm) {
+PlanJson spacing_json(const CaptureScene& scene, int width_px, double spacing_mm) {
   if (width_px == 0) return {};
   const double spacing_m = spacing_mm / kMillimetresPerMetre;
   const double tolerance_rad = angle_of_pixels(scene.tolerance_px, width_px);
-  Json spacing{{"panorama_width_px", width_px},
-               {"tolerance_px", scene.tolerance_px},
-               {"nearest_resolved_m", nearest_distance_resolved(spacing_m, tolerance_rad)},
-               {"ghost_px", nullptr},
-               {"needed_mm", nullptr},
-               {"too_coarse", false}};
+  PlanJson spacing{{"panorama_width_px", width_px},
+                   {"tolerance_px", scene.tolerance_px},
+                   {"nearest_resolved_m", nearest_distance_resolved(spacing_m, tolerance_rad)},
+                   {"ghost_px", nullptr},
+                   {"needed_mm", nullptr},
+                   {"too_coarse", false}};
   if (scene.nearest_m == 0.0) return spacing;
   const OmegaRange range{scene.farthest_m > 0.0 ? 1.0 / scene.farthest_m : 0.0,
                          1.0 / scene.nearest_m};
@@ -126,10 +124,10 @@ Json spacing_json(const CaptureScene& scene, int width_px, double spacing_mm) {
   return spacing;
 }
 
-Json quality_json(double spacing_mm, double nearest_m) {
+PlanJson quality_json(double spacing_mm, double nearest_m) {
   if (nearest_m == 0.0) return {};
   const double share = spacing_mm / kMillimetresPerMetre / nearest_m;
-  Json quality{
+  PlanJson quality{
       {"spacing_over_nearest", share}, {"least_psnr_db", nullptr}, {"most_psnr_db", nullptr}};
   const double doublings = std::floor(std::log2(share / kLeastMeasuredShare));
   if (doublings >= 0.0 && doublings < static_cast<double>(kLeastMeasured_db.size())) {
@@ -139,8 +137,8 @@ Json quality_json(double spacing_mm, double nearest_m) {
   return quality;
 }
 
-Json warnings_json(const Json& report) {
-  Json warnings = Json::array();
+PlanJson warnings_json(const PlanJson& report) {
+  PlanJson warnings = PlanJson::array();
   const double k_deg = report["overhang"]["k_deg"];
   const double reached_deg = report["overhang"]["angle_reached_deg"];
   if (reached_deg > k_deg + 0.01) {
@@ -166,15 +164,15 @@ std::optional<double> picture_mb(const CaptureConfig& config) {
   return pixels * kJpegBytesPerPixel / kBytesPerMegabyte;
 }
 
-Json plan_report(const CapturePlan& plan, const CaptureConfig& config) {
+PlanJson plan_report(const CapturePlan& plan, const CaptureConfig& config) {
   const std::vector<CaptureStation>& stations = plan.lines.front().stations;
   const double spacing_mm = stations[1].rail_mm - stations[0].rail_mm;
   const std::size_t exposures = config.camera.exposure.bracket_ev.size();
   const std::size_t pictures = plan.stations() * exposures;
   const std::optional<double> size_mb = picture_mb(config);
   const CaptureTime time = estimate_time(plan, config);
-  const Json lines = lines_json(plan);
-  Json report;
+  const PlanJson lines = lines_json(plan);
+  PlanJson report;
   report["grid"] = counts_json(plan, false);
   report["grid"]["groups"] = groups_json(lines);
   report["validation"] = counts_json(plan, true);
@@ -188,7 +186,7 @@ Json plan_report(const CapturePlan& plan, const CaptureConfig& config) {
   report["time"] = time_json(time, config);
   report["storage"] = {{"pictures", pictures},
                        {"exposures_per_station", exposures},
-                       {"picture_mb", size_mb ? Json(*size_mb) : Json()}};
+                       {"picture_mb", size_mb ? PlanJson(*size_mb) : PlanJson()}};
   report["work"] = field_work(plan, config, time, pictures, size_mb);
   report["spacing_mm"] = spacing_mm;
   report["spacing"] = spacing_json(config.scene, config.camera.width_px, spacing_mm);

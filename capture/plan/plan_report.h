@@ -11,19 +11,20 @@
 
 namespace raywalk::capture {
 
+using PlanJson = nlohmann::ordered_json;
+
 // Of one exposure, 10^6 bytes; none if it cannot be estimated.
 std::optional<double> picture_mb(const CaptureConfig& config);
 
 // Stations, time, storage and resolution of a plan. Null for what the configuration leaves unknown.
-nlohmann::ordered_json plan_report(const CapturePlan& plan, const CaptureConfig& config);
+PlanJson plan_report(const CapturePlan& plan, const CaptureConfig& config);
 
 // Its part about days, storage cards and charges of the camera's battery, for so many pictures of
 // this size.
-nlohmann::ordered_json field_work(const CapturePlan& plan, const CaptureConfig& config,
-                                  const CaptureTime& time, std::size_t pictures,
-                                  const std::optional<double>& picture_mb);
+PlanJson field_work(const CapturePlan& plan, const CaptureConfig& config, const CaptureTime& time,
+                    std::size_t pictures, const std::optional<double>& picture_mb);
 
 // Lines of text, warnings last.
-std::string plan_report_text(const nlohmann::ordered_json& report);
+std::string plan_report_text(const PlanJson& report);
 
 }  // namespace raywalk::capture

@@ -10,18 +10,16 @@
 namespace raywalk::capture {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-std::string number(const Json& value, int decimals) {
+std::string number(const PlanJson& value, int decimals) {
   return plain_number(value.get<double>(), decimals);
 }
 
-std::string counted(const Json& count, std::string_view noun) {
+std::string counted(const PlanJson& count, std::string_view noun) {
   return raywalk::counted(count.get<std::size_t>(), noun);
 }
 
 // "45 s", "12 min", "3 h 05 min".
-std::string duration(const Json& value) {
+std::string duration(const PlanJson& value) {
   const auto seconds = value.get<double>();
   const long whole_s = std::lround(seconds);
   if (whole_s < 60) return fmt::format("{} s", plain_number(seconds, seconds < 10.0 ? 1 : 0));
@@ -35,12 +33,12 @@ std::string size_text(double megabytes) {
   return fmt::format("{} MB", plain_number(megabytes, megabytes < 10.0 ? 1 : 0));
 }
 
-std::string lines_text(const Json& report) {
-  const Json& grid = report["grid"];
+std::string lines_text(const PlanJson& report) {
+  const PlanJson& grid = report["grid"];
   std::string text =
       fmt::format("{}, {}, {} mm apart\n", counted(grid["lines"], "line"),
                   counted(grid["stations"], "station"), number(report["spacing_mm"], 3));
-  for (const Json& group : grid["groups"]) {
+  for (const PlanJson& group : grid["groups"]) {
     text +=
         fmt::format("           {} along {} ({} to {}): {}, {} m and {} of the rail each\n",
                     group["lines"].get<int>(), group["axis"].get<std::string>(),
@@ -48,14 +46,14 @@ std::string lines_text(const Json& report) {
                     counted(group["stations_per_line"], "station"), number(group["length_m"], 3),
                     counted(group["placements_per_line"], "placement"));
   }
-  const Json& validation = report["validation"];
+  const PlanJson& validation = report["validation"];
   if (validation["lines"] == 0) return text;
   return text + fmt::format("           {} for validation, {}\n",
                             counted(validation["lines"], "line"),
                             counted(validation["stations"], "station"));
 }
 
-std::string rail_text(const Json& rail) {
+std::string rail_text(const PlanJson& rail) {
   const double length_mm = rail["last_mm"].get<double>() - rail["first_mm"].get<double>();
   return fmt::format("{} mm, from {} to {} mm within the limits {} to {} mm\n",
                      plain_number(length_mm, 1), number(rail["first_mm"], 1),
@@ -63,15 +61,15 @@ std::string rail_text(const Json& rail) {
                      number(rail["high_limit_mm"], 1));
 }
 
-std::string overhang_text(const Json& overhang) {
+std::string overhang_text(const PlanJson& overhang) {
   return fmt::format(
       "{} mm beyond the outer corners; k = {} degrees with a blend of {} needs {} mm\n",
       number(overhang["planned_mm"], 1), number(overhang["k_deg"], 2),
       number(overhang["blend_deg"], 2), number(overhang["needed_mm"], 1));
 }
 
-std::string time_text(const Json& report) {
-  const Json& time = report["time"];
+std::string time_text(const PlanJson& report) {
+  const PlanJson& time = report["time"];
   const std::string pictures =
       report["film"] ? "filmed in motion"
                      : fmt::format("pictures {} ({} each)", duration(time["pictures_s"]),
@@ -81,7 +79,7 @@ std::string time_text(const Json& report) {
                      duration(time["settling_s"]), pictures, duration(time["placing_s"]));
 }
 
-std::string storage_text(const Json& storage) {
+std::string storage_text(const PlanJson& storage) {
   const std::string pictures = counted(storage["pictures"], "picture");
   if (storage["picture_mb"].is_null()) {
     return pictures +
@@ -92,7 +90,7 @@ std::string storage_text(const Json& storage) {
                      pictures, size_text(each_mb));
 }
 
-std::string days_text(const Json& work) {
+std::string days_text(const PlanJson& work) {
   const std::string placements = counted(work["placements"], "placement") + " of the rail";
   if (work["hours_per_day"].is_null()) {
     return placements + "; set run.work_h_per_day to count the days\n";
@@ -107,7 +105,7 @@ std::string days_text(const Json& work) {
   return fmt::format("{} of {} h, {}\n", counted(work["days"], "day"), hours, placements);
 }
 
-std::string cards_text(const Json& work, bool film) {
+std::string cards_text(const PlanJson& work, bool film) {
   if (!work["uses_cards"]) return "none; the session's disk holds the pictures\n";
   if (film) return "not known: the size of films is not estimated\n";
   if (work["card_gb"].is_null()) return "not known; set camera.card_gb to count them\n";
@@ -119,16 +117,16 @@ std::string cards_text(const Json& work, bool film) {
                      counted(work["pictures_per_card"], "picture"));
 }
 
-std::string batteries_text(const Json& work) {
+std::string batteries_text(const PlanJson& work) {
   if (work["battery_charges"].is_null()) {
     return "not known; set camera.battery_pictures or camera.battery_min to count charges\n";
   }
-  const Json& per_day = work["battery_charges_per_day"];
+  const PlanJson& per_day = work["battery_charges_per_day"];
   return counted(work["battery_charges"], "charge") +
          (per_day.is_null() ? "\n" : fmt::format(", {} a day\n", per_day.get<int>()));
 }
 
-std::string spacing_text(const Json& spacing) {
+std::string spacing_text(const PlanJson& spacing) {
   if (spacing.is_null()) {
     return "set camera.width_px and height_px to estimate the resolution\n";
   }
@@ -148,7 +146,7 @@ std::string spacing_text(const Json& spacing) {
                             number(spacing["ghost_px"], 2), needed);
 }
 
-std::string quality_text(const Json& quality) {
+std::string quality_text(const PlanJson& quality) {
   if (quality.is_null()) {
     return "set scene.nearest_m to compare the spacing with rooms that were measured\n";
   }
@@ -165,8 +163,8 @@ std::string quality_text(const Json& quality) {
 
 }  // namespace
 
-std::string plan_report_text(const Json& report) {
-  const Json& work = report["work"];
+std::string plan_report_text(const PlanJson& report) {
+  const PlanJson& work = report["work"];
   std::string text =
       "lines:     " + lines_text(report) + "rail:      " + rail_text(report["rail"]) +
       "overhang:  " + overhang_text(report["overhang"]) + "time:      " + time_text(report) +
@@ -174,7 +172,7 @@ std::string plan_report_text(const Json& report) {
       "cards:     " + cards_text(work, report["film"]) + "batteries: " + batteries_text(work) +
       "spacing:   " + spacing_text(report["spacing"]) +
       "quality:   " + quality_text(report["quality"]);
-  for (const Json& warning : report["warnings"]) {
+  for (const PlanJson& warning : report["warnings"]) {
     text += "warning: " + warning.get<std::string>() + "\n";
   }
   return text;

@@ -63,7 +63,7 @@ class SessionDocsTest : public testing::Test {
 
   TestDirectory directory_;
   TestCapture capture_{.directory = directory_ / "session"};
-  std::string docs_ = read_file(RAYWALK_SESSION_DOCS);
+  std::string docs_ = read_file(RAYWALK_DOCS "/session.md");
 };
 
 TEST_F(SessionDocsTest, EveryExampleReturnsRows) {

@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 std::filesystem::path shipped(const std::string& name) {
-  return std::filesystem::path(RAYWALK_SLIDER_MAPS) / name;
+  return std::filesystem::path(RAYWALK_CONFIGS "/sliders") / name;
 }
 
 // A minimal map.

@@ -35,7 +35,7 @@ using Query = std::multimap<std::string, std::string>;
 [[noreturn]] void refuse(const std::string& sentence) { throw HttpFault(400, sentence); }
 
 // None where it is not given.
-std::optional<std::string> parameter_of(const Query& query, const std::string& name) {
+std::optional<std::string> query_value(const Query& query, const std::string& name) {
   const auto [first, end] = query.equal_range(name);
   if (first == end) return std::nullopt;
   if (std::next(first) != end) refuse(name + " is given twice; give it once");
@@ -43,7 +43,7 @@ std::optional<std::string> parameter_of(const Query& query, const std::string& n
 }
 
 std::optional<double> number_of(const Query& query, const char* name, Bounds bounds) {
-  const std::optional<std::string> text = parameter_of(query, name);
+  const std::optional<std::string> text = query_value(query, name);
   if (!text) return std::nullopt;
   const std::optional<double> value = parse_finite_number(*text);
   if (!value || *value < bounds.least || *value > bounds.most) {
@@ -60,7 +60,7 @@ double required_metres(const Query& query, const char* name) {
 }
 
 std::optional<int> pixels_of(const Query& query, const char* name) {
-  const std::optional<std::string> text = parameter_of(query, name);
+  const std::optional<std::string> text = query_value(query, name);
   if (!text) return std::nullopt;
   const std::optional<int> value = parse_whole_number(*text);
   if (!value || *value < 1 || *value > kMostServedSide_px) {
@@ -72,7 +72,7 @@ std::optional<int> pixels_of(const Query& query, const char* name) {
 
 template <typename Names>
 std::optional<std::string> choice_of(const Query& query, const char* name, const Names& choices) {
-  std::optional<std::string> value = parameter_of(query, name);
+  std::optional<std::string> value = query_value(query, name);
   if (value && std::none_of(choices.begin(), choices.end(),
                             [&](std::string_view choice) { return choice == *value; })) {
     refuse(fmt::format("{} is {}; it must be one of {}", name, excerpt(*value),

@@ -1,5 +1,6 @@
 #include "render/web/export_web.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -24,7 +24,7 @@ SliderConfig config_at(const std::string& device) {
   config.tries = 4;
   config.response_timeout_ms = 300.0;
   config.byte_timeout_ms = 200.0;
-  config.register_map = std::string(RAYWALK_SLIDER_MAPS) + "/generic.yaml";
+  config.register_map = RAYWALK_CONFIGS "/sliders/generic.yaml";
   return config;
 }
 

@@ -31,7 +31,7 @@ SliderConfig config_for(const SlaveProcess& slave, const std::string& line,
   config.response_timeout_ms = 200.0;
   config.byte_timeout_ms = 100.0;
   config.tries = 10;  // the machine may be busy
-  config.register_map = std::string(RAYWALK_SLIDER_MAPS) + "/" + map + ".yaml";
+  config.register_map = std::string(RAYWALK_CONFIGS "/sliders/") + map + ".yaml";
   return config;
 }
 

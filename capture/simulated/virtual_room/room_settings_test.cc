@@ -31,8 +31,9 @@ TEST(RoomSettingsTest, EmptyFileGivesTheDefaults) { EXPECT_EQ(parsed(""), Virtua
 
 // The shipped file claims that its values are the defaults.
 TEST(RoomSettingsTest, ShippedFileHoldsEveryKeyWithItsDefault) {
-  const std::string yaml = read_file(RAYWALK_VIRTUAL_ROOM_YAML);
-  const VirtualRoomSettings shipped = read_virtual_room_settings(RAYWALK_VIRTUAL_ROOM_YAML);
+  const std::string yaml = read_file(RAYWALK_CONFIGS "/virtual-room.yaml");
+  const VirtualRoomSettings shipped =
+      read_virtual_room_settings(RAYWALK_CONFIGS "/virtual-room.yaml");
   EXPECT_EQ(shipped, VirtualRoomSettings{});
   for (const char* key : {"seed",
                           "cell_side_m",
