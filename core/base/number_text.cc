@@ -1,21 +1,15 @@
 #include "core/base/number_text.h"
 
-#include <array>
-#include <charconv>
+#include <spdlog/fmt/fmt.h>
+
 #include <cmath>
 
 namespace raywalk {
 
 std::string fixed_number(double value, int decimals) {
-  if (std::isnan(value)) return "nan";
-  if (std::isinf(value)) return value < 0.0 ? "-inf" : "inf";
-  // The largest double has 309 digits before the point.
-  std::array<char, 400> buffer;
-  const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
-                                          std::chars_format::fixed, decimals);
-  const std::string_view text(buffer.data(), static_cast<std::size_t>(end - buffer.data()));
-  const bool is_zero = text.find_first_of("123456789") == std::string_view::npos;
-  return std::string(is_zero && text.starts_with('-') ? text.substr(1) : text);
+  const std::string text = fmt::format("{:.{}f}", value, decimals);
+  const bool is_zero = text.find_first_not_of("-0.") == std::string::npos;
+  return is_zero && text.starts_with('-') ? text.substr(1) : text;
 }
 
 std::string number_or_dash(double value, int decimals) {

@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
+#include "core/base/test_error.h"
 
 namespace raywalk {
 namespace {
@@ -78,15 +79,11 @@ TEST(ThreadCount, NegativeCountIsWrongUsage) { EXPECT_THROW(set_thread_count(-1)
 TEST(CheckInParallel, TheFirstFailureIsReportedWhateverTheOrder) {
   for (int attempt = 0; attempt < 20; ++attempt) {
     std::atomic<int> checked = 0;
-    try {
-      check_in_parallel(1000, [&](int i) {
-        ++checked;
-        if (i == 417 || i == 3 || i > 900) throw Error(std::to_string(i));
-      });
-      FAIL() << "no failure";
-    } catch (const Error& error) {
-      EXPECT_STREQ(error.what(), "3");
-    }
+    const auto check = [&](int i) {
+      ++checked;
+      if (i == 417 || i == 3 || i > 900) throw Error(std::to_string(i));
+    };
+    EXPECT_EQ(error_of([&] { check_in_parallel(1000, check); }), "3");
     EXPECT_LE(checked, 1000);
   }
   std::atomic<int> sum = 0;

@@ -22,8 +22,6 @@ TEST(OneLine, KeepsNoControlCharacterForTheTerminal) {
   EXPECT_EQ(one_line("a\x1b[31mred\x7f"), R"(a\u001b[31mred\u007f)");
 }
 
-TEST(Excerpt, ShortTextIsShownWhole) { EXPECT_EQ(excerpt("1,5"), "'1,5'"); }
-
 TEST(Excerpt, ShowsWhatTheTextHolds) { EXPECT_EQ(excerpt("a  b\n"), R"('a  b\n')"); }
 
 TEST(Excerpt, LongTextIsCut) {

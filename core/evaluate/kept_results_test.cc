@@ -2,9 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <string>
-#include <vector>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -25,19 +23,6 @@ class KeptResultsTest : public ::testing::Test {
   TestDirectory directory_;
   std::filesystem::path file_ = directory_ / "some.partial";
 };
-
-TEST_F(KeptResultsTest, AreFoundByTheNextRunUntilTheyAreRemoved) {
-  EXPECT_TRUE(got("a", {{"x", 0.1}, {"y", std::nan("")}})["y"].is_null());
-  EXPECT_EQ(got("b", 2), 2);
-  EXPECT_EQ(got("a", 7), ordered_json({{"x", 0.1}, {"y", nullptr}}));
-  EXPECT_EQ(got("b", 7), 2);
-  KeptResults kept(file_);
-  EXPECT_EQ(kept.get_all(std::vector<std::string>{"b", "c"}, "making", "numbers",
-                         [](std::size_t i) { return ordered_json(10 + i); }),
-            (std::vector<ordered_json>{2, 11}));
-  kept.remove();
-  EXPECT_EQ(directory_.entries(), 0U);
-}
 
 TEST_F(KeptResultsTest, DamageCountsAsMissing) {
   got("a", {{"x", 12}});

@@ -14,7 +14,6 @@
 #include <functional>
 #include <string>
 
-#include "core/base/error.h"
 #include "core/base/test_error.h"
 #include "core/files/test_directory.h"
 

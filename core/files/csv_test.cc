@@ -225,10 +225,5 @@ TEST(Suggestion, NamesTheNearestOfManyFirst) {
   EXPECT_LT(suggestion(std::string(1 << 20, 'x'), keys).size(), 200U);
 }
 
-TEST(Suggestion, ListsValidWordsIfNoneIsNear) {
-  EXPECT_EQ(suggestion("hybird", {"hybrid", "lfu"}), "; did you mean 'hybrid'?");
-  EXPECT_EQ(suggestion("stereo", {"hybrid", "lfu"}), "; valid are hybrid, lfu");
-}
-
 }  // namespace
 }  // namespace raywalk

@@ -240,8 +240,6 @@ TEST(ImageHeader, DamagedExifIsUpright) {
 
 TEST(ImageHeader, NonImagesAreRejected) {
   using namespace std::string_literals;
-  EXPECT_THROW(header_of(""), Error);
-  EXPECT_THROW(header_of("<!DOCTYPE html><html></html>"), Error);
   EXPECT_THROW(header_of(encoded(".bmp", 4, 2, CV_8UC3)), Error);
   EXPECT_THROW(header_of("\xFF\xD8\xFF\xD9"), Error) << "ends before it has a size";
   EXPECT_THROW(header_of("\xFF\xD8\xFF\xC0\0\4\10\0"s), Error) << "frame header too short";

@@ -80,8 +80,6 @@ bool CheckedJson::has(const std::string& key) const {
 
 bool CheckedJson::is_null() const { return value_->is_null(); }
 
-bool CheckedJson::is_text() const { return value_->is_string(); }
-
 std::vector<std::pair<std::string, CheckedJson>> CheckedJson::members() const {
   require(value_->is_object(), "an object");
   std::vector<std::pair<std::string, CheckedJson>> members;

@@ -15,7 +15,7 @@ namespace raywalk {
 // UTF-8, e.g. in the name of a file, are replaced.
 std::string json_text(const nlohmann::ordered_json& document);
 
-// A value of a document, which it keeps alive. All functions but has(), is_null() and is_text()
+// A value of a document, which it keeps alive. All functions but has() and is_null()
 // throw Error "SOURCE: PLACE: WHAT; ADVICE" where the value is missing, of another type or out of
 // range, e.g. "poses.json: frames[2]: yaw_deg: null is not a number; solve the poses again".
 class CheckedJson {
@@ -36,7 +36,6 @@ class CheckedJson {
   CheckedJson at(const std::string& key) const;  // of an object
   bool has(const std::string& key) const;        // whether it is an object with this key
   bool is_null() const;
-  bool is_text() const;
 
   // Of an object, in the order of the document.
   std::vector<std::pair<std::string, CheckedJson>> members() const;

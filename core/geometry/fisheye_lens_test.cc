@@ -5,8 +5,6 @@
 #include <cmath>
 #include <random>
 
-#include "core/base/error.h"
-
 namespace raywalk {
 namespace {
 

@@ -12,7 +12,7 @@
 #include <map>
 #include <random>
 
-#include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/geometry/line_gaps.h"
 
 namespace raywalk {
@@ -95,12 +95,7 @@ void expect_planned_lines(const Grid& grid, const std::vector<StationPose>& stat
 }
 
 std::string error_of(const std::vector<StationPose>& stations, GridTolerance tolerance = {}) {
-  try {
-    find_grid(stations, tolerance);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return raywalk::error_of([&] { find_grid(stations, tolerance); });
 }
 
 StationPose* station_of(const std::string& file, std::vector<StationPose>* stations) {

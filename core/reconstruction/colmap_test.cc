@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <fstream>
 
-#include "core/base/error.h"
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
@@ -21,8 +20,9 @@ using ::testing::HasSubstr;
 ColmapModel small_model() {
   ColmapModel model;
   model.cameras = {{1, 512, 256.0}, {7, 384, 192.0}};
-  model.images = {{3, 1, "f0/00001.png", {Eigen::Quaterniond(0.5, -0.5, 0.5, 0.5), {1, -2, 3}}, {}},
-                  {4, 7, "f1/00001.png", {Eigen::Quaterniond::Identity(), {0, 0, 0}}, {}}};
+  model.images = {
+      {3, 1, "front/a b.png", {Eigen::Quaterniond(0.5, -0.5, 0.5, 0.5), {0.1, -2, 3}}, {}},
+      {4, 7, "front/c.png", {Eigen::Quaterniond::Identity(), {0, 0, 1.0 / 3.0}}, {}}};
   model.images[0].features = {{{10.25, 20.5}, 9}, {{300.0, 400.0}, kNoPoint}};
   model.images[1].features = {{{11.0, 21.0}, 9}};
   model.points = {{.id = 9, .position = {0.5, -1.5, 2.5}, .track = {{3, 0}, {4, 0}}}};
@@ -45,9 +45,9 @@ TEST(ColmapModel, ReadsWhatItWrote) {
   ASSERT_EQ(model.images.size(), 2U);
   EXPECT_EQ(model.images[0].id, 3U);
   EXPECT_EQ(model.images[0].camera, 1U);
-  EXPECT_EQ(model.images[0].name, "f0/00001.png");
+  EXPECT_EQ(model.images[0].name, "front/a b.png");
   EXPECT_EQ(model.images[0].pose.rotation.coeffs(), Eigen::Vector4d(-0.5, 0.5, 0.5, 0.5));
-  EXPECT_EQ(model.images[0].pose.translation, Eigen::Vector3d(1, -2, 3));
+  EXPECT_EQ(model.images[0].pose.translation, Eigen::Vector3d(0.1, -2, 3));
   ASSERT_EQ(model.images[0].features.size(), 2U);
   EXPECT_EQ(model.images[0].features[0].pixel.y, 20.5);
   EXPECT_EQ(model.images[0].features[1].point, kNoPoint);
@@ -72,9 +72,9 @@ TEST(ColmapModel, WritesTheDocumentedLayout) {
   EXPECT_EQ(bytes[8], 3);       // id
   EXPECT_EQ(number(12), 0.5);   // qw comes first
   EXPECT_EQ(number(20), -0.5);  // qx
-  EXPECT_EQ(number(44), 1.0);   // tx
+  EXPECT_EQ(number(44), 0.1);   // tx
   EXPECT_EQ(bytes[68], 1);      // camera
-  EXPECT_EQ(bytes.substr(72, 13), std::string("f0/00001.png\0", 13));
+  EXPECT_EQ(bytes.substr(72, 14), std::string("front/a b.png\0", 14));
   EXPECT_EQ(read_file(directory / "cameras.bin")[12], 1);  // PINHOLE
 }
 
@@ -106,12 +106,10 @@ TEST(ColmapModel, SurvivesAnyDamagedByte) {
       std::string damaged = whole;
       damaged[at] = static_cast<char>(damaged[at] ^ 0xFF);
       write_bytes(directory / name, damaged);
-      try {
-        read_colmap_model(directory.path());
-      } catch (const Error& error) {
-        EXPECT_THAT(error.what(), HasSubstr(directory.path().string())) << at;
-        ++refused;
-      }
+      const std::string error = error_of([&] { read_colmap_model(directory.path()); });
+      if (error == "no error") continue;
+      EXPECT_THAT(error, HasSubstr(directory.path().string())) << at;
+      ++refused;
     }
     EXPECT_GT(refused, 0) << name;  // the number of records at least
     write_bytes(directory / name, whole);
@@ -131,18 +129,6 @@ TEST(ColmapModel, RefusesTracksOfFeaturesThatDoNotExist) {
               HasSubstr("a feature that does not exist"));
 }
 
-ColmapModel model_of_two() {
-  ColmapModel model;
-  model.cameras = {{1, 512, 256.0}};
-  model.images = {
-      {3, 1, "front/a b.png", {Eigen::Quaterniond(0.5, -0.5, 0.5, 0.5), {0.1, -2, 3}}, {}},
-      {4, 1, "front/c.png", {Eigen::Quaterniond::Identity(), {0, 0, 1.0 / 3.0}}, {}}};
-  model.images[0].features = {{{10.25, 20.5}, 9}, {{300.0, 400.0}, kNoPoint}};
-  model.images[1].features = {{{11.0, 21.0}, 9}};
-  model.points = {{.id = 9, .position = {0.5, -1.5, 2.5}, .track = {{3, 0}, {4, 0}}}};
-  return model;
-}
-
 void expect_poses_of_two(const std::vector<ColmapImagePose>& images) {
   ASSERT_EQ(images.size(), 2U);
   EXPECT_EQ(images[0].name, "front/a b.png");
@@ -158,7 +144,7 @@ TEST(ColmapImages, AreReadExactlyFromBinaryAndText) {
                         "3 0.5 -0.5 0.5 0.5 0.1 -2 3 1 front/a b.png\n10.25 20.5 9 300 400 -1\n"
                         "4 1 0 0 0 0 0 0.33333333333333331 1 front/c.png\n11 21 9\n");
   expect_poses_of_two(read_colmap_images(directory.path()));
-  write_colmap_model(directory.path(), model_of_two());
+  write_colmap_model(directory.path(), small_model());
   expect_poses_of_two(read_colmap_images(directory.path()));
 }
 
@@ -175,7 +161,7 @@ TEST(ColmapImages, ArePanoramasOfAnEquirectangularCamera) {
   EXPECT_TRUE(images_are_panoramas(directory.path()));
   write_file_atomically(directory / "cameras.bin", bytes.substr(0, 15));
   EXPECT_THAT(error_of([&] { images_are_panoramas(directory.path()); }), HasSubstr("cut short"));
-  write_colmap_model(directory.path(), model_of_two());  // cameras.bin, of pinholes
+  write_colmap_model(directory.path(), small_model());  // cameras.bin, of pinholes
   EXPECT_FALSE(images_are_panoramas(directory.path()));
 }
 
@@ -192,7 +178,7 @@ TEST(ColmapImages, OfAnotherFolderOrDamagedAreRefused) {
   const std::string image = "1 1 0 0 0 0 0 0 1 a.png\n\n";
   EXPECT_THAT(error_of([&] { colmap_images_of_text(image + image, "images.txt"); }),
               HasSubstr("'a.png' is there twice"));
-  write_colmap_model(directory.path(), model_of_two());
+  write_colmap_model(directory.path(), small_model());
   const std::string whole = read_file(directory / "images.bin");
   for (std::size_t size = 0; size < whole.size(); ++size) {
     EXPECT_THAT(error_of([&] { colmap_images_of_bytes(whole.substr(0, size), "images.bin"); }),

@@ -15,11 +15,6 @@
 namespace raywalk {
 namespace {
 
-std::size_t page_bytes() {
-  static const auto bytes = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
-  return bytes;
-}
-
 // The start of the page of a mapped byte, as madvise requires.
 std::byte* page_of(const void* byte) {
   auto* at = const_cast<std::byte*>(static_cast<const std::byte*>(byte));
@@ -27,6 +22,11 @@ std::byte* page_of(const void* byte) {
 }
 
 }  // namespace
+
+std::size_t page_bytes() {
+  static const auto bytes = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  return bytes;
+}
 
 MappedDataset::MappedDataset(const Hdf5File& hdf5, const std::string& dataset, ElementType type) {
   const FilePlace place = hdf5.place_of(dataset, type);

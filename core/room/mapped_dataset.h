@@ -10,6 +10,9 @@
 
 namespace raywalk {
 
+// Of this machine's memory.
+std::size_t page_bytes();
+
 class MappedDataset {
  public:
   // Throws Error as Hdf5File::place_of does, or if the file cannot be mapped.

@@ -12,6 +12,7 @@
 
 #include "core/base/error.h"
 #include "core/base/usable_memory.h"
+#include "core/room/mapped_dataset.h"
 
 namespace raywalk {
 namespace {
@@ -19,13 +20,8 @@ namespace {
 // Vector loads reach a few bytes over what is asked for.
 constexpr std::size_t kSlack = 16;
 
-std::size_t page_size() {
-  static const auto bytes = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
-  return bytes;
-}
-
 std::size_t whole_pages(std::size_t bytes) {
-  return (bytes + page_size() - 1) / page_size() * page_size();
+  return (bytes + page_bytes() - 1) / page_bytes() * page_bytes();
 }
 
 thread_local int readings_of_thread = 0;
@@ -46,11 +42,6 @@ RayForm form_of(const Hdf5File& hdf5) {
 Shape shape_of_rays(int stations, PanoramaSize panorama) {
   return {static_cast<std::size_t>(stations), static_cast<std::size_t>(panorama.width),
           static_cast<std::size_t>(panorama.height), 3};
-}
-
-Shape shape_of_tile(const TileLayout& layout) {
-  return {1, static_cast<std::size_t>(layout.tile().columns),
-          static_cast<std::size_t>(layout.tile().rows), 3};
 }
 
 TileLayout layout_of(const Hdf5File& hdf5, PanoramaSize panorama) {
@@ -87,7 +78,7 @@ TiledRays::TiledRays(const Hdf5File& hdf5, int stations, PanoramaSize panorama)
   if (file_ < 0) throw Error(fmt::format("{}: {}", path_.string(), reason_of(errno)));
   // Each station begins with a page and ends with kSlack bytes that no other station has.
   stride_ = whole_pages(layout_.station_bytes() + kSlack);
-  space_bytes_ = page_size() + static_cast<std::size_t>(stations) * stride_;
+  space_bytes_ = page_bytes() + static_cast<std::size_t>(stations) * stride_;
   void* const space = ::mmap(nullptr, space_bytes_, PROT_READ | PROT_WRITE,
                              MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (space == MAP_FAILED) {
@@ -97,7 +88,7 @@ TiledRays::TiledRays(const Hdf5File& hdf5, int stations, PanoramaSize panorama)
                             space_bytes_, reason));
   }
   space_ = static_cast<std::byte*>(space);
-  first_ray_ = reinterpret_cast<const std::uint8_t*>(space_ + page_size());
+  first_ray_ = reinterpret_cast<const std::uint8_t*>(space_ + page_bytes());
 }
 
 TiledRays::~TiledRays() {
@@ -174,10 +165,10 @@ bool TiledRays::evict_unless_used(std::int64_t tile) {
   // Offsets from the station's first ray, which begins a page. A page shared with other tiles goes
   // too if none of them is decoded.
   const auto [first, last] = layout_.bytes_of(of_station);
-  std::size_t begin = first / page_size() * page_size(), end = whole_pages(last);
+  std::size_t begin = first / page_bytes() * page_bytes(), end = whole_pages(last);
   if (!are_absent(layout_.tile_of(begin), of_station)) begin = whole_pages(first);
   if (!are_absent(of_station + 1, layout_.tile_of(end - 1) + 1))
-    end = last / page_size() * page_size();
+    end = last / page_bytes() * page_bytes();
   if (begin < end) {
     ::madvise(const_cast<std::uint8_t*>(rays(station)) + begin, end - begin, MADV_DONTNEED);
   }
@@ -274,8 +265,9 @@ TiledRaysWriter::TiledRaysWriter(Hdf5File* hdf5, const RayForm& form, int statio
                                  PanoramaSize panorama, const TileLayout& layout)
     : hdf5_(hdf5), form_(form), layout_(layout) {
   places_.resize(2 * static_cast<std::size_t>(stations) * static_cast<std::size_t>(layout.tiles()));
-  hdf5->create_encoded("rays", shape_of_rays(stations, panorama), shape_of_tile(layout),
-                       kTileFilter, filter_values(form.kind, layout.tile()));
+  hdf5->create_encoded("rays", shape_of_rays(stations, panorama),
+                       shape_of_rays(1, {layout.tile().columns, layout.tile().rows}), kTileFilter,
+                       filter_values(form.kind, layout.tile()));
   hdf5->write_attribute("/", "compression", name_of(form));
 }
 
