@@ -47,12 +47,15 @@ function(raywalk_page name)
   file(MAKE_DIRECTORY ${copy})
   list(GET ARG_OUTPUTS 0 first)
   cmake_path(GET first PARENT_PATH folder)
+  if(ARG_KINDS)
+    set(copy_kinds COMMAND ${CMAKE_COMMAND} -E make_directory ${copy}/src/kinds
+                   COMMAND ${CMAKE_COMMAND} -E copy ${ARG_KINDS} ${copy}/src/kinds)
+  endif()
   add_custom_command(
     OUTPUT ${ARG_OUTPUTS}
     COMMAND ${CMAKE_COMMAND} -E rm -rf ${copy}/src ${copy}/browser
     COMMAND ${CMAKE_COMMAND} -E copy_directory src ${copy}/src
-    COMMAND ${CMAKE_COMMAND} -E make_directory ${copy}/src/kinds
-    COMMAND ${CMAKE_COMMAND} -E copy ${ARG_KINDS} ${copy}/src/kinds
+    ${copy_kinds}
     COMMAND ${CMAKE_COMMAND} -E copy_directory browser ${copy}/browser
     COMMAND ${CMAKE_COMMAND} -E copy build.mjs ${ARG_FILES} ${copy}
     COMMAND ${CMAKE_COMMAND} -E chdir ${copy} ${RAYWALK_NODE} build.mjs ${folder}

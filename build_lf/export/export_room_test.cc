@@ -126,8 +126,9 @@ void expect_points_where_observed(const ColmapModel& model) {
 }
 
 // What a command of COLMAP prints.
-std::string colmap_output(const std::vector<std::string>& arguments, const fs::path& log) {
-  ChildProcess colmap("/usr/bin/colmap", arguments, log, {"QT_QPA_PLATFORM=offscreen"});
+std::string colmap_output(std::vector<std::string> arguments, const fs::path& log) {
+  arguments.insert(arguments.begin(), {"QT_QPA_PLATFORM=offscreen", "/usr/bin/colmap"});
+  ChildProcess colmap("/usr/bin/env", arguments, log);
   EXPECT_TRUE(succeeded(colmap.wait())) << read_file(log);
   return read_file(log);
 }

@@ -62,8 +62,9 @@ Eigen::Vector3d common_direction(const CaptureSet& set, std::span<const LineMoti
 // What is likely if lines along x move along `x` by the pictures, and those along z along `z`.
 std::string likely_cause(const std::string& x, const std::string& z) {
   if (x == "-x" && z == "z") {
-    return "the camera is mirrored left to right or hung upside down; mirror the pictures back, or "
-           "give the attitude (roll 180)";
+    return "the camera is mirrored left to right or hung upside down, or x grows the other way in "
+           "the list; mirror the pictures back, give the attitude (roll 180), or correct the "
+           "positions";
   }
   if (x == "-x" && z == "-z") {
     return "the camera looks backwards, or every rail runs the other way; give the attitude (yaw "
