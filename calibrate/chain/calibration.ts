@@ -201,7 +201,6 @@ function posesSection(poses: Json) {
       `over ${counted(alignment.scale_pairs, "pair")} of stations. Rank of the stations' positions: ` +
       `${alignment.rank} (${alignment.rotation_from}); their spread is ` +
       `${text(alignment.spread_m)} m.`,
-    movedPlan("Stations as planned and as solved", poses.frames),
     table(poses.seconds, { caption: "Time; reused: done by an earlier run" }),
     `${poses.faces} faces of ${poses.face_px} px of each panorama; ${poses.matched_pairs} pairs of ` +
       `faces matched; ${poses.points} scene points, ${poses.observations} observations.`,
@@ -217,7 +216,7 @@ const CROSSING: Column = {
 };
 
 /** Frames with a position and a planned one; `lines` are frames on the planned lines. */
-function movedPlan(title: string, frames: Json[], lines: { name: string; frames: Json[] }[] = []) {
+function movedPlan(title: string, frames: Json[], lines: { name: string; frames: Json[] }[]) {
   const planned = ({ planned_m: [x, , z] }: Json): Place => [x, z];
   const motion = ({ position_m, planned_m }: Json): Place => [
     position_m[0] - planned_m[0],
@@ -299,7 +298,7 @@ function railSection(poses: Json) {
   }));
   return section(
     "Rails",
-    movedPlan("Lines as planned and as estimated", poses.frames, lines),
+    movedPlan("Stations and lines as planned and as solved", poses.frames, lines),
     "Every rail relative to the plan: its middle along and across the rail and in height, its " +
       "direction, the attitude of the camera, its bow across and up, and the stations' scatter " +
       "about it (standard deviation per component). The common motion of all lines is " +
