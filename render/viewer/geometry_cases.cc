@@ -49,7 +49,7 @@ class Cases {
                         .position_m = axis == LineAxis::kX
                                           ? Eigen::Vector3d(along_m, up_m, aside_m)
                                           : Eigen::Vector3d(aside_m, up_m, along_m),
-                        .where = ""});
+                        .line = (axis == LineAxis::kX ? "x" : "z") + std::to_string(place_m)});
     }
   }
 
@@ -68,9 +68,7 @@ class Cases {
         add_line(LineAxis::kZ, x_m, -0.5 * side_m - over_m, 0.5 * side_m + over_m, &poses);
       }
     }
-    GridTolerance tolerance;
-    tolerance.off_line_m = 0.1 * side_m;
-    return find_grid(poses, tolerance);
+    return find_grid(poses, {});
   }
 
   // Within a cell, on its sides and in its corners too.
