@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calibrate/base/test_capture_folder.h"
-#include "calibrate/poses/poses_figures.h"
+#include "calibrate/poses/poses_document.h"
 #include "core/files/json.h"
 
 namespace raywalk::calibrate {

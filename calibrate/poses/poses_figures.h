@@ -1,9 +1,7 @@
-// Figures of solved poses per line and crossing, reasons for missing poses, warnings, and
-// poses.json.
+// Figures of solved poses per line and crossing, reasons for missing poses, and warnings.
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -35,9 +33,5 @@ std::string unposed_reason(const CaptureSet& set, const MatchSummary& summary, s
 
 // Adds warnings and notes by the figures of `result`.
 void add_warnings(const CaptureSet& set, PosesResult* result);
-
-// Writes the result as JSON (docs/file-formats.md). Throws Error if it cannot be written.
-void write_poses(const std::filesystem::path& file, const CaptureSet& set,
-                 const PosesResult& result);
 
 }  // namespace raywalk::calibrate

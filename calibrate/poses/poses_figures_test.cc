@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "calibrate/poses/poses_document.h"
 #include "calibrate/poses/test_rail_scene.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"

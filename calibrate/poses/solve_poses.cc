@@ -14,6 +14,7 @@
 #include "calibrate/poses/match_pairs.h"
 #include "calibrate/poses/matching_faces.h"
 #include "calibrate/poses/pose_accuracy.h"
+#include "calibrate/poses/poses_document.h"
 #include "calibrate/poses/poses_figures.h"
 #include "calibrate/poses/rail_motion.h"
 #include "calibrate/poses/refine_poses.h"
