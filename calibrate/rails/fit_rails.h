@@ -1,7 +1,9 @@
 // The rails of solved stations: smooth curves along which the slider's positions are exact lengths.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <vector>
 
 #include "calibrate/base/capture_set.h"

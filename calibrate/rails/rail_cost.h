@@ -1,6 +1,7 @@
 // Ceres residuals of stations and their rail, in standard deviations.
 #pragma once
 
+#include <ceres/problem.h>
 #include <ceres/rotation.h>
 
 #include <Eigen/Core>
