@@ -1,5 +1,4 @@
-// raywalk-capture: captures the lines of a grid with a slider and a camera, or renders the capture
-// of a virtual room.
+// raywalk-capture: captures the lines of a grid with a slider and a camera.
 #include <CLI/CLI.hpp>
 #include <string>
 
@@ -25,7 +24,5 @@ int main(int argc, char** argv) {
   raywalk::capture::add_import(&app);
   raywalk::capture::add_export(&app);
   raywalk::capture::add_merge(&app);
-  raywalk::capture::add_simulate(&app);
-  raywalk::capture::add_virtual_room(&app);
   return raywalk::run_program(app, argc, argv);
 }

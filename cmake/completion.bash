@@ -32,4 +32,4 @@ _raywalk() {
   fi
   return 0
 }
-complete -F _raywalk raywalk-build-lf raywalk-calibrate raywalk-capture raywalk-render
+complete -F _raywalk raywalk-build-lf raywalk-calibrate raywalk-capture raywalk-render raywalk-simulate

@@ -5,12 +5,12 @@
 
 #include "calibrate/lens/calibrate_lens.h"
 #include "calibrate/lens/lens_test_camera.h"
-#include "capture/simulated/virtual_room/sensor.h"
-#include "capture/simulated/virtual_room/test_rooms.h"
-#include "capture/simulated/virtual_room/virtual_room.h"
 #include "core/base/test_error.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
+#include "simulator/room/sensor.h"
+#include "simulator/room/test_rooms.h"
+#include "simulator/room/virtual_room.h"
 
 namespace raywalk::calibrate {
 namespace {

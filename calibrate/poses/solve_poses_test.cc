@@ -14,11 +14,11 @@
 #include "calibrate/poses/colmap_workspace.h"
 #include "calibrate/poses/poses_figures.h"
 #include "calibrate/poses/test_rail_scene.h"
-#include "capture/simulated/virtual_room/test_rooms.h"
-#include "capture/simulated/virtual_room/virtual_room.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
+#include "simulator/room/test_rooms.h"
+#include "simulator/room/virtual_room.h"
 
 namespace raywalk::calibrate {
 namespace {

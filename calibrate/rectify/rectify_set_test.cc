@@ -8,13 +8,13 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
-#include "capture/simulated/virtual_room/virtual_room.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 #include "core/panorama/panorama_rotation.h"
+#include "simulator/room/virtual_room.h"
 
 namespace raywalk::calibrate {
 namespace {

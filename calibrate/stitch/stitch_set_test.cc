@@ -10,12 +10,12 @@
 
 #include "calibrate/stitch/stitch_record.h"
 #include "calibrate/stitch/stitch_test_camera.h"
-#include "capture/simulated/virtual_room/lens_light.h"
-#include "capture/simulated/virtual_room/sensor.h"
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
+#include "simulator/room/lens_light.h"
+#include "simulator/room/sensor.h"
 
 namespace raywalk::calibrate {
 namespace {

@@ -6,9 +6,9 @@
 #include <optional>
 
 #include "calibrate/stitch/stitch_tables.h"
-#include "capture/simulated/virtual_room/test_rooms.h"
-#include "capture/simulated/virtual_room/virtual_room.h"
 #include "core/files/lens_file.h"
+#include "simulator/room/test_rooms.h"
+#include "simulator/room/virtual_room.h"
 
 namespace raywalk::calibrate {
 

@@ -5,7 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 
-#include "capture/simulated/rig/exif_segment.h"
+#include "simulator/rig/exif_segment.h"
 
 namespace raywalk::capture {
 namespace {

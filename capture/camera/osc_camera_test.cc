@@ -9,8 +9,8 @@
 
 #include "capture/base/manual_clock.h"
 #include "capture/base/test_fault.h"
-#include "capture/simulated/rig/osc_server.h"
 #include "core/files/test_directory.h"
+#include "simulator/rig/osc_server.h"
 
 namespace raywalk::capture {
 namespace {

@@ -22,8 +22,5 @@ void add_verify(CLI::App* app);
 void add_import(CLI::App* app);
 void add_export(CLI::App* app);
 void add_merge(CLI::App* app);
-// Without hardware: a simulated rig and a virtual room.
-void add_simulate(CLI::App* app);
-void add_virtual_room(CLI::App* app);
 
 }  // namespace raywalk::capture

@@ -12,7 +12,7 @@ constexpr std::size_t kMaxAddressBytes = 1 << 16;
 CheckedJson read_addresses(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) {
     throw UsageError(file.parent_path().string() +
-                     ": no simulated rig runs there; start one with raywalk-capture simulate");
+                     ": no simulated rig runs there; start one with raywalk-simulate rig");
   }
   return CheckedJson::parse(read_file(file, kMaxAddressBytes), file.string(),
                             "start the simulated rig again");

@@ -1,5 +1,5 @@
 // A slider without hardware, for tests of code that uses the Slider interface. It moves by a clock,
-// usually a ManualClock, and fails as configured. capture/simulated/rig simulates a whole drive
+// usually a ManualClock, and fails as configured. simulator/room/rig simulates a whole drive
 // with its protocol.
 #pragma once
 

@@ -11,12 +11,12 @@
 #include <vector>
 
 #include "calibrate/stitch/stitcher.h"
-#include "capture/simulated/virtual_room/virtual_room.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/parallel.h"
 #include "core/base/timing.h"
 #include "core/files/atomic_output.h"
+#include "simulator/room/virtual_room.h"
 #include "tests/bench/bench_room.h"
 
 namespace raywalk::bench {

@@ -1,4 +1,4 @@
-// End-to-end test of raywalk-calibrate. RAYWALK_BUILD_LF, RAYWALK_CALIBRATE, RAYWALK_CAPTURE and
+// End-to-end test of raywalk-calibrate. RAYWALK_BUILD_LF, RAYWALK_CALIBRATE, RAYWALK_SIMULATE and
 // RAYWALK_RENDER are the programs.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -51,8 +51,8 @@ class CalibrateTest : public ::testing::Test {
         *captured_ / "room.yaml",
         "grid:\n  spacing_mm: 200\n  overhang_share: 0.2\noutput:\n  width_px: 512\n");
     const CommandResult result = run_command(
-        fmt::format("{} virtual-room {} --out {} --every-distance 0 --truth-views 0",
-                    RAYWALK_CAPTURE, (*captured_ / "room.yaml").string(), capture().string()));
+        fmt::format("{} room {} --out {} --every-distance 0 --truth-views 0", RAYWALK_SIMULATE,
+                    (*captured_ / "room.yaml").string(), capture().string()));
     ASSERT_EQ(result.exit_code, 0) << result.errors;
     const std::map<std::string, std::string> attitudes{{"x0", "0.8,-0.3,0.2"},
                                                        {"x1", "-0.6,0.2,0.4"},

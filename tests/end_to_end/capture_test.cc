@@ -249,7 +249,7 @@ TEST_F(CaptureCommandTest, EachMissingDeviceIsNamed) {
   EXPECT_THAT(checked.output, AllOf(HasSubstr("slider  FAILS"), HasSubstr("camera  FAILS"),
                                     HasSubstr("disk    ok")));
   EXPECT_THAT(capture("check " + files_.capture().string() + " --rig nowhere").errors,
-              HasSubstr("raywalk-capture simulate"));
+              HasSubstr("raywalk-simulate rig"));
 }
 
 TEST_F(CaptureCommandTest, AWrongRegisterMapPreventsMoves) {
@@ -286,8 +286,8 @@ TEST_F(CaptureCommandTest, InvalidPlansAreRefused) {
 }
 
 TEST_F(CaptureCommandTest, EveryCommandHasAnExample) {
-  for (const char* command : {"plan", "check", "run", "status", "verify", "import", "export",
-                              "home", "jog", "stop", "simulate"}) {
+  for (const char* command :
+       {"plan", "check", "run", "status", "verify", "import", "export", "home", "jog", "stop"}) {
     const CommandResult help = capture(std::string(command) + " --help");
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_THAT(help.output, HasSubstr(std::string("Example:\n  raywalk-capture ") + command));

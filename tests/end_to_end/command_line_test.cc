@@ -50,7 +50,7 @@ const std::vector<Command>& all_commands() {
   static const std::vector<Command> commands = [] {
     std::vector<Command> found;
     for (const char* program :
-         {RAYWALK_CAPTURE, RAYWALK_CALIBRATE, RAYWALK_BUILD_LF, RAYWALK_RENDER}) {
+         {RAYWALK_CAPTURE, RAYWALK_CALIBRATE, RAYWALK_BUILD_LF, RAYWALK_RENDER, RAYWALK_SIMULATE}) {
       for (const std::string& name :
            commands_in(run_command(std::string(program) + " --help").output)) {
         Command command{program, name, ""};

@@ -9,9 +9,9 @@
 #include "capture/run/fake_camera.h"
 #include "capture/session/session_reader.h"
 #include "capture/session/test_session.h"
-#include "capture/simulated/rig/modbus_server.h"
 #include "capture/slider/modbus_slider.h"
 #include "core/files/test_directory.h"
+#include "simulator/rig/modbus_server.h"
 
 namespace raywalk::capture {
 namespace {

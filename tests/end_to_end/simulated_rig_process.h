@@ -1,4 +1,4 @@
-// For tests: raywalk-capture simulate in a separate process, and its configuration files.
+// For tests: raywalk-simulate rig in a separate process, and its configuration files.
 #pragma once
 
 #include <fmt/format.h>
@@ -60,7 +60,7 @@ class SimulatedRigProcess {
  public:
   explicit SimulatedRigProcess(const RehearsalFiles& files)
       : directory_(files.directory / "rig"),
-        process_({RAYWALK_CAPTURE, "simulate", files.rig().string(), "--out", directory_.string()},
+        process_({RAYWALK_SIMULATE, "rig", files.rig().string(), "--out", directory_.string()},
                  files.directory / "rig.log") {
     while (!std::filesystem::exists(directory_ / "rig.json")) {
       if (process_.has_ended()) {

@@ -1,4 +1,4 @@
-// End-to-end test of raywalk-capture virtual-room, up to the packed room. RAYWALK_CAPTURE and
+// End-to-end test of raywalk-simulate room, up to the packed room. RAYWALK_SIMULATE and
 // RAYWALK_BUILD_LF are the programs.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -33,7 +33,7 @@ class VirtualRoomTest : public ::testing::Test {
     return run_command(command(arguments));
   }
   std::string command(const std::string& arguments) const {
-    return fmt::format("{} virtual-room {} --out {} {}", RAYWALK_CAPTURE, config().string(),
+    return fmt::format("{} room {} --out {} {}", RAYWALK_SIMULATE, config().string(),
                        out().string(), arguments);
   }
   fs::path config() const { return directory_ / "room.yaml"; }
@@ -131,10 +131,10 @@ TEST_F(VirtualRoomTest, JpegKeepsColorInFullResolution) {
 }
 
 TEST_F(VirtualRoomTest, HelpGivesAnExample) {
-  const CommandResult help = run_command(std::string(RAYWALK_CAPTURE) + " virtual-room --help");
+  const CommandResult help = run_command(std::string(RAYWALK_SIMULATE) + " room --help");
   EXPECT_EQ(help.exit_code, 0);
-  EXPECT_THAT(help.output, HasSubstr("Example:\n  raywalk-capture virtual-room"));
-  EXPECT_THAT(run_command(std::string(RAYWALK_CAPTURE) + " --version").output,
+  EXPECT_THAT(help.output, HasSubstr("Example:\n  raywalk-simulate room"));
+  EXPECT_THAT(run_command(std::string(RAYWALK_SIMULATE) + " --version").output,
               HasSubstr("raywalk-capture "));
 }
 
@@ -162,7 +162,7 @@ TEST_F(VirtualRoomTest, ExistingOrImpossibleOutputIsRefused) {
   EXPECT_TRUE(fs::is_empty(out()));
   fs::remove(out());
   const CommandResult in_a_file = run_command(fmt::format(
-      "{} virtual-room {} --out {}/room", RAYWALK_CAPTURE, config().string(), config().string()));
+      "{} room {} --out {}/room", RAYWALK_SIMULATE, config().string(), config().string()));
   expect_clean_error(in_a_file, 1, "cannot make");
 }
 
@@ -178,10 +178,10 @@ TEST_F(VirtualRoomTest, FullDiskLeavesNothing) {
 TEST_F(VirtualRoomTest, InterruptLeavesNothing) {
   write_file_atomically(config(), "seed: 1\n");  // 244 stations, far longer than the test waits
   const std::string config_text = config().string(), out_text = out().string();
-  std::array<const char*, 6> arguments{RAYWALK_CAPTURE, "virtual-room",   config_text.c_str(),
-                                       "--out",         out_text.c_str(), nullptr};
+  std::array<const char*, 6> arguments{RAYWALK_SIMULATE, "room",           config_text.c_str(),
+                                       "--out",          out_text.c_str(), nullptr};
   pid_t child = 0;
-  ASSERT_EQ(posix_spawn(&child, RAYWALK_CAPTURE, nullptr, nullptr,
+  ASSERT_EQ(posix_spawn(&child, RAYWALK_SIMULATE, nullptr, nullptr,
                         const_cast<char* const*>(arguments.data()), environ),
             0);
   int status = 0;

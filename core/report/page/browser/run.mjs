@@ -49,7 +49,7 @@ function makeReports() {
     "grid: {spacing_mm: 200, overhang_share: 0.2}\ncontents: {chairs: 0}\n",
   );
   const small = ["--width", "256", "--truth-views", "2"];
-  raywalk("capture", "virtual-room", at("room.yaml"), "--out", at("capture"), ...small, "-q");
+  raywalk("simulate", "room", at("room.yaml"), "--out", at("capture"), ...small, "-q");
   const room = at("room.lf");
   raywalk("build-lf", "pack", "--frames", at("capture/poses.csv"), "--out", room, "-q");
   raywalk("build-lf", "depth", room, "--width", "128", "-q");

@@ -32,8 +32,8 @@ async function makeVirtualRoom(bin, folder, name, settings, flags) {
   const config = path.join(folder, `${name}.yaml`);
   await writeFile(config, settings);
   const capture = path.join(folder, `${name}-capture`);
-  const where = ["virtual-room", config, "--out", capture, "--truth-views", "0"];
-  await execute(path.join(bin, "raywalk-capture"), [...where, ...flags, "-q"]);
+  const where = ["room", config, "--out", capture, "--truth-views", "0"];
+  await execute(path.join(bin, "raywalk-simulate"), [...where, ...flags, "-q"]);
   await makeRoom(bin, capture, folder, name);
 }
 

@@ -1,0 +1,124 @@
+// The commands rig and room: captures without hardware.
+#include "simulator/commands.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "core/base/escaped.h"
+#include "core/base/parallel.h"
+#include "core/command_line/command_options.h"
+#include "core/files/shipped_configs.h"
+#include "simulator/rig/simulate_rig.h"
+#include "simulator/room/write_capture.h"
+
+namespace raywalk::capture {
+namespace {
+
+struct SimulateArguments {
+  std::string config{};
+  std::string out{};
+  int threads = 0;
+};
+
+struct RoomArguments {
+  std::string config{};
+  std::optional<int> seed{};
+  std::optional<int> width{};
+  CaptureOptions capture{};
+  int threads = 0;
+};
+
+VirtualRoomSettings settings_of(const RoomArguments& arguments) {
+  VirtualRoomSettings settings = read_virtual_room_settings(
+      named_config(arguments.config, ConfigKind::kVirtualRoom, "config"));
+  if (arguments.seed) settings.seed = *arguments.seed;
+  if (arguments.width) settings.output.width_px = *arguments.width;
+  require_valid(settings, "--width");
+  return settings;
+}
+
+}  // namespace
+
+void add_rig(CLI::App* app) {
+  CLI::App* command =
+      app->add_subcommand("rig", "Simulate a rig: a slider on a serial port, a camera on HTTP");
+  auto arguments = std::make_shared<SimulateArguments>();
+  takes_config(
+      command->add_option("config", arguments->config,
+                          "Settings: a file, or the name of one in configs, as simulated-rig"),
+      ConfigKind::kRig)
+      ->required();
+  command
+      ->add_option("-o,--out", arguments->out,
+                   "Directory for the link to the port, the camera's card and the ground truth")
+      ->default_val("rig");
+  add_threads_option(command, &arguments->threads);
+  command->footer(
+      "Example:\n  raywalk-simulate rig simulated-rig --out rig &\n"
+      "  raywalk-capture run capture-osc --rig rig --session hall\n"
+      "Runs until Ctrl-C.");
+  command->callback([arguments] {
+    set_thread_count(arguments->threads);
+    simulate_rig(read_rig_config(named_config(arguments->config, ConfigKind::kRig, "config")),
+                 arguments->out);
+  });
+}
+
+void add_room(CLI::App* app) {
+  auto arguments = std::make_shared<RoomArguments>();
+  CLI::App* command = app->add_subcommand(
+      "room", "Capture a virtual room with its ground truth: frames, views and distances");
+  takes_config(
+      command->add_option("config", arguments->config,
+                          "Settings: a file, or the name of one in configs, as virtual-room"),
+      ConfigKind::kVirtualRoom)
+      ->required();
+  command->add_option("-o,--out", arguments->capture.out,
+                      "Directory to create (default: the settings' name without .yaml)");
+  add_force_flag(command, &arguments->capture.replace, "Replace an earlier capture in --out");
+  command->add_option("--seed", arguments->seed, "Override the seed of the settings")
+      ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--width", arguments->width,
+                   "Override the panorama width of the settings, in pixels; a multiple of 4")
+      ->check(CLI::Range(kLeastWidth_px, kLargestWidth_px));
+  CLI::Option* views = command->add_option(
+      "--views", arguments->capture.views,
+      "CSV table of the ground-truth views to write: columns name,x,z, optionally y, in metres");
+  command
+      ->add_option("--truth-views", arguments->capture.truth_views,
+                   "Number of ground-truth views, spread over the cells (default 12)")
+      ->check(CLI::Range(0, 10000))
+      ->excludes(views);
+  command
+      ->add_option("--every-distance", arguments->capture.distance_every,
+                   "Write the distance map of every N-th station (default 8; 0 disables)")
+      ->check(CLI::Range(0, 1000000));
+  command->add_flag("--thin", arguments->capture.thin,
+                    "Also write where the true views show thin structures, and gt_thin.csv for "
+                    "raywalk-render validate --truth");
+  command
+      ->add_option(
+          "--ods-ipd-mm", arguments->capture.ods_ipd_mm,
+          "Also write the true views as raywalk-render view --stereo ods renders them, for eyes "
+          "this many millimetres apart")
+      ->check(CLI::Range(1.0, 200.0));
+  add_threads_option(command, &arguments->threads);
+  command->footer(
+      "Example:\n  raywalk-simulate room virtual-room --out room\n"
+      "  raywalk-build-lf pack --frames room/poses.csv --distance room/dist --out room.lf");
+  command->callback([arguments] {
+    set_thread_count(arguments->threads);
+    if (arguments->capture.out.empty()) {
+      arguments->capture.out = std::filesystem::path(arguments->config).stem();
+    }
+    const VirtualRoom room(settings_of(*arguments));
+    fmt::print("{}\n", escaped(write_capture(room, arguments->capture)));
+  });
+}
+
+}  // namespace raywalk::capture

@@ -1,0 +1,259 @@
+#include "simulator/rig/modbus_server.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <modbus.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <string>
+
+#include "capture/base/manual_clock.h"
+#include "core/base/error.h"
+#include "core/files/test_directory.h"
+#include "simulator/rig/modbus_frames.h"
+#include "simulator/rig/test_maps.h"
+
+namespace raywalk::capture {
+namespace {
+
+namespace fs = std::filesystem;
+using Steady = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+struct ModbusDeleter {
+  void operator()(modbus_t* link) const {
+    modbus_close(link);
+    modbus_free(link);
+  }
+};
+using Client = std::unique_ptr<modbus_t, ModbusDeleter>;
+
+class ModbusServerTest : public ::testing::Test {
+ protected:
+  static DriveSettings exact() {
+    DriveSettings settings;
+    settings.backlash_mm = 0.0;
+    settings.power_on_mm = 0.0;
+    return settings;
+  }
+  static LinkFaultRates rates() {
+    LinkFaultRates rates;
+    rates.late_ms = 400.0;
+    return rates;
+  }
+  fs::path link() const { return directory_ / "slider"; }
+  static Client prepared(modbus_t* link) {
+    modbus_set_slave(link, 1);
+    modbus_set_response_timeout(link, 20, 0);
+    return Client(link);
+  }
+  // For a request that is not answered.
+  static void use_short_timeouts(const Client& client) {
+    modbus_set_response_timeout(client.get(), 0, 60000);
+    modbus_set_byte_timeout(client.get(), 0, 60000);
+  }
+  Client serial_client() const {
+    Client client = prepared(modbus_new_rtu(link().c_str(), 115200, 'N', 8, 1));
+    EXPECT_EQ(modbus_connect(client.get()), 0) << modbus_strerror(errno);
+    return client;
+  }
+  Client tcp_client() const {
+    Client client = prepared(modbus_new_tcp("127.0.0.1", server_.tcp_port()));
+    EXPECT_EQ(modbus_connect(client.get()), 0) << modbus_strerror(errno);
+    return client;
+  }
+  // The position's words, or the error's number.
+  static std::string read_position(modbus_t* client) {
+    std::array<std::uint16_t, 2> words{};
+    if (modbus_read_registers(client, 0x1014, 2, words.data()) != 2) return modbus_strerror(errno);
+    return std::to_string(words[0] * 65536 + words[1]);
+  }
+  template <typename Condition>
+  static bool eventually(const Condition& condition) {
+    const auto deadline = Steady::now() + std::chrono::seconds(20);
+    while (!condition()) {
+      if (Steady::now() > deadline) return false;
+      poll(nullptr, 0, 2);
+    }
+    return true;
+  }
+
+  const TestDirectory directory_;
+  ManualClock clock_;
+  SimulatedDrive drive_{exact(), &clock_};
+  DriveRegisters registers_{one_write_map(), &drive_};
+  LinkFaults faults_{rates()};
+  ModbusServer server_{{1, directory_ / "slider", 0}, &registers_, &faults_};
+};
+
+void move_to_70_mm(modbus_t* client) {
+  const std::array<std::uint16_t, 8> block{1, 0, 7000, 60, 5000, 5000, 0, 0x10};
+  EXPECT_EQ(modbus_write_registers(client, 0x6200, 8, block.data()), 8) << modbus_strerror(errno);
+}
+
+TEST_F(ModbusServerTest, LibmodbusDrivesItOverBothLinks) {
+  for (const Client& client : {serial_client(), tcp_client()}) {
+    EXPECT_EQ(modbus_write_register(client.get(), 0x6002, 0x20), 1);
+    clock_.sleep(std::chrono::seconds(60));
+    EXPECT_EQ(read_position(client.get()), "0");
+    move_to_70_mm(client.get());
+    clock_.sleep(std::chrono::seconds(60));
+    EXPECT_EQ(read_position(client.get()), "7000");
+  }
+}
+
+TEST_F(ModbusServerTest, ClientsComeAndGo) {
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_EQ(read_position(serial_client().get()), "0") << i;
+    EXPECT_EQ(read_position(tcp_client().get()), "0") << i;
+  }
+}
+
+// A killed client that held the port exclusively must not lock out the next one.
+TEST_F(ModbusServerTest, ExclusiveUseEndsWithTheClient) {
+  const int terminal = open(link().c_str(), O_RDWR | O_NOCTTY);
+  ASSERT_GE(terminal, 0);
+  ASSERT_EQ(ioctl(terminal, TIOCEXCL), 0);
+  const auto is_exclusive = [terminal] {
+    int exclusive = 1;
+    ioctl(terminal, TIOCGEXCL, &exclusive);
+    return exclusive != 0;
+  };
+  EXPECT_TRUE(eventually([&] { return !is_exclusive(); }));
+  close(terminal);
+}
+
+TEST_F(ModbusServerTest, OtherUnitsAreIgnoredAndBroadcastsExecuted) {
+  const Client client = serial_client();
+  use_short_timeouts(client);
+  modbus_set_slave(client.get(), 2);
+  EXPECT_EQ(read_position(client.get()), modbus_strerror(ETIMEDOUT));
+  EXPECT_EQ(faults_.requests(), 0U);
+  const int terminal = open(link().c_str(), O_RDWR | O_NOCTTY);
+  const ModbusBytes home = rtu_frame(0, ModbusBytes{6, 0x60, 0x02, 0, 0x20});
+  ASSERT_EQ(write(terminal, home.data(), home.size()), static_cast<ssize_t>(home.size()));
+  EXPECT_TRUE(eventually([&] {
+    clock_.sleep(milliseconds(100));
+    return drive_.state().homed;
+  }));
+  close(terminal);
+}
+
+TEST_F(ModbusServerTest, ExceptionsReachTheClient) {
+  const Client client = tcp_client();
+  std::array<std::uint16_t, 2> words{};
+  EXPECT_EQ(modbus_read_input_registers(client.get(), 0x1014, 2, words.data()), -1);
+  EXPECT_EQ(errno, EMBXILADD);
+  std::array<std::uint8_t, 2> bits{};
+  EXPECT_EQ(modbus_read_bits(client.get(), 0, 2, bits.data()), -1);
+  EXPECT_EQ(errno, EMBXILFUN);
+}
+
+TEST_F(ModbusServerTest, LostReplyMeansTheCommandWasExecuted) {
+  const Client client = serial_client();
+  use_short_timeouts(client);
+  faults_.inject(LinkFault::kLostReply, 1);
+  EXPECT_EQ(modbus_write_register(client.get(), 0x6002, 0x20), -1);
+  EXPECT_EQ(errno, ETIMEDOUT);
+  EXPECT_TRUE(drive_.state().moving || drive_.state().homed);
+}
+
+TEST_F(ModbusServerTest, LostRequestNeverArrives) {
+  const Client client = serial_client();
+  use_short_timeouts(client);
+  faults_.inject(LinkFault::kLostRequest, 1);
+  EXPECT_EQ(modbus_write_register(client.get(), 0x6002, 0x20), -1);
+  EXPECT_FALSE(drive_.state().moving);
+}
+
+TEST_F(ModbusServerTest, CorruptedRepliesAreDetectedOnBothLinks) {
+  for (const Client& client : {serial_client(), tcp_client()}) {
+    use_short_timeouts(client);
+    faults_.inject(LinkFault::kCorruptedReply, 1);
+    const std::string answer = read_position(client.get());
+    EXPECT_NE(answer, "0");
+  }
+}
+
+// As on a real line, the late reply is mistaken for the reply to the next request.
+TEST_F(ModbusServerTest, LateReplyArrivesAfterTheTimeout) {
+  const Client client = serial_client();
+  use_short_timeouts(client);
+  faults_.inject(LinkFault::kLate, 1);
+  EXPECT_EQ(read_position(client.get()), modbus_strerror(ETIMEDOUT));
+  std::uint8_t byte = 0;
+  pollfd descriptor{modbus_get_socket(client.get()), POLLIN, 0};
+  ASSERT_EQ(poll(&descriptor, 1, 20000), 1);
+  ASSERT_EQ(read(descriptor.fd, &byte, 1), 1);
+  EXPECT_EQ(byte, 1);
+}
+
+TEST_F(ModbusServerTest, DuplicatedReplyIsReceivedTwice) {
+  const Client client = serial_client();
+  faults_.inject(LinkFault::kDuplicated, 1);
+  EXPECT_EQ(read_position(client.get()), "0");
+  pollfd descriptor{modbus_get_socket(client.get()), POLLIN, 0};
+  EXPECT_EQ(poll(&descriptor, 1, 20000), 1);
+  tcflush(descriptor.fd, TCIOFLUSH);
+  EXPECT_EQ(read_position(client.get()), "0");
+}
+
+TEST_F(ModbusServerTest, CutLineHangsUpAndReconnects) {
+  const Client serial = serial_client(), tcp = tcp_client();
+  EXPECT_EQ(read_position(serial.get()), "0");
+  EXPECT_EQ(read_position(tcp.get()), "0");
+  faults_.cut(milliseconds(0));
+  EXPECT_TRUE(eventually([&] { return !fs::exists(fs::symlink_status(link())); }));
+  pollfd descriptor{modbus_get_socket(serial.get()), 0, 0};
+  EXPECT_TRUE(eventually([&] { return poll(&descriptor, 1, 0) == 1; }));
+  EXPECT_NE(descriptor.revents & POLLHUP, 0);
+  use_short_timeouts(tcp);
+  EXPECT_NE(read_position(tcp.get()), "0");
+  faults_.restore();
+  EXPECT_TRUE(eventually([&] { return fs::exists(link()); }));
+  EXPECT_EQ(read_position(serial_client().get()), "0");
+  EXPECT_EQ(read_position(tcp_client().get()), "0");
+}
+
+TEST_F(ModbusServerTest, CutAtARequestDropsItAndEndsOnTime) {
+  const Client client = serial_client();
+  faults_.schedule(LinkFault::kCut, 2, milliseconds(50));
+  EXPECT_EQ(read_position(client.get()), "0");
+  use_short_timeouts(client);
+  EXPECT_NE(read_position(client.get()), "0");
+  EXPECT_TRUE(eventually([&] { return !faults_.is_cut() && fs::exists(link()); }));
+  EXPECT_EQ(read_position(serial_client().get()), "0");
+}
+
+TEST_F(ModbusServerTest, MisbehavingClientsDoNotAffectOthers) {
+  const Client good = tcp_client();
+  {
+    const Client rude = tcp_client();
+    const std::string http = "GET / HTTP/1.1\r\n\r\n";
+    ASSERT_GT(write(modbus_get_socket(rude.get()), http.data(), http.size()), 0);
+    pollfd descriptor{modbus_get_socket(rude.get()), POLLIN, 0};
+    EXPECT_EQ(poll(&descriptor, 1, 20000), 1);  // is closed
+    std::uint8_t byte = 0;
+    EXPECT_LE(read(descriptor.fd, &byte, 1), 0);
+  }
+  const int terminal = open(link().c_str(), O_RDWR | O_NOCTTY);
+  ASSERT_GT(write(terminal, "\x01\x03\x10", 3), 0);  // half a request
+  close(terminal);
+  poll(nullptr, 0, 30);
+  EXPECT_EQ(read_position(good.get()), "0");
+  EXPECT_EQ(read_position(serial_client().get()), "0");
+}
+
+TEST_F(ModbusServerTest, PortOrNameInUseIsAnError) {
+  EXPECT_THROW(ModbusServer({1, {}, server_.tcp_port()}, &registers_, &faults_), Error);
+  EXPECT_THROW(ModbusServer({1, directory_.path(), {}}, &registers_, &faults_), Error);
+  EXPECT_THROW(ModbusServer({1, directory_ / "missing/slider", {}}, &registers_, &faults_), Error);
+}
+
+}  // namespace
+}  // namespace raywalk::capture

@@ -1,0 +1,43 @@
+// A pseudo-terminal that serves as a simulated serial port.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+
+#include "simulator/rig/link_faults.h"
+
+namespace raywalk::capture {
+
+// The master side of a pseudo-terminal; clients open the other side through a symbolic link. The
+// slave side is also held open here, so that clients may close and reopen it: otherwise the master
+// would read EIO while no client is connected.
+class PseudoTerminal {
+ public:
+  // Creates the symbolic link, replacing an existing link of that name. Throws Error if no terminal
+  // is available, the name belongs to something else or its directory is missing.
+  explicit PseudoTerminal(const std::filesystem::path& link);
+  // Hangs up, so that the client reads end of file or EIO, and removes the link.
+  ~PseudoTerminal();
+  PseudoTerminal(const PseudoTerminal&) = delete;
+  PseudoTerminal& operator=(const PseudoTerminal&) = delete;
+
+  int descriptor() const { return master_; }  // for poll(); non-blocking
+  // The bytes that a client has written; empty if none.
+  ModbusBytes read();
+  // Bytes that do not fit the buffer are lost, as on a serial line without flow control.
+  void write(std::span<const std::uint8_t> bytes);
+  // Clears the exclusive mode (TIOCEXCL) set by a client. As the terminal stays open here, it would
+  // otherwise outlast the client and lock out the next one.
+  void lift_exclusion();
+
+ private:
+  void make_link();
+
+  std::filesystem::path link_;
+  std::filesystem::path terminal_;
+  int master_ = -1;
+  int slave_ = -1;
+};
+
+}  // namespace raywalk::capture

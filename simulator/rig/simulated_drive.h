@@ -1,0 +1,158 @@
+// The simulated motor drive and the carriage on its rail, without the protocol: motion, switches,
+// backlash and faults.
+//
+// Rail positions are in millimetres from the home switch. The drive only knows its motor's count,
+// which homing sets to 0 at the switch; the carriage follows the motor with backlash. DriveState is
+// what the drive reports, DriveTruth the true state.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "capture/base/clock.h"
+#include "simulator/rig/trajectory.h"
+#include "simulator/room/hash_random.h"
+
+namespace raywalk::capture {
+
+struct DriveSettings {
+  int seed = 1;  // of the feedback noise
+  // Positions of the limit switches; the home switch is at 0, between them.
+  double low_switch_mm = -20.0;
+  double high_switch_mm = 2000.0;
+  double power_on_mm = 300.0;  // initial position of the carriage
+  double max_speed_mm_s = 500.0;
+  double max_acceleration_mm_s2 = 2000.0;
+  double homing_speed_mm_s = 50.0;
+  double backlash_mm = 0.02;       // full play between motor and carriage
+  double feedback_noise_mm = 0.0;  // standard deviation of one reading
+};
+
+enum class DriveFault {
+  kStall,     // the motor is blocked while the drive reports motion
+  kAlarm,     // amount: alarm code; lasts until it is reset
+  kLowLimit,  // the limit switch reads as pressed: the motor stops and refuses moves that way
+  kHighLimit,
+  kFeedbackJump,   // amount: constant feedback error in millimetres
+  kFeedbackDrift,  // amount: growth of the feedback error in millimetres per second
+};
+
+// What the drive reports.
+struct DriveState {
+  double feedback_mm = 0.0;
+  bool alarm = false;
+  int alarm_code = 0;
+  bool enabled = true;
+  bool homed = false;
+  bool moving = false;
+  bool in_position = true;
+  bool at_low_limit = false;
+  bool at_high_limit = false;
+};
+
+// The range of the values added to it.
+struct Extremes {
+  double low_mm = 0.0;
+  double high_mm = 0.0;
+  bool any = false;
+
+  void add(double mm);
+};
+
+// True state of the rail. Extremes are reset when homing ends.
+struct DriveTruth {
+  double carriage_mm = 0.0;
+  std::optional<Duration> still_for{};  // since the motor stopped; empty while it moves
+  Extremes commanded{};                 // targets of commanded moves
+  Extremes visited{};                   // positions of the carriage
+  int moves = 0;                        // commanded moves
+};
+
+// Thread-safe. Time is that of the given clock; the motion between two calls is computed exactly at
+// the second one.
+class SimulatedDrive {
+ public:
+  SimulatedDrive(const DriveSettings& settings, const Clock* clock);
+
+  const DriveSettings& settings() const { return settings_; }
+
+  // Starts an absolute move, limited to the drive's speed and acceleration; it replaces a move in
+  // progress. Ignored during an alarm. Returns false without moving if the target is not finite or
+  // a speed or acceleration is not positive.
+  bool move_to(double target_mm, const MotionBounds& bounds);
+  void home();
+  void stop();
+  void reset_alarm();
+
+  DriveState state();
+  DriveTruth truth();
+
+  // Starts the fault after `delay`, for `lasting`; zero: until clear_faults() (an alarm: until it
+  // is reset).
+  void inject(DriveFault fault, double amount, Duration lasting, Duration delay = {});
+  // Removes active and pending faults.
+  void clear_faults();
+  // `observer` is called with the target of every move before it starts; it may inject faults. Set
+  // it before the first command.
+  void on_move(std::function<void(double target_mm)> observer) { observer_ = std::move(observer); }
+
+ private:
+  struct ActiveFault {
+    SteadyTime since{};
+    std::optional<SteadyTime> until{};
+    double amount = 0.0;
+  };
+  struct PendingFault {
+    DriveFault fault{};
+    double amount = 0.0;
+    Duration lasting{};
+  };
+  enum class Homing { kNone, kOffSwitch, kOntoSwitch };
+
+  void advance();
+  void advance_to(SteadyTime time);
+  void end_motion(SteadyTime time);
+  void follow(double motor_mm);
+  void begin_fault(const PendingFault& pending);
+  void stall(const ActiveFault& fault);
+  void begin_due_faults();
+  void expire_faults();
+  std::optional<SteadyTime> next_event() const;
+  void start(const Trajectory& motion);
+  void run_to(double motor_mm, const MotionBounds& bounds);
+  void resume();
+  void block();
+  void decelerate();
+  bool refuses(double motor_mm) const;
+  double motor_at_switch(double carriage_mm, bool from_below) const;
+  double feedback_error_mm() const;
+  MotionState motor() const;
+
+  const DriveSettings settings_;
+  const Clock* clock_;
+  std::mutex mutex_;
+  HashRandom noise_;
+  SteadyTime now_{};
+  Trajectory motion_;
+  SteadyTime motion_began_{};
+  bool moving_ = false;
+  SteadyTime stopped_at_{};
+  std::optional<double> goal_motor_mm_;  // of the move in progress
+  MotionBounds goal_bounds_{};
+  Homing homing_ = Homing::kNone;
+  double motor_mm_ = 0.0;     // motor position, as rail position
+  double carriage_mm_ = 0.0;  // within half the backlash of the motor
+  double zero_mm_ = 0.0;      // rail position where the motor's count is 0
+  bool homed_ = false;
+  int alarm_code_ = 0;
+  std::multimap<SteadyTime, PendingFault> pending_;
+  std::optional<ActiveFault> stall_, low_limit_, high_limit_, jump_, drift_;
+  DriveTruth truth_{};
+  std::function<void(double target_mm)> observer_;
+};
+
+}  // namespace raywalk::capture

@@ -1,0 +1,265 @@
+#include "simulator/rig/simulated_drive.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "capture/base/manual_clock.h"
+
+namespace raywalk::capture {
+namespace {
+
+constexpr MotionBounds kDriveBounds{100.0, 200.0, 200.0};
+
+DriveSettings exact_drive() {
+  DriveSettings settings;
+  settings.backlash_mm = 0.0;
+  return settings;
+}
+
+class SimulatedDriveTest : public ::testing::Test {
+ protected:
+  void pass(double ms) { clock_.sleep(duration_from_ms(ms)); }
+  void home(SimulatedDrive* drive) {
+    drive->home();
+    pass(60000.0);
+    ASSERT_TRUE(drive->state().homed);
+  }
+
+  ManualClock clock_;
+};
+
+TEST_F(SimulatedDriveTest, HomingMakesTheSwitchZero) {
+  SimulatedDrive drive(exact_drive(), &clock_);
+  EXPECT_FALSE(drive.state().homed);
+  EXPECT_EQ(drive.state().feedback_mm, 0.0);  // the drive does not know yet that it is at 300
+  EXPECT_EQ(drive.truth().carriage_mm, 300.0);
+  drive.home();
+  pass(100.0);
+  EXPECT_TRUE(drive.state().moving);
+  EXPECT_FALSE(drive.state().homed);
+  pass(60000.0);
+  EXPECT_TRUE(drive.state().homed);
+  EXPECT_NEAR(drive.truth().carriage_mm, 0.0, 1e-9);
+  EXPECT_NEAR(drive.state().feedback_mm, 0.0, 1e-9);
+}
+
+TEST_F(SimulatedDriveTest, HomingFromBelowTheSwitchLeavesItFirst) {
+  DriveSettings settings = exact_drive();
+  settings.power_on_mm = -10.0;
+  SimulatedDrive drive(settings, &clock_);
+  home(&drive);
+  EXPECT_NEAR(drive.truth().carriage_mm, 0.0, 1e-9);
+}
+
+TEST_F(SimulatedDriveTest, FollowsTheMotionProfile) {
+  SimulatedDrive drive(exact_drive(), &clock_);
+  home(&drive);
+  ASSERT_TRUE(drive.move_to(400.0, kDriveBounds));
+  pass(500.0);
+  EXPECT_NEAR(drive.state().feedback_mm, 25.0, 1e-6);
+  EXPECT_TRUE(drive.state().moving);
+  EXPECT_FALSE(drive.state().in_position);
+  EXPECT_FALSE(drive.truth().still_for);
+  pass(4000.0 + 70.0);
+  EXPECT_FALSE(drive.state().moving);
+  EXPECT_TRUE(drive.state().in_position);
+  EXPECT_NEAR(drive.truth().carriage_mm, 400.0, 1e-9);
+  ASSERT_TRUE(drive.truth().still_for);
+  EXPECT_NEAR(ms_from_duration(*drive.truth().still_for), 70.0, 1e-3);
+}
+
+TEST_F(SimulatedDriveTest, SpeedIsLimitedToTheDrivesMaximum) {
+  DriveSettings settings = exact_drive();
+  settings.max_speed_mm_s = 10.0;
+  SimulatedDrive drive(settings, &clock_);
+  home(&drive);
+  drive.move_to(1000.0, {1e6, 1e6, 1e6});
+  pass(10000.0);
+  EXPECT_LT(drive.state().feedback_mm, 100.0);
+}
+
+// A reversal between two readings counts for the visited positions.
+TEST_F(SimulatedDriveTest, ExtremesIncludeUnobservedReversals) {
+  SimulatedDrive drive(exact_drive(), &clock_);
+  home(&drive);
+  drive.move_to(1000.0, kDriveBounds);
+  pass(1500.0);  // at 125 mm, 100 mm/s: halts at 150 mm
+  drive.move_to(50.0, kDriveBounds);
+  pass(60000.0);
+  const DriveTruth truth = drive.truth();
+  EXPECT_NEAR(truth.carriage_mm, 50.0, 1e-9);
+  EXPECT_NEAR(truth.visited.high_mm, 150.0, 1e-6);
+  EXPECT_NEAR(truth.visited.low_mm, 0.0, 1e-9);
+  EXPECT_EQ(truth.commanded.high_mm, 1000.0);
+  EXPECT_EQ(truth.commanded.low_mm, 50.0);
+  EXPECT_EQ(truth.moves, 2);
+}
+
+TEST_F(SimulatedDriveTest, CarriageLagsTheMotorByTheBacklash) {
+  DriveSettings settings;
+  settings.backlash_mm = 0.4;
+  SimulatedDrive drive(settings, &clock_);
+  home(&drive);
+  EXPECT_NEAR(drive.truth().carriage_mm, 0.0, 1e-9);
+  drive.move_to(100.0, kDriveBounds);
+  pass(60000.0);
+  EXPECT_NEAR(drive.state().feedback_mm, 100.0, 1e-9);
+  EXPECT_NEAR(drive.truth().carriage_mm, 99.6, 1e-9);
+  drive.move_to(50.0, kDriveBounds);
+  pass(60000.0);
+  EXPECT_NEAR(drive.truth().carriage_mm, 50.0, 1e-9);
+}
+
+TEST_F(SimulatedDriveTest, NoiseHasTheGivenDeviationAndIsSeeded) {
+  DriveSettings settings = exact_drive();
+  settings.feedback_noise_mm = 0.05;
+  SimulatedDrive drive(settings, &clock_), again(settings, &clock_);
+  double sum = 0.0, squares = 0.0;
+  constexpr int kReadings = 4000;
+  for (int i = 0; i < kReadings; ++i) {
+    const double reading = drive.state().feedback_mm;
+    EXPECT_EQ(again.state().feedback_mm, reading);
+    sum += reading;
+    squares += reading * reading;
+  }
+  EXPECT_NEAR(sum / kReadings, 0.0, 0.005);
+  EXPECT_NEAR(std::sqrt(squares / kReadings), 0.05, 0.003);
+}
+
+TEST_F(SimulatedDriveTest, StopDeceleratesAndStays) {
+  SimulatedDrive drive(exact_drive(), &clock_);
+  home(&drive);
+  drive.move_to(1000.0, kDriveBounds);
+  pass(2000.0);
+  drive.stop();
+  pass(60000.0);
+  // 175 mm, then 100^2 / (2 * 2000) of braking.
+  EXPECT_NEAR(drive.truth().carriage_mm, 177.5, 1e-6);
+  EXPECT_FALSE(drive.state().moving);
+}
+
+TEST_F(SimulatedDriveTest, LimitSwitchStopsTheMotorButAllowsReturning) {
+  SimulatedDrive drive(exact_drive(), &clock_);
+  home(&drive);
+  drive.move_to(5000.0, kDriveBounds);
+  pass(60000.0);
+  EXPECT_EQ(drive.truth().carriage_mm, 2000.0);
+  EXPECT_TRUE(drive.state().at_high_limit);
+  EXPECT_FALSE(drive.state().moving);
+  drive.move_to(6000.0, kDriveBounds);
+  pass(1000.0);
+  EXPECT_EQ(drive.truth().carriage_mm, 2000.0);
+  drive.move_to(1900.0, kDriveBounds);
+  pass(60000.0);
+  EXPECT_NEAR(drive.truth().carriage_mm, 1900.0, 1e-9);
+  EXPECT_FALSE(drive.state().at_high_limit);
+}
+
+TEST_F(SimulatedDriveTest, StalledMotorIsReportedAsMoving) {
+  SimulatedDrive drive(exact_drive(), &clock_);
+  home(&drive);
+  drive.move_to(400.0, kDriveBounds);
+  pass(1000.0);
+  drive.inject(DriveFault::kStall, 0.0, duration_from_ms(3000.0));
+  pass(2000.0);
+  EXPECT_NEAR(drive.state().feedback_mm, 75.0, 1e-6);
+  EXPECT_TRUE(drive.state().moving);
+  pass(60000.0);  // resumes when freed after one more second
+  EXPECT_NEAR(drive.state().feedback_mm, 400.0, 1e-9);
+  EXPECT_FALSE(drive.state().moving);
+}
+
+TEST_F(SimulatedDriveTest, MoveCommandedWhileStalledStartsWhenFreed) {
+  SimulatedDrive drive(exact_drive(), &clock_);
+  home(&drive);
+  drive.inject(DriveFault::kStall, 0.0, Duration::zero());
+  drive.move_to(10.0, kDriveBounds);
+  pass(60000.0);
+  EXPECT_NEAR(drive.state().feedback_mm, 0.0, 1e-9);
+  drive.clear_faults();
+  pass(60000.0);
+  EXPECT_NEAR(drive.state().feedback_mm, 10.0, 1e-9);
+}
+
+TEST_F(SimulatedDriveTest, AlarmHaltsUntilItIsReset) {
+  SimulatedDrive drive(exact_drive(), &clock_);
+  home(&drive);
+  drive.move_to(400.0, kDriveBounds);
+  pass(1000.0);
+  drive.inject(DriveFault::kAlarm, 0x210, Duration::zero());
+  pass(5000.0);
+  const DriveState state = drive.state();
+  EXPECT_TRUE(state.alarm);
+  EXPECT_EQ(state.alarm_code, 0x210);
+  EXPECT_FALSE(state.enabled);
+  EXPECT_FALSE(state.moving);
+  drive.move_to(300.0, kDriveBounds);
+  pass(5000.0);
+  EXPECT_EQ(drive.state().feedback_mm, state.feedback_mm);
+  drive.reset_alarm();
+  EXPECT_FALSE(drive.state().alarm);
+  drive.move_to(300.0, kDriveBounds);
+  pass(60000.0);
+  EXPECT_NEAR(drive.state().feedback_mm, 300.0, 1e-9);
+}
+
+TEST_F(SimulatedDriveTest, InjectedLimitStopsAndRefusesItsSideOnly) {
+  SimulatedDrive drive(exact_drive(), &clock_);
+  home(&drive);
+  drive.move_to(400.0, kDriveBounds);
+  pass(1000.0);
+  drive.inject(DriveFault::kHighLimit, 0.0, duration_from_ms(10000.0));
+  EXPECT_TRUE(drive.state().at_high_limit);
+  drive.move_to(400.0, kDriveBounds);
+  pass(2000.0);
+  EXPECT_NEAR(drive.state().feedback_mm, 75.0, 1e-6);
+  drive.move_to(50.0, kDriveBounds);
+  pass(7000.0);
+  EXPECT_NEAR(drive.state().feedback_mm, 50.0, 1e-9);
+  pass(2000.0);
+  EXPECT_FALSE(drive.state().at_high_limit);
+}
+
+TEST_F(SimulatedDriveTest, FeedbackFaultsDoNotMoveTheCarriage) {
+  SimulatedDrive drive(exact_drive(), &clock_);
+  home(&drive);
+  drive.inject(DriveFault::kFeedbackJump, 3.0, duration_from_ms(1000.0));
+  EXPECT_NEAR(drive.state().feedback_mm, 3.0, 1e-9);
+  EXPECT_NEAR(drive.truth().carriage_mm, 0.0, 1e-9);
+  pass(1000.0);
+  EXPECT_NEAR(drive.state().feedback_mm, 0.0, 1e-9);
+  drive.inject(DriveFault::kFeedbackDrift, 2.0, Duration::zero());
+  pass(500.0);
+  EXPECT_NEAR(drive.state().feedback_mm, 1.0, 1e-6);
+  drive.clear_faults();
+  EXPECT_NEAR(drive.state().feedback_mm, 0.0, 1e-9);
+}
+
+TEST_F(SimulatedDriveTest, FaultCanBeDelayed) {
+  SimulatedDrive drive(exact_drive(), &clock_);
+  home(&drive);
+  // Blocked from 1 s to 2 s into the move, without a reading in between.
+  drive.on_move([&](double target_mm) {
+    EXPECT_EQ(target_mm, 400.0);
+    drive.inject(DriveFault::kStall, 0.0, duration_from_ms(1000.0), duration_from_ms(1000.0));
+  });
+  drive.move_to(400.0, kDriveBounds);
+  pass(2500.0);
+  // 75 mm before it, 25 mm in half a second from rest after it.
+  EXPECT_NEAR(drive.state().feedback_mm, 100.0, 1e-6);
+}
+
+TEST_F(SimulatedDriveTest, InvalidCommandsAreRefused) {
+  SimulatedDrive drive(exact_drive(), &clock_);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(drive.move_to(nan, kDriveBounds));
+  EXPECT_FALSE(drive.move_to(1.0, {0.0, 200.0, 200.0}));
+  EXPECT_FALSE(drive.move_to(1.0, {100.0, -1.0, 200.0}));
+  EXPECT_FALSE(drive.move_to(1.0, {100.0, 200.0, nan}));
+  EXPECT_EQ(drive.truth().moves, 0);
+}
+
+}  // namespace
+}  // namespace raywalk::capture

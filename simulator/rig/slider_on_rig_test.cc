@@ -1,0 +1,157 @@
+// The slider driver against the simulated drive, with every shipped register map and both links.
+// The two sides of the protocol share no code.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include "capture/base/device_fault.h"
+#include "capture/base/manual_clock.h"
+#include "capture/slider/carriage.h"
+#include "capture/slider/modbus_slider.h"
+#include "core/files/test_directory.h"
+#include "simulator/rig/modbus_server.h"
+
+namespace raywalk::capture {
+namespace {
+
+struct Setup {
+  const char* map;
+  SliderConnection connection;
+};
+
+class SliderOnRigTest : public ::testing::TestWithParam<Setup> {
+ protected:
+  static std::filesystem::path map_file() {
+    return std::filesystem::path(RAYWALK_CONFIGS) / "sliders" / GetParam().map;
+  }
+  static DriveSettings drive_settings() {
+    DriveSettings settings;
+    settings.backlash_mm = 0.0;
+    settings.power_on_mm = 30.0;
+    settings.feedback_noise_mm = 0.01;
+    return settings;
+  }
+  static LinkFaultRates rates() {
+    LinkFaultRates rates;
+    rates.late_ms = 150.0;
+    return rates;
+  }
+  SliderConfig slider_config() const {
+    SliderConfig config;
+    config.connection = GetParam().connection;
+    config.device = (directory_ / "slider").string();
+    config.host = "127.0.0.1";
+    config.port = server_.tcp_port();
+    config.register_map = map_file();
+    config.response_timeout_ms = 100.0;
+    config.byte_timeout_ms = 50.0;
+    config.tries = 5;
+    return config;
+  }
+  static MotionRules rules() {
+    MotionRules rules;
+    rules.poll_ms = 50.0;
+    return rules;
+  }
+
+  const TestDirectory directory_;
+  ManualClock clock_;
+  SimulatedDrive drive_{drive_settings(), &clock_};
+  DriveRegisters registers_{read_register_map(map_file()), &drive_};
+  LinkFaults faults_{rates()};
+  ModbusServer server_{{1, directory_ / "slider", 0}, &registers_, &faults_};
+  const SoftLimits limits_{0.0, 1000.0};
+};
+
+TEST_P(SliderOnRigTest, HomesAndReachesEveryTarget) {
+  const auto slider = make_modbus_slider(slider_config(), &clock_);
+  Carriage carriage(slider.get(), &clock_, limits_, rules());
+  carriage.home();
+  EXPECT_NEAR(drive_.truth().carriage_mm, 0.0, 1e-6);
+  for (const double target_mm : {25.0, 90.0, 0.0, 51.24}) {
+    const auto settled = carriage.move_to(limits_.require(target_mm, "test"));
+    EXPECT_NEAR(settled.measured_mm, target_mm, 0.05);
+    EXPECT_NEAR(drive_.truth().carriage_mm, target_mm, 0.01);
+    EXPECT_FALSE(drive_.state().moving);
+  }
+}
+
+TEST_P(SliderOnRigTest, AlarmEndsTheMoveAndCanBeReset) {
+  const auto slider = make_modbus_slider(slider_config(), &clock_);
+  Carriage carriage(slider.get(), &clock_, limits_, rules());
+  carriage.home();
+  drive_.inject(DriveFault::kAlarm, 0x21, Duration::zero(), duration_from_ms(500.0));
+  try {
+    carriage.move_to(limits_.require(800.0, "test"));
+    ADD_FAILURE() << "the alarm went unnoticed";
+  } catch (const DeviceFault& fault) {
+    EXPECT_EQ(fault.kind(), FaultKind::kAlarm) << fault.what();
+  }
+  slider->reset_alarm();
+  carriage.move_to(limits_.require(10.0, "test"));
+  EXPECT_NEAR(drive_.truth().carriage_mm, 10.0, 0.01);
+}
+
+TEST_P(SliderOnRigTest, FaultyLinkNeverCausesAWrongPosition) {
+  const auto slider = make_modbus_slider(slider_config(), &clock_);
+  Carriage carriage(slider.get(), &clock_, limits_, rules());
+  carriage.home();
+  // The serial line keeps real pauses between frames, which take real time.
+  const int moves = GetParam().connection == SliderConnection::kTcp ? 24 : 6;
+  for (int i = 0; i < moves; ++i) {
+    // One of the first five exchanges of each move has a fault, cycling through all kinds.
+    constexpr LinkFault kKinds[] = {
+        LinkFault::kLostRequest,    LinkFault::kLostReply, LinkFault::kCorruptedRequest,
+        LinkFault::kCorruptedReply, LinkFault::kLate,      LinkFault::kDuplicated};
+    faults_.schedule(kKinds[i % 6], faults_.requests() + 1 + static_cast<unsigned>(i % 5),
+                     std::chrono::milliseconds(0));
+    const double target_mm = 10.0 * (i % 2 == 0 ? i : moves - 1 - i);
+    const auto settled = carriage.move_to(limits_.require(target_mm, "test"));
+    EXPECT_NEAR(settled.measured_mm, target_mm, 0.1);
+    EXPECT_NEAR(drive_.truth().carriage_mm, target_mm, 0.01) << i;
+  }
+  EXPECT_EQ(faults_.faults(), static_cast<unsigned>(moves));
+  EXPECT_GE(drive_.truth().commanded.low_mm, 0.0);
+  EXPECT_LE(drive_.truth().visited.high_mm, 1000.0);
+}
+
+TEST_P(SliderOnRigTest, LinkCutDuringAMoveIsAFaultAndCanReconnect) {
+  const auto slider = make_modbus_slider(slider_config(), &clock_);
+  Carriage carriage(slider.get(), &clock_, limits_, rules());
+  carriage.home();
+  faults_.schedule(LinkFault::kCut, faults_.requests() + 8, std::chrono::milliseconds(0));
+  try {
+    carriage.move_to(limits_.require(800.0, "test"));
+    ADD_FAILURE() << "the cut went unnoticed";
+  } catch (const DeviceFault& fault) {
+    EXPECT_EQ(fault.kind(), FaultKind::kNoContact) << fault.what();
+  }
+  faults_.restore();
+  // The new port appears shortly, in real time.
+  for (int i = 0; i < 400 && !std::filesystem::exists(directory_ / "slider"); ++i) {
+    SystemClock().sleep(duration_from_ms(5.0));
+  }
+  carriage.stop();
+  carriage.move_to(limits_.require(20.0, "test"));
+  EXPECT_NEAR(drive_.truth().carriage_mm, 20.0, 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(Maps, SliderOnRigTest,
+                         ::testing::Values(Setup{"leadshine-pr0.yaml", SliderConnection::kRtu},
+                                           Setup{"leadshine-pr0.yaml", SliderConnection::kTcp},
+                                           Setup{"iai-block.yaml", SliderConnection::kRtu},
+                                           Setup{"iai-block.yaml", SliderConnection::kTcp},
+                                           Setup{"generic.yaml", SliderConnection::kRtu},
+                                           Setup{"generic.yaml", SliderConnection::kTcp}),
+                         [](const ::testing::TestParamInfo<Setup>& param) {
+                           std::string name = std::string(param.param.map) + "_";
+                           name += name_of(param.param.connection);
+                           for (char& c : name)
+                             c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace raywalk::capture

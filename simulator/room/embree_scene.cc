@@ -1,0 +1,147 @@
+#include "simulator/room/embree_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/base/error.h"
+#include "simulator/room/embree_queries.h"
+
+namespace raywalk::capture {
+namespace {
+
+constexpr std::size_t kPacket = 8;
+
+[[noreturn]] void throw_embree_error(RTCDevice device) {
+  throw Error(fmt::format("the ray tracer Embree failed (error {}); is there enough memory?",
+                          static_cast<int>(rtcGetDeviceError(device))));
+}
+
+// Embree owns the buffers; they must be filled before the geometry is committed.
+void fill_quads(RTCGeometry geometry, std::span<const Facet> facets, RTCDevice device) {
+  const std::size_t corners = 4 * facets.size();
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), corners));
+  auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 4 * sizeof(unsigned), facets.size()));
+  if (vertices == nullptr || indices == nullptr) throw_embree_error(device);
+  for (const Facet& facet : facets) {
+    for (const Eigen::Vector3d& corner : facet.corners) {
+      for (int axis = 0; axis < 3; ++axis) *vertices++ = static_cast<float>(corner[axis]);
+    }
+  }
+  for (unsigned i = 0; i < corners; ++i) indices[i] = i;
+}
+
+RTCRay ray_for_embree(const Ray& ray, double distance) {
+  RTCRay embree{};
+  embree.org_x = static_cast<float>(ray.origin.x());
+  embree.org_y = static_cast<float>(ray.origin.y());
+  embree.org_z = static_cast<float>(ray.origin.z());
+  embree.dir_x = static_cast<float>(ray.direction.x());
+  embree.dir_y = static_cast<float>(ray.direction.y());
+  embree.dir_z = static_cast<float>(ray.direction.z());
+  embree.tfar = static_cast<float>(distance);
+  embree.mask = ~0U;
+  return embree;
+}
+
+void set_lane(const Ray& ray, std::size_t lane, RTCRay8* packet) {
+  const RTCRay single = ray_for_embree(ray, std::numeric_limits<double>::infinity());
+  packet->org_x[lane] = single.org_x;
+  packet->org_y[lane] = single.org_y;
+  packet->org_z[lane] = single.org_z;
+  packet->dir_x[lane] = single.dir_x;
+  packet->dir_y[lane] = single.dir_y;
+  packet->dir_z[lane] = single.dir_z;
+  packet->tnear[lane] = 0.0F;
+  packet->tfar[lane] = single.tfar;
+  packet->time[lane] = 0.0F;
+  packet->mask[lane] = single.mask;
+  packet->id[lane] = 0;
+  packet->flags[lane] = 0;
+}
+
+}  // namespace
+
+void EmbreeScene::Release::operator()(RTCDeviceTy* device) const { rtcReleaseDevice(device); }
+void EmbreeScene::Release::operator()(RTCSceneTy* scene) const { rtcReleaseScene(scene); }
+
+EmbreeScene::EmbreeScene(std::span<const Facet> facets) : device_(rtcNewDevice(nullptr)) {
+  if (!device_) throw_embree_error(nullptr);
+  for (const Facet& facet : facets) {
+    planes_.push_back({facet.normal, facet.normal.dot(facet.corners[0])});
+  }
+  scene_.reset(rtcNewScene(device_.get()));
+  // Robust mode: no ray passes through the shared edge of two facets.
+  rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+  const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_QUAD);
+  const std::unique_ptr<RTCGeometryTy, decltype(&rtcReleaseGeometry)> owner(geometry,
+                                                                            &rtcReleaseGeometry);
+  fill_quads(geometry, facets, device_.get());
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(scene_.get(), geometry);
+  rtcCommitScene(scene_.get());
+  if (const RTCError error = rtcGetDeviceError(device_.get()); error != RTC_ERROR_NONE) {
+    throw Error(fmt::format("the ray tracer Embree failed to build the room (error {})",
+                            static_cast<int>(error)));
+  }
+}
+
+// Solves normal . (origin + t direction) = offset for t. If the ray is nearly parallel to the
+// plane, this is ill-conditioned and Embree's own distance is used.
+double EmbreeScene::distance_to_plane(const Ray& ray, int facet, double embree_distance) const {
+  const Plane& plane = planes_[static_cast<std::size_t>(facet)];
+  const double exact =
+      (plane.offset - plane.normal.dot(ray.origin)) / plane.normal.dot(ray.direction);
+  const bool agree = std::abs(exact - embree_distance) <= 1e-3 * embree_distance + 1e-5;
+  return agree ? exact : embree_distance;
+}
+
+void EmbreeScene::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+  for (std::size_t begin = 0; begin < rays.size(); begin += kPacket) {
+    const std::size_t count = std::min(kPacket, rays.size() - begin);
+    RTCRayHit8 packet;
+    alignas(32) int valid[kPacket] = {};
+    for (std::size_t lane = 0; lane < kPacket; ++lane) {
+      set_lane(rays[begin + std::min(lane, count - 1)], lane, &packet.ray);
+      packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
+      valid[lane] = lane < count ? -1 : 0;
+    }
+    find_hits(scene_.get(), valid, &packet);
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      Hit& hit = hits[begin + lane];
+      hit = {};
+      if (packet.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
+      hit.facet = static_cast<int>(packet.hit.primID[lane]);
+      hit.distance = distance_to_plane(rays[begin + lane], hit.facet,
+                                       static_cast<double>(packet.ray.tfar[lane]));
+      hit.u = packet.hit.u[lane];
+      hit.v = packet.hit.v[lane];
+    }
+  }
+}
+
+Hit EmbreeScene::intersect(const Ray& ray) const {
+  RTCRayHit embree{};
+  embree.ray = ray_for_embree(ray, std::numeric_limits<double>::infinity());
+  embree.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  find_hit(scene_.get(), &embree);
+  Hit hit;
+  if (embree.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
+  hit.facet = static_cast<int>(embree.hit.primID);
+  hit.distance = distance_to_plane(ray, hit.facet, static_cast<double>(embree.ray.tfar));
+  hit.u = embree.hit.u;
+  hit.v = embree.hit.v;
+  return hit;
+}
+
+bool EmbreeScene::occluded(const Ray& ray, double distance) const {
+  RTCRay embree = ray_for_embree(ray, distance);
+  find_occlusion(scene_.get(), &embree);
+  return embree.tfar < 0.0F;
+}
+
+}  // namespace raywalk::capture

@@ -1,0 +1,188 @@
+// Rendered views of a furnished room are consistent with its geometry.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "core/base/median.h"
+#include "simulator/room/hash_random.h"
+#include "simulator/room/test_rooms.h"
+#include "simulator/room/virtual_room.h"
+
+namespace raywalk::capture {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr PanoramaSize kViewSize{512, 256};
+
+// Bilinear; wraps at the seam, uses the border mode at the poles.
+cv::Vec3d sample(const cv::Mat& picture, PixelPosition at) {
+  const int u0 = static_cast<int>(std::floor(at.u)), v0 = static_cast<int>(std::floor(at.v));
+  cv::Vec3d sum(0, 0, 0);
+  for (int dv = 0; dv < 2; ++dv) {
+    for (int du = 0; du < 2; ++du) {
+      const int u = (u0 + du + picture.cols) % picture.cols;
+      const int v = std::clamp(v0 + dv, 0, picture.rows - 1);
+      const double weight =
+          (du == 1 ? at.u - u0 : 1.0 - (at.u - u0)) * (dv == 1 ? at.v - v0 : 1.0 - (at.v - v0));
+      sum += weight * cv::Vec3d(picture.at<cv::Vec3b>(v, u));
+    }
+  }
+  return sum;
+}
+
+double mean_difference(const cv::Vec3d& a, const cv::Vec3d& b) {
+  return (std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2])) / 3.0;
+}
+
+class RoomViewsTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() { room_ = new VirtualRoom(furnished_room(2)); }
+  static void TearDownTestSuite() {
+    delete room_;
+    room_ = nullptr;
+  }
+
+  static const VirtualRoom* room_;
+};
+const VirtualRoom* RoomViewsTest::room_ = nullptr;
+
+struct View {
+  CameraPose pose;
+  cv::Mat picture;
+  cv::Mat distance;
+};
+
+// `source` warped to `target` by its distances; only points visible in both.
+std::vector<double> differences(const View& target, const View& source, bool reproject) {
+  std::vector<double> found;
+  const Eigen::Matrix3d target_rotation = world_from_camera(target.pose.attitude);
+  const Eigen::Matrix3d source_rotation = world_from_camera(source.pose.attitude);
+  for (int v = 20; v < kViewSize.height - 20; ++v) {
+    for (int u = 0; u < kViewSize.width; ++u) {
+      const PixelPosition pixel{static_cast<double>(u), static_cast<double>(v)};
+      const double distance = target.distance.at<float>(v, u);
+      if (std::isinf(distance)) continue;
+      const Vector3d point =
+          target.pose.position_m +
+          distance * (target_rotation * direction_from_angles(angles_from_pixel(pixel, kViewSize)));
+      const Vector3d from = source.pose.position_m;
+      const PixelPosition seen = pixel_from_angles(
+          angles_from_direction(source_rotation.transpose() * (point - from)), kViewSize);
+      const int near_u =
+          (static_cast<int>(std::lround(seen.u)) + kViewSize.width) % kViewSize.width;
+      const int near_v = std::clamp(static_cast<int>(std::lround(seen.v)), 0, kViewSize.height - 1);
+      const double true_distance = (point - from).norm();
+      if (std::abs(source.distance.at<float>(near_v, near_u) - true_distance) >
+          0.02 * true_distance) {
+        continue;
+      }
+      found.push_back(mean_difference(sample(source.picture, reproject ? seen : pixel),
+                                      cv::Vec3d(target.picture.at<cv::Vec3b>(v, u))));
+    }
+  }
+  return found;
+}
+
+TEST_F(RoomViewsTest, ViewWarpedByItsDistancesIsTheOtherView) {
+  const auto view_from = [&](const CameraPose& pose) {
+    return View{pose, room_->panorama(pose, kViewSize), room_->distance_map(pose, kViewSize)};
+  };
+  const View centre = view_from({});
+  const View moved = view_from({{0.25, -0.05, 0.3}, {0.4, 0.1, -0.15}});
+  const std::vector<double> reprojected = differences(centre, moved, true);
+  ASSERT_GT(reprojected.size(), static_cast<std::size_t>(kViewSize.width * kViewSize.height / 2));
+  EXPECT_LT(median(reprojected), 2.5);
+  // Without the warp the difference is large.
+  EXPECT_GT(median(differences(centre, moved, false)), 15.0);
+}
+
+// A mirror shows the view of the mirrored camera.
+TEST_F(RoomViewsTest, MirrorShowsTheMirroredRoom) {
+  const RoomPlan plan = plan_room(room_->settings());
+  const RoomScene scene(plan, room_->settings());
+  const Vector3d camera(0.1, 0.05, -0.2);
+  constexpr double kSharp_rad = 1e-6;
+  HashRandom random(5);
+  int mirrored = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Vector3d direction =
+        direction_from_angles({random.uniform(-kPi, kPi), std::asin(random.uniform(-0.6, 0.6))});
+    const Ray ray{camera, direction};
+    const Hit hit = scene.geometry().intersect(ray);
+    if (hit.facet < 0 || scene.surface_of(hit).pattern != Pattern::kMirror) continue;
+    ++mirrored;
+    const Facet& pane = scene.facet(hit.facet);
+    const Vector3d on_pane = camera + hit.distance * direction;
+    EXPECT_NEAR((on_pane - pane.corners[0]).dot(pane.normal), 0.0, 1e-9);
+    const Vector3d image = camera - 2.0 * (camera - pane.corners[0]).dot(pane.normal) * pane.normal;
+    const Ray beyond{on_pane + 1e-4 * pane.normal, (on_pane - image).normalized()};
+    Color seen, expected;
+    scene.look({&ray, 1}, kSharp_rad, {&seen, 1});
+    scene.look({&beyond, 1}, kSharp_rad, {&expected, 1});
+    EXPECT_LT((seen - 0.92F * expected).cwiseAbs().maxCoeff(), 0.02F);
+  }
+  EXPECT_GT(mirrored, 50);
+}
+
+TEST_F(RoomViewsTest, FisheyeAndPanoramaShowTheSameInEveryDirection) {
+  const CameraPose pose{{-0.1, 0.02, 0.15}, {0.7, -0.2, 0.1}};
+  DualFisheyeLayout layout = simple_dual_fisheye({768, 384});
+  layout.front.k = {0.02, -0.005, 0.001, -0.0002};
+  layout.front.focal_px *= 0.97;
+  layout.back_attitude = {kPi + 0.01, 0.02, -0.03};
+  const cv::Mat frame = room_->dual_fisheye(pose, layout, {768, 384});
+  const cv::Mat panorama = room_->panorama(pose, kViewSize);
+  const Eigen::Matrix3d front_from_back = world_from_camera(layout.back_attitude);
+  std::vector<double> front, back;
+  for (int v = 16; v < kViewSize.height - 16; v += 2) {
+    for (int u = 0; u < kViewSize.width; u += 2) {
+      const PixelPosition pixel{static_cast<double>(u), static_cast<double>(v)};
+      const Vector3d direction = direction_from_angles(angles_from_pixel(pixel, kViewSize));
+      const cv::Vec3d expected(panorama.at<cv::Vec3b>(v, u));
+      if (const auto at = project(layout.front, direction); at && direction.z() > 0.1) {
+        front.push_back(mean_difference(sample(frame, *at), expected));
+      }
+      const Vector3d in_back = front_from_back.transpose() * direction;
+      if (const auto at = project(layout.back, in_back); at && in_back.z() > 0.1) {
+        back.push_back(mean_difference(sample(frame, *at), expected));
+      }
+    }
+  }
+  ASSERT_GT(front.size(), 2000U);
+  ASSERT_GT(back.size(), 2000U);
+  EXPECT_LT(median(front), 4.0);
+  EXPECT_LT(median(back), 4.0);
+  EXPECT_EQ(frame.at<cv::Vec3b>(0, 0), cv::Vec3b(0, 0, 0));
+  EXPECT_EQ(frame.at<cv::Vec3b>(383, 767), cv::Vec3b(0, 0, 0));
+}
+
+TEST_F(RoomViewsTest, AttitudeTurnsThePicture) {
+  // A quarter turn shifts the panorama by a quarter of its width.
+  const cv::Mat ahead = room_->panorama({}, kViewSize, Sampling::kFine);
+  const cv::Mat turned = room_->panorama({{0, 0, 0}, {kHalfPi, 0, 0}}, kViewSize, Sampling::kFine);
+  std::vector<double> found;
+  for (int v = 0; v < kViewSize.height; ++v) {
+    for (int u = 0; u < kViewSize.width; ++u) {
+      const int from = (u + kViewSize.width / 4) % kViewSize.width;
+      found.push_back(mean_difference(cv::Vec3d(turned.at<cv::Vec3b>(v, u)),
+                                      cv::Vec3d(ahead.at<cv::Vec3b>(v, from))));
+    }
+  }
+  EXPECT_LT(median(found), 2.0);
+}
+
+TEST_F(RoomViewsTest, DraftIsAnUnbiasedEstimateOfTheFinePicture) {
+  const cv::Mat fine = room_->panorama({}, kViewSize, Sampling::kFine);
+  const cv::Mat draft = room_->panorama({}, kViewSize, Sampling::kDraft);
+  const cv::Scalar fine_mean = cv::mean(fine), draft_mean = cv::mean(draft);
+  for (int channel = 0; channel < 3; ++channel) {
+    EXPECT_NEAR(fine_mean[channel], draft_mean[channel], 1.0);
+  }
+}
+
+}  // namespace
+}  // namespace raywalk::capture

@@ -1,0 +1,57 @@
+#include "simulator/room/surface.h"
+
+#include "simulator/room/furnishing_patterns.h"
+#include "simulator/room/picture_patterns.h"
+#include "simulator/room/wall_patterns.h"
+
+namespace raywalk::capture {
+
+Color albedo_at(const Surface& surface, const Eigen::Vector2f& at, float footprint) {
+  switch (surface.pattern) {
+    case Pattern::kPlain:
+      return surface.base;
+    case Pattern::kPlaster:
+      return plaster_albedo(surface, at, footprint);
+    case Pattern::kBricks:
+      return brick_albedo(surface, at, footprint);
+    case Pattern::kWallpaper:
+      return wallpaper_albedo(surface, at, footprint);
+    case Pattern::kBoards:
+      return board_albedo(surface, at, footprint);
+    case Pattern::kTiles:
+      return tile_albedo(surface, at, footprint);
+    case Pattern::kWood:
+      return wood_albedo(surface, at, footprint);
+    case Pattern::kFabric:
+      return fabric_albedo(surface, at, footprint);
+    case Pattern::kRug:
+      return rug_albedo(surface, at, footprint);
+    case Pattern::kBook:
+      return book_albedo(surface, at, footprint);
+    case Pattern::kLeaf:
+      return leaf_albedo(surface, at, footprint);
+    case Pattern::kPicture:
+      return picture_albedo(surface, at, footprint);
+    case Pattern::kShade:
+      return shade_emission(surface, at, footprint);
+    case Pattern::kSky:
+    case Pattern::kMirror:
+      break;
+  }
+  return Color::Zero();
+}
+
+Color mean_albedo(const Surface& surface) {
+  constexpr int kSide = 12;
+  Color sum = Color::Zero();
+  for (int i = 0; i < kSide; ++i) {
+    for (int j = 0; j < kSide; ++j) {
+      const Eigen::Vector2f share((static_cast<float>(i) + 0.5F) / kSide,
+                                  (static_cast<float>(j) + 0.5F) / kSide);
+      sum += albedo_at(surface, share.cwiseProduct(surface.extent), 0.02F);
+    }
+  }
+  return sum / static_cast<float>(kSide * kSide);
+}
+
+}  // namespace raywalk::capture

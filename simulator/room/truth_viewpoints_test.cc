@@ -1,0 +1,106 @@
+#include "simulator/room/truth_viewpoints.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk::capture {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(TruthViewpointsTest, LieInsideTheCellsUnderUniqueNames) {
+  for (int seed = 0; seed < 50; ++seed) {
+    VirtualRoomSettings settings;
+    settings.seed = seed;
+    settings.grid.cells_x = 1 + seed % 3;
+    settings.grid.cell_side_m = 0.4;
+    const RoomPlan plan = plan_room(settings);
+    const auto viewpoints = truth_viewpoints(plan, 40);
+    ASSERT_EQ(viewpoints.size(), 40U);
+    std::set<std::string> names;
+    for (const TruthViewpoint& viewpoint : viewpoints) {
+      names.insert(viewpoint.name);
+      EXPECT_LE(std::abs(viewpoint.position_m.x()), 0.2 * settings.grid.cells_x + 1e-12);
+      EXPECT_LE(std::abs(viewpoint.position_m.z()), 0.2 + 1e-12);
+      EXPECT_EQ(viewpoint.position_m.y(), 0.0);
+    }
+    EXPECT_EQ(names.size(), viewpoints.size());
+  }
+}
+
+TEST(TruthViewpointsTest, OneLiesOnAStationAndOneBetweenTwo) {
+  for (int seed = 0; seed < 50; ++seed) {
+    VirtualRoomSettings settings;
+    settings.seed = seed;
+    int on = 0, between = 0;
+    for (const TruthViewpoint& viewpoint : truth_viewpoints(plan_room(settings), 12)) {
+      const double x_steps = viewpoint.position_m.x() * 40, z_steps = viewpoint.position_m.z() * 40;
+      if (viewpoint.name == "line_left_on") {
+        ++on;
+        EXPECT_NEAR(viewpoint.position_m.x(), -0.5, 1e-12);
+        EXPECT_NEAR(z_steps, std::round(z_steps), 1e-9);
+      }
+      if (viewpoint.name == "line_front_between") {
+        ++between;
+        EXPECT_NEAR(viewpoint.position_m.z(), 0.5, 1e-12);
+        EXPECT_NEAR(std::abs(x_steps - std::round(x_steps)), 0.5, 1e-9);
+      }
+    }
+    EXPECT_EQ(on, 1);
+    EXPECT_EQ(between, 1);
+  }
+}
+
+TEST(TruthViewpointsTest, TableIsRead) {
+  const TestDirectory directory;
+  write_file_atomically(directory / "views.csv", "name,x,z,y\na,0.1,-0.2,0.05\nb,0,0,0\n");
+  const auto viewpoints = read_truth_viewpoints(directory / "views.csv");
+  ASSERT_EQ(viewpoints.size(), 2U);
+  EXPECT_EQ(viewpoints[0].name, "a");
+  EXPECT_EQ(viewpoints[0].position_m, Eigen::Vector3d(0.1, 0.05, -0.2));
+}
+
+// A street: one line along z.
+TEST(TruthViewpointsTest, AlongASingleLineTheyLieBetweenItsStations) {
+  RoomPlan plan;
+  plan.unit_m = 2.0;
+  plan.lines = {{"z0", LineAxis::kZ, 0.0, {-3.0, -2.0, 0.0, 3.0}}};
+  const auto viewpoints = truth_viewpoints(plan, 6);
+  ASSERT_EQ(viewpoints.size(), 6U);
+  for (std::size_t i = 0; i < viewpoints.size(); ++i) {
+    const Eigen::Vector3d& at_m = viewpoints[i].position_m;
+    EXPECT_GT(at_m.z(), -6.0);
+    EXPECT_LT(at_m.z(), 6.0);
+    EXPECT_EQ(at_m.y(), 0.0);
+    EXPECT_EQ(at_m.x() == 0.0, i % 2 == 0) << viewpoints[i].name;
+    EXPECT_LE(std::abs(at_m.x()), 0.6);
+    for (const double along : plan.lines[0].along) EXPECT_GT(std::abs(at_m.z() - 2.0 * along), 0.5);
+  }
+}
+
+TEST(TruthViewpointsTest, BadTablesAreRefusedByLine) {
+  const TestDirectory directory;
+  const auto expect_refused = [&](const std::string& text, const std::string& message) {
+    write_file_atomically(directory / "views.csv", text);
+    try {
+      read_truth_viewpoints(directory / "views.csv");
+      ADD_FAILURE() << text;
+    } catch (const Error& e) {
+      EXPECT_THAT(e.what(), HasSubstr(message));
+    }
+  };
+  expect_refused("name,x,z\n", "no viewpoints");
+  expect_refused("name,x,z\na,0,0\na,1,0\n", "views.csv:3");
+  expect_refused("name,x,z\n../a,0,0\n", "is not a valid file name");
+  expect_refused("name,x,z\na,0,one\n", "views.csv:2");
+}
+
+}  // namespace
+}  // namespace raywalk::capture
