@@ -9,25 +9,14 @@
 
 #include <array>
 #include <cerrno>
+#include <string>
 #include <system_error>
 
 #include "core/base/error.h"
 
 namespace raywalk::capture {
-namespace {
 
 namespace fs = std::filesystem;
-
-std::string system_error() { return std::generic_category().message(errno); }
-
-void set_raw(int terminal) {
-  termios settings{};
-  if (tcgetattr(terminal, &settings) != 0) return;
-  cfmakeraw(&settings);
-  tcsetattr(terminal, TCSANOW, &settings);
-}
-
-}  // namespace
 
 PseudoTerminal::PseudoTerminal(const fs::path& link) : link_(link) {
   std::array<char, 128> name{};
@@ -37,23 +26,23 @@ PseudoTerminal::PseudoTerminal(const fs::path& link) : link_(link) {
     terminal_ = name.data();
     slave_ = open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC);
   }
-  if (slave_ < 0) {
-    const std::string why = system_error();
-    if (master_ >= 0) close(master_);
-    throw Error("cannot create a pseudo-terminal: " + why);
-  }
-  set_raw(slave_);
   try {
+    if (slave_ < 0) {
+      throw Error("cannot create a pseudo-terminal: " + std::generic_category().message(errno));
+    }
+    termios settings{};
+    tcgetattr(slave_, &settings);
+    cfmakeraw(&settings);
+    tcsetattr(slave_, TCSANOW, &settings);
     make_link();
   } catch (...) {
-    close(slave_);
-    close(master_);
+    close_sides();
     throw;
   }
 }
 
 // Created under another name and renamed, so that the link never disappears.
-void PseudoTerminal::make_link() {
+void PseudoTerminal::make_link() const {
   std::error_code error;
   const fs::file_status status = fs::symlink_status(link_, error);
   if (fs::exists(status) && !fs::is_symlink(status)) {
@@ -70,26 +59,14 @@ void PseudoTerminal::make_link() {
 PseudoTerminal::~PseudoTerminal() {
   std::error_code ignored;
   if (fs::read_symlink(link_, ignored) == terminal_) fs::remove(link_, ignored);
-  close(slave_);
-  close(master_);
+  close_sides();
 }
 
-ModbusBytes PseudoTerminal::read() {
-  std::array<std::uint8_t, 512> buffer{};
-  const ssize_t count = ::read(master_, buffer.data(), buffer.size());
-  if (count <= 0) return {};
-  return {buffer.begin(), buffer.begin() + count};
+void PseudoTerminal::close_sides() const {
+  if (slave_ >= 0) close(slave_);
+  if (master_ >= 0) close(master_);
 }
 
-void PseudoTerminal::write(std::span<const std::uint8_t> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t count = ::write(master_, bytes.data(), bytes.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return;
-    bytes = bytes.subspan(static_cast<std::size_t>(count));
-  }
-}
-
-void PseudoTerminal::lift_exclusion() { ioctl(slave_, TIOCNXCL); }
+void PseudoTerminal::lift_exclusion() const { ioctl(slave_, TIOCNXCL); }
 
 }  // namespace raywalk::capture
