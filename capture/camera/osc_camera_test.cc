@@ -59,7 +59,7 @@ class OscCameraTest : public testing::Test {
   }
 
   // By another client.
-  void take_picture() { simulated_->execute(R"({"name": "camera.takePicture"})", ""); }
+  void take_picture() { simulated_->execute(R"({"name": "camera.takePicture"})"); }
   Shot shoot() { return camera_->shoot(clock_.now()); }
 
   TestDirectory directory_;

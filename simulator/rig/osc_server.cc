@@ -4,7 +4,6 @@
 #include <httplib.h>
 #include <sys/socket.h>
 
-#include <atomic>
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -33,66 +32,22 @@ void send_truncated(httplib::Response* response) {
 
 }  // namespace
 
-class OscServer::Impl {
- public:
-  Impl(SimulatedCamera* camera, Faults* faults, int port,
-       const std::map<std::string, Handler>& more)
-      : camera_(camera), faults_(faults) {
-    // httplib's default, SO_REUSEPORT, would let two servers share a port.
-    server_.set_socket_options([](int socket) {
-      const int yes = 1;
-      setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
-    });
-    server_.set_tcp_nodelay(true);
-    // httplib deletes it.
-    server_.new_task_queue = [] { return new httplib::ThreadPool(kMostClients); };
-    // A client may keep its connection open for a whole session.
-    server_.set_keep_alive_max_count(1'000'000);
-    server_.set_keep_alive_timeout(1);
-    add_camera();
-    for (const auto& [path, handler] : more) add(path, handler);
-    port_ = port == 0 ? server_.bind_to_any_port(kHost) : port;
-    if (port_ < 1 || (port != 0 && !server_.bind_to_port(kHost, port))) {
-      throw Error(fmt::format("cannot listen on {}:{}; is the port in use by another program?",
-                              kHost, port));
-    }
-    thread_ = std::thread([this] { server_.listen_after_bind(); });
-  }
-
-  // httplib only stops a server that listens.
-  ~Impl() {
-    ending_ = true;
-    while (!server_.is_running()) std::this_thread::sleep_for(kStep);
-    server_.stop();
-    thread_.join();
-  }
-
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
-
-  int port() const { return port_; }
-  std::string url() const { return fmt::format("http://{}:{}", kHost, port_); }
-
- private:
-  void add_camera() {
-    server_.Get("/osc/info", [this](const auto&, auto& response) {
-      answer(&response, [] { return SimulatedCamera::info(); });
-    });
-    server_.Post("/osc/state", [this](const auto&, auto& response) {
-      answer(&response, [this] { return camera_->state(url()); });
-    });
-    server_.Post("/osc/commands/execute", [this](const auto& request, auto& response) {
-      answer(&response, [&] { return camera_->execute(request.body, url()); });
-    });
-    server_.Post("/osc/commands/status", [this](const auto& request, auto& response) {
-      answer(&response, [&] { return camera_->status(request.body, url()); });
-    });
-    server_.Get(R"(/files/([A-Za-z0-9_.]+))", [this](const auto& request, auto& response) {
-      send_file(request.matches[1], &response);
-    });
-  }
-
-  void add(const std::string& path, const Handler& handler) {
+OscServer::OscServer(SimulatedCamera* camera, Faults* faults, int port,
+                     const std::map<std::string, Handler>& more)
+    : camera_(camera), faults_(faults), server_(std::make_unique<httplib::Server>()) {
+  // httplib's default, SO_REUSEPORT, would let two servers share a port.
+  server_->set_socket_options([](int socket) {
+    const int yes = 1;
+    setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
+  });
+  server_->set_tcp_nodelay(true);
+  // httplib deletes it.
+  server_->new_task_queue = [] { return new httplib::ThreadPool(kMostClients); };
+  // A client may keep its connection open for a whole session.
+  server_->set_keep_alive_max_count(1'000'000);
+  server_->set_keep_alive_timeout(1);
+  add_camera();
+  for (const auto& [path, handler] : more) {
     const auto handle = [handler](const httplib::Request& request, httplib::Response& response) {
       try {
         response.set_content(handler(request.body), kJson);
@@ -102,67 +57,85 @@ class OscServer::Impl {
         response.set_content(refusal.dump(), kJson);
       }
     };
-    server_.Get(path, handle);
-    server_.Post(path, handle);
+    server_->Get(path, handle);
+    server_->Post(path, handle);
   }
-
-  template <typename Reply>
-  void answer(httplib::Response* response, const Reply& reply) {
-    if (disconnects(response)) return;
-    const OscReply made = reply();
-    if (stays_silent(response)) return;
-    response->status = made.http_status;
-    response->set_content(made.json.dump(), kJson);
+  port_ = port == 0 ? server_->bind_to_any_port(kHost) : port;
+  if (port_ < 1 || (port != 0 && !server_->bind_to_port(kHost, port))) {
+    throw Error(
+        fmt::format("cannot listen on {}:{}; is the port in use by another program?", kHost, port));
   }
+  thread_ = std::thread([this] { server_->listen_after_bind(); });
+}
 
-  void send_file(const std::string& name, httplib::Response* response) {
-    if (disconnects(response) || stays_silent(response)) return;
-    if (faults_->occurs(RigFault::kWebPage)) {
-      response->set_content(kWebPage, "text/html");
-      return;
-    }
-    try {
-      response->set_content(camera_->file(name), "image/jpeg");
-    } catch (const Error&) {
-      response->status = 404;
-    }
+// httplib only stops a server that listens.
+OscServer::~OscServer() {
+  ending_ = true;
+  while (!server_->is_running()) std::this_thread::sleep_for(kStep);
+  server_->stop();
+  thread_.join();
+}
+
+std::string OscServer::url() const { return fmt::format("http://{}:{}", kHost, port_); }
+
+void OscServer::add_camera() {
+  server_->Get("/osc/info", [this](const auto&, auto& response) {
+    answer([] { return SimulatedCamera::info(); }, &response);
+  });
+  server_->Post("/osc/state", [this](const auto&, auto& response) {
+    answer([this] { return camera_->state(url()); }, &response);
+  });
+  server_->Post("/osc/commands/execute", [this](const auto& request, auto& response) {
+    answer([&] { return camera_->execute(request.body); }, &response);
+  });
+  server_->Post("/osc/commands/status", [this](const auto& request, auto& response) {
+    answer([&] { return camera_->status(request.body, url()); }, &response);
+  });
+  server_->Get(R"(/files/([A-Za-z0-9_.]+))", [this](const auto& request, auto& response) {
+    send_file(request.matches[1], &response);
+  });
+}
+
+void OscServer::answer(const std::function<OscReply()>& reply, httplib::Response* response) {
+  if (disconnects(response)) return;
+  const OscReply made = reply();
+  if (stays_silent(response)) return;
+  response->status = made.http_status;
+  response->set_content(made.json.dump(), kJson);
+}
+
+void OscServer::send_file(const std::string& name, httplib::Response* response) {
+  if (disconnects(response) || stays_silent(response)) return;
+  if (faults_->occurs(RigFault::kWebPage)) {
+    response->set_content(kWebPage, "text/html");
+    return;
   }
-
-  bool disconnects(httplib::Response* response) {
-    if (!faults_->occurs(RigFault::kDown)) return false;
-    send_truncated(response);
-    return true;
+  try {
+    response->set_content(camera_->file(name), "image/jpeg");
+  } catch (const Error&) {
+    response->status = 404;
   }
+}
 
-  // Keeps the client waiting, for the duration of the fault if it has one, then closes without a
-  // reply.
-  bool stays_silent(httplib::Response* response) {
-    const bool lasts = faults_->lasting(RigFault::kSilent).has_value();
-    if (!faults_->occurs(RigFault::kSilent)) return false;
-    const auto end = std::chrono::steady_clock::now() + kSilentReply;
-    const auto waits = [&] {
-      return lasts ? faults_->lasting(RigFault::kSilent).has_value()
-                   : std::chrono::steady_clock::now() < end;
-    };
-    while (!ending_ && waits()) std::this_thread::sleep_for(kStep);
-    send_truncated(response);
-    return true;
-  }
+bool OscServer::disconnects(httplib::Response* response) {
+  if (!faults_->occurs(RigFault::kDown)) return false;
+  send_truncated(response);
+  return true;
+}
 
-  SimulatedCamera* camera_;
-  Faults* faults_;
-  httplib::Server server_;
-  int port_ = 0;
-  std::atomic<bool> ending_ = false;
-  std::thread thread_;
-};
-
-OscServer::OscServer(SimulatedCamera* camera, Faults* faults, int port,
-                     const std::map<std::string, Handler>& more)
-    : impl_(std::make_unique<Impl>(camera, faults, port, more)) {}
-OscServer::~OscServer() = default;
-
-int OscServer::port() const { return impl_->port(); }
-std::string OscServer::url() const { return impl_->url(); }
+// Keeps the client waiting, for the duration of the fault if it has one, then closes without a
+// reply.
+bool OscServer::stays_silent(httplib::Response* response) {
+  const bool lasts = faults_->lasting(RigFault::kSilent).has_value();
+  if (!faults_->occurs(RigFault::kSilent)) return false;
+  const auto end = std::chrono::steady_clock::now() + kSilentReply;
+  const auto waits = [&] {
+    return lasts ? faults_->lasting(RigFault::kSilent).has_value()
+                 : std::chrono::steady_clock::now() < end;
+  };
+  while (!ending_ && waits()) std::this_thread::sleep_for(kStep);
+  send_truncated(response);
+  return true;
+}
 
 }  // namespace raywalk::capture

@@ -1,13 +1,20 @@
 // HTTP server of the simulated camera on loopback.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <map>
 #include <memory>
 #include <string>
+#include <thread>
 
 #include "simulator/rig/faults.h"
 #include "simulator/rig/simulated_camera.h"
+
+namespace httplib {
+class Server;
+struct Response;
+}  // namespace httplib
 
 namespace raywalk::capture {
 
@@ -30,12 +37,22 @@ class OscServer {
   OscServer(const OscServer&) = delete;
   OscServer& operator=(const OscServer&) = delete;
 
-  int port() const;
+  int port() const { return port_; }
   std::string url() const;  // "http://127.0.0.1:PORT"
 
  private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  void add_camera();
+  void answer(const std::function<OscReply()>& reply, httplib::Response* response);
+  void send_file(const std::string& name, httplib::Response* response);
+  bool disconnects(httplib::Response* response);
+  bool stays_silent(httplib::Response* response);
+
+  SimulatedCamera* camera_;
+  Faults* faults_;
+  std::unique_ptr<httplib::Server> server_;
+  int port_ = 0;
+  std::atomic<bool> ending_ = false;
+  std::thread thread_;
 };
 
 }  // namespace raywalk::capture

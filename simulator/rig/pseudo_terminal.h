@@ -25,9 +25,6 @@ class PseudoTerminal {
   void lift_exclusion() const;
 
  private:
-  void make_link() const;
-  void close_sides() const;
-
   std::filesystem::path link_;
   std::filesystem::path terminal_;
   int master_ = -1;

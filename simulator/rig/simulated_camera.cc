@@ -157,7 +157,7 @@ SimulatedCamera::SimulatedCamera(SimulatedCameraSettings settings, const Clock* 
   for (const auto& entry : std::filesystem::directory_iterator(settings_.card_directory)) {
     const std::string name = entry.path().filename().string();
     if (!entry.is_regular_file() || number_in(name) == 0) continue;
-    card_[name] = static_cast<std::int64_t>(entry.file_size());
+    used_bytes_ += static_cast<std::int64_t>(entry.file_size());
     last_number_ = std::max(last_number_, number_in(name));
   }
 }
@@ -183,12 +183,9 @@ OscReply SimulatedCamera::state(const std::string& base_url) const {
   const std::lock_guard lock(mutex_);
   const bool exposing = is_exposing_locked();
   const bool full = pictures_left_locked() < 1;
-  const std::string latest =
-      exposing || trigger_.camera_name.empty() ? file_before_ : trigger_.camera_name;
   const Json state = {{"batteryLevel", settings_.battery_share},
                       {"storageUri", base_url + "/files/"},
                       {"_captureStatus", exposing ? "shooting" : "idle"},
-                      {"_latestFileUrl", url_of(base_url, latest)},
                       {"_batteryState", "disconnect"},
                       {"_apiVersion", 2},
                       {"_cameraError", full ? Json::array({"NO_MEMORY"}) : Json::array()}};
@@ -196,13 +193,13 @@ OscReply SimulatedCamera::state(const std::string& base_url) const {
           {{"fingerprint", fmt::format("FIG_{}_{:d}", triggers_, exposing)}, {"state", state}}};
 }
 
-OscReply SimulatedCamera::execute(const std::string& body, const std::string& base_url) {
+OscReply SimulatedCamera::execute(const std::string& body) {
   std::string name;
   try {
     const Json request = parsed(body);
     name = parameter<std::string>(request, "name");
     Json reply = {{"name", name}, {"state", "done"}};
-    reply.update(run(name, request.value("parameters", Json::object()), base_url));
+    reply.update(run(name, request.value("parameters", Json::object())));
     return {200, reply};
   } catch (const CommandRefused& refused) {
     return refused.reply(name);
@@ -210,8 +207,7 @@ OscReply SimulatedCamera::execute(const std::string& body, const std::string& ba
 }
 
 // What the reply holds in addition to the command's name and "done".
-Json SimulatedCamera::run(const std::string& command, const Json& parameters,
-                          const std::string& base_url) {
+Json SimulatedCamera::run(const std::string& command, const Json& parameters) {
   if (command == "camera.getOptions") {
     Json options = Json::object();
     for (const auto& name : parameter<std::vector<std::string>>(parameters, "optionNames")) {
@@ -221,13 +217,6 @@ Json SimulatedCamera::run(const std::string& command, const Json& parameters,
   }
   if (command == "camera.setOptions") {
     set_options(parameter<Json::object_t>(parameters, "options"));
-    return Json::object();
-  }
-  if (command == "camera.listFiles") return {{"results", listed_files(parameters, base_url)}};
-  if (command == "camera.delete") {
-    for (const auto& url : parameter<std::vector<std::string>>(parameters, "fileUrls")) {
-      erase(url.substr(url.find_last_of('/') + 1));
-    }
     return Json::object();
   }
   if (command == "camera.takePicture") return take_picture();
@@ -388,7 +377,7 @@ bool SimulatedCamera::expose(const ExposureNow& exposure, bool automatic) {
     out.close();
     if (!out) return false;
     const std::lock_guard lock(mutex_);
-    card_[exposure.camera_name] = static_cast<std::int64_t>(jpeg.size());
+    used_bytes_ += static_cast<std::int64_t>(jpeg.size());
     return true;
   } catch (const std::exception&) {
     return false;
@@ -402,7 +391,6 @@ Json SimulatedCamera::take_picture() {
   {
     const std::lock_guard lock(mutex_);
     const Trigger trigger = begin_locked();
-    if (!trigger_.camera_name.empty()) file_before_ = trigger_.camera_name;
     trigger_ = trigger;
     exposure = exposure_locked();
     automatic = options_["exposureProgram"] != kManual;
@@ -425,7 +413,6 @@ std::uint64_t SimulatedCamera::pictures_taken() const {
 
 void SimulatedCamera::restart() {
   const std::lock_guard lock(mutex_);
-  if (!trigger_.camera_name.empty()) file_before_ = trigger_.camera_name;
   trigger_ = Trigger{};
   options_ = initial_options();
 }
@@ -439,9 +426,7 @@ WallTime SimulatedCamera::wall_now() const {
 // -------------------------------------------------------------------------------------
 
 std::int64_t SimulatedCamera::free_bytes_locked() const {
-  std::int64_t left = settings_.card_bytes;
-  for (const auto& file : card_) left -= file.second;
-  return std::max<std::int64_t>(left, 0);
+  return std::max<std::int64_t>(settings_.card_bytes - used_bytes_, 0);
 }
 
 int SimulatedCamera::pictures_left_locked() const {
@@ -455,39 +440,7 @@ int SimulatedCamera::pictures_left() const {
   return pictures_left_locked();
 }
 
-// Newest first, as the Theta lists them.
-Json SimulatedCamera::listed_files(const Json& parameters, const std::string& base_url) const {
-  const auto count = parameter<std::size_t>(parameters, "entryCount");
-  std::size_t skipped = parameters.value("startPosition", std::size_t{0});
-  const std::lock_guard lock(mutex_);
-  Json entries = Json::array();
-  for (auto file = card_.rbegin(); file != card_.rend() && entries.size() < count; ++file) {
-    if (skipped > 0) {
-      --skipped;
-      continue;
-    }
-    entries.push_back({{"name", file->first},
-                       {"fileUrl", url_of(base_url, file->first)},
-                       {"size", file->second},
-                       {"isProcessed", true},
-                       {"previewUrl", ""}});
-  }
-  return {{"entries", entries}, {"totalEntries", card_.size()}};
-}
-
-void SimulatedCamera::erase(const std::string& name) {
-  const std::lock_guard lock(mutex_);
-  if (card_.erase(name) == 0) {
-    throw CommandRefused("invalidParameterValue", "There is no file " + name + ".");
-  }
-  std::filesystem::remove(settings_.card_directory / name);
-}
-
 std::string SimulatedCamera::file(const std::string& name) const {
-  {
-    const std::lock_guard lock(mutex_);
-    if (!card_.contains(name)) throw Error("no file " + excerpt(name) + " on the card");
-  }
   return read_file(settings_.card_directory / name);
 }
 

@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -64,7 +63,7 @@ class SimulatedCamera {
 
   static OscReply info();                                                       // GET /osc/info
   OscReply state(const std::string& base_url) const;                            // POST /osc/state
-  OscReply execute(const std::string& body, const std::string& base_url);       // .../execute
+  OscReply execute(const std::string& body);                                    // .../execute
   OscReply status(const std::string& body, const std::string& base_url) const;  // .../status
   // The bytes of a file on the card. Throws Error if there is none of that name.
   std::string file(const std::string& name) const;
@@ -85,15 +84,13 @@ class SimulatedCamera {
     std::string camera_name;  // empty if there will be no file
   };
 
-  Json run(const std::string& command, const Json& parameters, const std::string& base_url);
+  Json run(const std::string& command, const Json& parameters);
   Json option(const std::string& name) const;
   void set_options(const Json& wanted);
   Json take_picture();
   Trigger begin_locked();
   ExposureNow exposure_locked() const;
   bool expose(const ExposureNow& exposure, bool automatic);
-  Json listed_files(const Json& parameters, const std::string& base_url) const;
-  void erase(const std::string& name);
   bool is_exposing_locked() const;
   std::int64_t free_bytes_locked() const;
   int pictures_left_locked() const;
@@ -105,13 +102,12 @@ class SimulatedCamera {
   Faults* faults_;
   const PictureSource source_;
   mutable std::mutex mutex_;
-  std::map<std::string, std::int64_t> card_;  // bytes of each file, in the order of their numbers
+  std::int64_t used_bytes_ = 0;  // of the card
   int last_number_;
   Json options_;
   std::uint64_t triggers_ = 0;
   Trigger trigger_;  // the last one
   bool rendering_ = false;
-  std::string file_before_;  // the last one on the card before the trigger
 };
 
 }  // namespace raywalk::capture
