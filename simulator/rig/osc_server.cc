@@ -48,7 +48,8 @@ OscServer::OscServer(SimulatedCamera* camera, Faults* faults, int port,
   server_->set_keep_alive_timeout(1);
   add_camera();
   for (const auto& [path, handler] : more) {
-    const auto handle = [handler](const httplib::Request& request, httplib::Response& response) {
+    const auto handle = [handler = handler](const httplib::Request& request,
+                                            httplib::Response& response) {
       try {
         response.set_content(handler(request.body), kJson);
       } catch (const Error& error) {

@@ -259,7 +259,7 @@ Json SimulatedCamera::options() const {
 
 Json SimulatedCamera::option(const std::string& name) const {
   const std::lock_guard lock(mutex_);
-  const Json format = {
+  Json format = {
       {"type", "jpeg"}, {"width", settings_.frame.width}, {"height", settings_.frame.height}};
   if (name == "fileFormat") return format;
   if (name == "fileFormatSupport") return Json::array({format});
