@@ -19,8 +19,9 @@ using testing::HasSubstr;
 using Json = nlohmann::json;
 
 // A grey picture as bright as its exposure: linear level 40 at gain 1.
-std::string grey_picture(const ExposureNow& exposure) {
-  const cv::Mat image(32, 64, CV_8UC3, cv::Scalar::all(std::min(40.0 * exposure.gain, 255.0)));
+std::string grey_picture(const ExposureNow& exposure, int width_px) {
+  const cv::Mat image(width_px / 2, width_px, CV_8UC3,
+                      cv::Scalar::all(std::min(40.0 * exposure.gain, 255.0)));
   std::vector<unsigned char> bytes;
   cv::imencode(".jpg", image, bytes);
   return {bytes.begin(), bytes.end()};
@@ -44,7 +45,7 @@ class OscCameraTest : public testing::Test {
     simulated_ = std::make_unique<SimulatedCamera>(settings, &clock_, &faults_,
                                                    [this](const ExposureNow& now) {
                                                      exposed_at_.push_back(clock_.now());
-                                                     return grey_picture(now);
+                                                     return grey_picture(now, width_px_);
                                                    });
     server_ = std::make_unique<OscServer>(simulated_.get(), &faults_, 0);
     config_.osc.url = server_->url();
@@ -66,6 +67,7 @@ class OscCameraTest : public testing::Test {
   ManualClock clock_;
   Faults faults_{&clock_};
   CameraConfig config_;
+  int width_px_ = 64;  // of pictures
   std::vector<SteadyTime> exposed_at_;
   std::unique_ptr<SimulatedCamera> simulated_;
   std::unique_ptr<OscServer> server_;
@@ -245,8 +247,13 @@ INSTANTIATE_TEST_SUITE_P(
                                  "took no picture"},
                     PictureFault{RigFault::kTruncatedPicture, FaultKind::kBadPicture, "cut short"},
                     PictureFault{RigFault::kEmptyPicture, FaultKind::kBadPicture, "empty"},
-                    PictureFault{RigFault::kWebPage, FaultKind::kBadPicture, "web page"},
-                    PictureFault{RigFault::kWrongSize, FaultKind::kBadPicture, "32x16"}));
+                    PictureFault{RigFault::kWebPage, FaultKind::kBadPicture, "web page"}));
+
+TEST_F(OscCameraTest, APictureOfAnotherSizeIsReported) {
+  shoot();
+  width_px_ = 32;
+  expect_fault(FaultKind::kBadPicture, "32x16", [&] { shoot(); });
+}
 
 TEST_F(OscCameraTest, AFullCardIsReported) {
   SimulatedCameraSettings settings;

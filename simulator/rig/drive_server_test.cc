@@ -176,14 +176,6 @@ TEST_F(DriveServerTest, LostReplyMeansTheCommandWasExecuted) {
   EXPECT_TRUE(drive_.state().moving || drive_.state().homed);
 }
 
-TEST_F(DriveServerTest, LostRequestNeverArrives) {
-  const Client client = serial_client();
-  use_short_timeouts(client);
-  faults_.add({.kind = RigFault::kLostRequest});
-  EXPECT_EQ(modbus_write_register(client.get(), 0x6002, 0x20), -1);
-  EXPECT_FALSE(drive_.state().moving);
-}
-
 TEST_F(DriveServerTest, CorruptedRepliesAreDetectedOnBothLinks) {
   for (const Client& client : {serial_client(), tcp_client()}) {
     use_short_timeouts(client);
@@ -204,16 +196,6 @@ TEST_F(DriveServerTest, LateReplyArrivesAfterTheTimeout) {
   ASSERT_EQ(poll(&descriptor, 1, 20000), 1);
   ASSERT_EQ(read(descriptor.fd, &byte, 1), 1);
   EXPECT_EQ(byte, 1);
-}
-
-TEST_F(DriveServerTest, DuplicatedReplyIsReceivedTwice) {
-  const Client client = serial_client();
-  faults_.add({.kind = RigFault::kDuplicated});
-  EXPECT_EQ(read_position(client.get()), "0");
-  pollfd descriptor{modbus_get_socket(client.get()), POLLIN, 0};
-  EXPECT_EQ(poll(&descriptor, 1, 20000), 1);
-  tcflush(descriptor.fd, TCIOFLUSH);
-  EXPECT_EQ(read_position(client.get()), "0");
 }
 
 TEST_F(DriveServerTest, CutLineHangsUpAndReconnects) {

@@ -38,7 +38,6 @@ enum class RigFault {
   kMissingPicture,    // the command completes without a file
   kTruncatedPicture,  // the file ends after 60 % of its bytes
   kEmptyPicture,      // the file has no bytes
-  kWrongSize,         // the picture has half its width and height
   kCardFull,          // the trigger is refused for lack of space
   kForgetsExposure,   // the camera falls back to automatic exposure and white balance
   kWebPage,           // sent instead of the picture when it is fetched
@@ -47,12 +46,27 @@ enum class RigFault {
   kDown,    // the connection is closed
 };
 
-inline constexpr std::array<std::string_view, 22> kRigFaultNames{
-    "stall",          "alarm",      "low-limit",    "high-limit",       "feedback-jump",
-    "feedback-drift", "late",       "lost-request", "lost-reply",       "corrupted-reply",
-    "duplicated",     "cut",        "busy",         "missing-picture",  "truncated-picture",
-    "empty-picture",  "wrong-size", "card-full",    "forgets-exposure", "web-page",
-    "silent",         "down"};
+inline constexpr std::array<std::string_view, 21> kRigFaultNames{"stall",
+                                                                 "alarm",
+                                                                 "low-limit",
+                                                                 "high-limit",
+                                                                 "feedback-jump",
+                                                                 "feedback-drift",
+                                                                 "late",
+                                                                 "lost-request",
+                                                                 "lost-reply",
+                                                                 "corrupted-reply",
+                                                                 "duplicated",
+                                                                 "cut",
+                                                                 "busy",
+                                                                 "missing-picture",
+                                                                 "truncated-picture",
+                                                                 "empty-picture",
+                                                                 "card-full",
+                                                                 "forgets-exposure",
+                                                                 "web-page",
+                                                                 "silent",
+                                                                 "down"};
 
 std::string_view name_of(RigFault kind);
 

@@ -84,7 +84,7 @@ void OscServer::add_camera() {
     answer([] { return SimulatedCamera::info(); }, &response);
   });
   server_->Post("/osc/state", [this](const auto&, auto& response) {
-    answer([this] { return camera_->state(url()); }, &response);
+    answer([this] { return camera_->state(); }, &response);
   });
   server_->Post("/osc/commands/execute", [this](const auto& request, auto& response) {
     answer([&] { return camera_->execute(request.body); }, &response);

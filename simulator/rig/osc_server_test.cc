@@ -149,31 +149,13 @@ TEST_F(OscServerTest, NamesContinueAfterTheFilesOnTheCard) {
 
 TEST_F(OscServerTest, FaultsOccurAtTheirPicture) {
   faults_.add({.kind = RigFault::kEmptyPicture, .at_picture = 2});
-  faults_.add({.kind = RigFault::kWrongSize});
-  EXPECT_EQ(shoot().cols, 32);
+  EXPECT_EQ(shoot().cols, 64);
   EXPECT_TRUE(shoot().empty());
   EXPECT_EQ(shoot().cols, 64);
   faults_.add({.kind = RigFault::kMissingPicture, .for_ms = 300.0});
   EXPECT_TRUE(shoot().empty());
   EXPECT_TRUE(shoot().empty());
   EXPECT_EQ(shoot().cols, 64);
-}
-
-TEST_F(OscServerTest, BusyWithADurationEndsWithAPicture) {
-  faults_.add({.kind = RigFault::kBusy, .for_ms = 5000.0});
-  execute("camera.takePicture", Json::object());
-  clock_.sleep(duration_from_ms(4900.0));
-  EXPECT_TRUE(camera_.is_exposing());
-  clock_.sleep(duration_from_ms(100.0));
-  EXPECT_FALSE(camera_.is_exposing());
-  EXPECT_NO_THROW(camera_.file("R0010001.JPG"));
-}
-
-TEST_F(OscServerTest, ASilentCameraExecutesTheRequestWithoutAReply) {
-  faults_.add({.kind = RigFault::kSilent});
-  EXPECT_FALSE(post("/osc/commands/execute", {{"name", "camera.takePicture"}}));
-  EXPECT_EQ(camera_.pictures_taken(), 1U);
-  EXPECT_TRUE(client_.Get("/osc/info"));
 }
 
 TEST_F(OscServerTest, WhileDownNothingOfTheCameraIsAnswered) {

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -33,22 +31,35 @@ constexpr const char* kModel = "simulated";
 // and seven digits once those are exhausted.
 constexpr int kFirstNumber = 10001;
 
-// A command that the camera refuses: what() is the API's message, code its error code
-// ("disabledCommand", "invalidParameterValue", ...).
+// A command that the camera refuses, with the API's error code.
 class CommandRefused : public std::runtime_error {
  public:
   CommandRefused(std::string code, const std::string& message)
       : std::runtime_error(message), code_(std::move(code)) {}
-
-  OscReply reply(const std::string& command) const {
-    Json json = {{"state", "error"}, {"error", {{"code", code_}, {"message", what()}}}};
-    if (!command.empty()) json["name"] = command;
-    return {code_ == "disabledCommand" ? 403 : 400, json};
-  }
+  const std::string& code() const { return code_; }
 
  private:
   std::string code_;
 };
+
+// What `make` answers to a request, or the API's error.
+OscReply answered(const std::string& body, const std::function<Json(const Json&)>& make) {
+  std::string code = "invalidParameterValue";
+  std::string message;
+  try {
+    return {200, make(Json::parse(body))};
+  } catch (const CommandRefused& refused) {
+    code = refused.code();
+    message = refused.what();
+  } catch (const Json::out_of_range& missing) {
+    code = "missingParameter";
+    message = missing.what();
+  } catch (const Json::exception& wrong) {
+    message = wrong.what();
+  }
+  return {code == "disabledCommand" ? 403 : 400,
+          {{"state", "error"}, {"error", {{"code", code}, {"message", message}}}}};
+}
 
 Json color_temperatures() {
   Json kelvins = Json::array();
@@ -100,47 +111,10 @@ double nearest_shutter(double wanted_s) {
   });
 }
 
-// Value of a parameter. Throws the API's errors if it is missing or has a wrong type.
-template <typename T>
-T parameter(const Json& parameters, const char* key) {
-  if (!parameters.contains(key)) {
-    throw CommandRefused("missingParameter", std::string("Parameter ") + key + " is missing.");
-  }
-  try {
-    return parameters.at(key).get<T>();
-  } catch (const Json::exception&) {
-    throw CommandRefused("invalidParameterValue",
-                         std::string("Parameter ") + key + " has a wrong type.");
-  }
-}
-
-Json parsed(const std::string& body) {
-  Json request = Json::parse(body, nullptr, false);
-  if (!request.is_object()) {
-    throw CommandRefused("invalidParameterValue", "The request is not a JSON object.");
-  }
-  return request;
-}
-
-std::string url_of(const std::string& base_url, const std::string& name) {
-  return name.empty() ? std::string{} : base_url + "/files/" + name;
-}
-
 // The number in "R0010001.JPG"; 0 for another file.
 int number_in(const std::string& name) {
   if (name.size() != 12 || name.front() != 'R' || name.substr(8) != ".JPG") return 0;
   return parse_whole_number(name.substr(1, 7)).value_or(0);
-}
-
-std::string at_half_size(const std::string& jpeg) {
-  const std::vector<unsigned char> bytes(jpeg.begin(), jpeg.end());
-  const cv::Mat image = cv::imdecode(bytes, cv::IMREAD_COLOR);
-  if (image.empty()) return jpeg;
-  cv::Mat half;
-  cv::resize(image, half, {}, 0.5, 0.5);
-  std::vector<unsigned char> encoded;
-  cv::imencode(".jpg", half, encoded);
-  return {encoded.begin(), encoded.end()};
 }
 
 }  // namespace
@@ -171,52 +145,40 @@ OscReply SimulatedCamera::info() {
            {"model", kModel},
            {"serialNumber", "00000001"},
            {"firmwareVersion", "1.0"},
-           {"supportUrl", ""},
-           {"gps", false},
-           {"gyro", false},
-           {"uptime", 0},
            {"api", {"/osc/info", "/osc/state", "/osc/commands/execute", "/osc/commands/status"}},
            {"apiLevel", Json::array({2})}}};
 }
 
-OscReply SimulatedCamera::state(const std::string& base_url) const {
+OscReply SimulatedCamera::state() const {
   const std::lock_guard lock(mutex_);
-  const bool exposing = is_exposing_locked();
   const bool full = pictures_left_locked() < 1;
   const Json state = {{"batteryLevel", settings_.battery_share},
-                      {"storageUri", base_url + "/files/"},
-                      {"_captureStatus", exposing ? "shooting" : "idle"},
-                      {"_batteryState", "disconnect"},
+                      {"_captureStatus", is_exposing_locked() ? "shooting" : "idle"},
                       {"_apiVersion", 2},
                       {"_cameraError", full ? Json::array({"NO_MEMORY"}) : Json::array()}};
-  return {200,
-          {{"fingerprint", fmt::format("FIG_{}_{:d}", triggers_, exposing)}, {"state", state}}};
+  return {200, {{"fingerprint", fmt::format("FIG_{}", triggers_)}, {"state", state}}};
 }
 
 OscReply SimulatedCamera::execute(const std::string& body) {
-  std::string name;
-  try {
-    const Json request = parsed(body);
-    name = parameter<std::string>(request, "name");
+  return answered(body, [this](const Json& request) {
+    const auto name = request.at("name").get<std::string>();
     Json reply = {{"name", name}, {"state", "done"}};
     reply.update(run(name, request.value("parameters", Json::object())));
-    return {200, reply};
-  } catch (const CommandRefused& refused) {
-    return refused.reply(name);
-  }
+    return reply;
+  });
 }
 
 // What the reply holds in addition to the command's name and "done".
 Json SimulatedCamera::run(const std::string& command, const Json& parameters) {
   if (command == "camera.getOptions") {
     Json options = Json::object();
-    for (const auto& name : parameter<std::vector<std::string>>(parameters, "optionNames")) {
-      options[name] = option(name);
+    for (const Json& name : parameters.at("optionNames")) {
+      options[name.get<std::string>()] = option(name.get<std::string>());
     }
     return {{"results", {{"options", options}}}};
   }
   if (command == "camera.setOptions") {
-    set_options(parameter<Json::object_t>(parameters, "options"));
+    set_options(parameters.at("options").get<Json::object_t>());
     return Json::object();
   }
   if (command == "camera.takePicture") return take_picture();
@@ -225,32 +187,27 @@ Json SimulatedCamera::run(const std::string& command, const Json& parameters) {
 
 // The progress of the last trigger.
 OscReply SimulatedCamera::status(const std::string& body, const std::string& base_url) const {
-  try {
-    const auto id = parameter<std::string>(parsed(body), "id");
+  return answered(body, [&](const Json& request) -> Json {
     const std::lock_guard lock(mutex_);
-    if (trigger_.number == 0 || id != std::to_string(trigger_.number)) {
+    if (trigger_.number == 0 || request.at("id") != std::to_string(trigger_.number)) {
       throw CommandRefused("invalidParameterValue", "There is no command with this id.");
     }
-    Json reply = {{"name", "camera.takePicture"}, {"id", id}};
     if (is_exposing_locked()) {
       const double passed_ms = ms_from_duration(clock_->now() - trigger_.started);
       const double share = std::min(passed_ms / std::max(settings_.exposure_ms, 1.0), 0.99);
-      reply.update({{"state", "inProgress"}, {"progress", {{"completion", share}}}});
-    } else {
-      // A camera that failed to take the picture reports done without a file.
-      Json results = Json::object();
-      if (!trigger_.camera_name.empty())
-        results["fileUrl"] = url_of(base_url, trigger_.camera_name);
-      reply.update({{"state", "done"}, {"results", results}});
+      return {{"name", "camera.takePicture"},
+              {"id", request.at("id")},
+              {"state", "inProgress"},
+              {"progress", {{"completion", share}}}};
     }
-    return {200, reply};
-  } catch (const CommandRefused& refused) {
-    return refused.reply({});
-  }
+    // A camera that failed to take the picture reports done without a file.
+    Json results = Json::object();
+    if (!trigger_.camera_name.empty()) {
+      results["fileUrl"] = base_url + "/files/" + trigger_.camera_name;
+    }
+    return {{"name", "camera.takePicture"}, {"state", "done"}, {"results", results}};
+  });
 }
-
-// --- Options
-// --------------------------------------------------------------------------------------
 
 Json SimulatedCamera::options() const {
   const std::lock_guard lock(mutex_);
@@ -369,8 +326,6 @@ bool SimulatedCamera::expose(const ExposureNow& exposure, bool automatic) {
       jpeg.clear();
     } else if (faults_->occurs(RigFault::kTruncatedPicture)) {
       jpeg.resize(static_cast<std::size_t>(kKeptShare * static_cast<double>(jpeg.size())));
-    } else if (faults_->occurs(RigFault::kWrongSize)) {
-      jpeg = at_half_size(jpeg);
     }
     std::ofstream out(settings_.card_directory / exposure.camera_name, std::ios::binary);
     out.write(jpeg.data(), static_cast<std::streamsize>(jpeg.size()));

@@ -61,10 +61,11 @@ class SimulatedCamera {
   SimulatedCamera(const SimulatedCamera&) = delete;
   SimulatedCamera& operator=(const SimulatedCamera&) = delete;
 
-  static OscReply info();                                                       // GET /osc/info
-  OscReply state(const std::string& base_url) const;                            // POST /osc/state
-  OscReply execute(const std::string& body);                                    // .../execute
-  OscReply status(const std::string& body, const std::string& base_url) const;  // .../status
+  static OscReply info();                     // GET /osc/info
+  OscReply state() const;                     // POST /osc/state
+  OscReply execute(const std::string& body);  // POST /osc/commands/execute
+  // POST /osc/commands/status
+  OscReply status(const std::string& body, const std::string& base_url) const;
   // The bytes of a file on the card. Throws Error if there is none of that name.
   std::string file(const std::string& name) const;
 
