@@ -8,7 +8,7 @@
 #include <optional>
 #include <thread>
 
-#include "simulator/room/camera_pose.h"
+#include "simulator/room/cameras.h"
 
 namespace raywalk::capture {
 
