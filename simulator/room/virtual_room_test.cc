@@ -108,7 +108,7 @@ TEST(VirtualRoomTest, ShippedRoomsAreFreeAroundTheirLinesAndTextured) {
     }
     std::vector<cv::KeyPoint> found;
     sift->detect(room.render(PanoramaRays({1024, 512}), {}), found);
-    EXPECT_GT(found.size(), 1500U) << file;
+    EXPECT_GT(found.size(), 1000U) << file;
   }
 }
 
@@ -138,7 +138,7 @@ TEST(VirtualRoomTest, CamerasOutsideTheRoomOrInsideObjectsAreRefused) {
 TEST(VirtualRoomTest, TheSkyIsInfinitelyFarAndClipsWhenItIsBrighter) {
   const std::string window =
       "materials: [{name: outside, pattern: sky}]\n"
-      "solids: [{quad: [-1, -0.5, 1.99, 1, -0.5, 1.99, 1, 1, 1.99, -1, 1, 1.99],\n"
+      "solids: [{quad: [-0.5, -0.3, 1.99, 0.5, -0.3, 1.99, 0.5, 0.7, 1.99, -0.5, 0.7, 1.99],\n"
       "  material: outside}]\n";
   const VirtualRoom usual = room_with(window);
   const VirtualRoom bright =
@@ -148,7 +148,7 @@ TEST(VirtualRoomTest, TheSkyIsInfinitelyFarAndClipsWhenItIsBrighter) {
         std::count(image.begin<cv::Vec3b>(), image.end<cv::Vec3b>(), cv::Vec3b::all(255)));
   };
   const int far = count_infinite(usual.distance_map({}, kLit));
-  EXPECT_GT(far, 500);
+  EXPECT_GT(far, 200);
   EXPECT_EQ(count_infinite(room_with().distance_map({}, kLit)), 0);
   EXPECT_EQ(white_pixels(usual.render(PanoramaRays(kLit), {})), 0);
   const int white = white_pixels(bright.render(PanoramaRays(kLit), {}));
