@@ -8,6 +8,7 @@ find_package(HDF5 1.10 REQUIRED COMPONENTS C)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(TBB REQUIRED)
 find_package(embree REQUIRED)  # 3.13 or 4
+find_package(tinyobjloader REQUIRED)
 find_package(Ceres 2.1 REQUIRED)
 pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg>=2.1)
 find_package(ZLIB 1.2.13 REQUIRED)

@@ -9,7 +9,6 @@
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 #include "simulator/room/sensor.h"
-#include "simulator/room/test_rooms.h"
 #include "simulator/room/virtual_room.h"
 
 namespace raywalk::calibrate {
@@ -39,7 +38,7 @@ void add_station(const capture::VirtualRoom& room, const DualFisheyeLayout& lens
                         radians_from_degrees(0.7 + 0.1 * number)};
   capture::CameraPose pose{frame.nominal_m + Vector3d(0.012, -0.006 * sign, 0.009), placed};
   pose.position_m[line == 0 ? 2 : 0] += sign * 0.01 * along_m;  // the rail itself is turned
-  const cv::Mat clean = room.dual_fisheye(pose, lenses, kCapturedPicture);
+  const cv::Mat clean = room.render(capture::DualFisheyeRays(lenses, kCapturedPicture), pose);
   write_image(frame.file, capture::apply_sensor(clean, {1.0, 0.01, 0.0}, 1.0,
                                                 static_cast<std::uint64_t>(10 * line + number)));
   capture->set.lines[static_cast<std::size_t>(line)].frames.push_back(
@@ -53,7 +52,7 @@ const Capture& capture() {
     made->set.layout = FrameLayout::kDualFisheye;
     made->set.frame = kCapturedPicture;
     made->set.lines = {{"x0", LineAxis::kX, -0.5, false, {}}, {"z0", LineAxis::kZ, 0.5, false, {}}};
-    const capture::VirtualRoom room(capture::furnished_room(3));
+    const capture::VirtualRoom room({.scene = {.file = "study"}});
     for (int line = 0; line < 2; ++line) {
       for (int i = 0; i < 5; ++i)
         add_station(room, true_camera(kCapturedPicture).layout, line, i, made);

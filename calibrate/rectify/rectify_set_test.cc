@@ -66,7 +66,7 @@ class RectifySetTest : public ::testing::Test {
     FramePose pose{.position_m = nominal_m + Eigen::Vector3d(0.001, 0.002, -0.0015),
                    .world_from_camera = world_from_camera(attitude),
                    .origin = PoseOrigin::kSolved};
-    const cv::Mat seen = room_->panorama({pose.position_m, attitude}, kSize);
+    const cv::Mat seen = room_->render(capture::PanoramaRays(kSize), {pose.position_m, attitude});
     const std::string name = of.id + "_" + std::to_string(i);
     const fs::path file = *frames_ / (name + ".png");
     write_image(file, seen);
@@ -84,7 +84,8 @@ class RectifySetTest : public ::testing::Test {
     double sum = 0.0;
     const std::vector<Frame> frames = read_frame_list(in_out(list));
     for (std::size_t i = 0; i < frames.size(); ++i) {
-      const cv::Mat truth = room_->panorama({(*poses_)[first + i]->position_m, {}}, kSize);
+      const cv::Mat truth =
+          room_->render(capture::PanoramaRays(kSize), {(*poses_)[first + i]->position_m, {}});
       sum += psnr_db(truth,
                      rotate_panorama(read_panorama(frames[i].path),
                                      world_from_camera(frames[i].attitude.value_or(Attitude{}))));
@@ -204,7 +205,8 @@ struct WithHeldOut {
       : set(stations), poses(posed) {
     FramePose pose{.position_m = {0.02, 0.0, 0.03},
                    .world_from_camera = world_from_camera({0.1, 0.0, 0.02})};
-    const cv::Mat seen = room.panorama({pose.position_m, {0.1, 0.0, 0.02}}, kSize);
+    const cv::Mat seen =
+        room.render(capture::PanoramaRays(kSize), {pose.position_m, {0.1, 0.0, 0.02}});
     for (const char* name : {"t0", "unposed"}) {
       write_image(directory / (std::string(name) + ".png"), seen);
       set.frames.push_back({.name = name,

@@ -36,7 +36,8 @@ const std::vector<cv::Mat>& line_frames() {
     std::vector<cv::Mat> made;
     for (int i = 0; i < kStations; ++i) {
       const capture::CameraPose pose{{0.025 * i - 0.15, 0.0, 0.1}, {}};
-      const cv::Mat seen = test_room().dual_fisheye(pose, camera.layout, camera.picture);
+      const cv::Mat seen =
+          test_room().render(capture::DualFisheyeRays(camera.layout, camera.picture), pose);
       made.push_back(apply_sensor(seen, sensor, 0.8 + 0.01 * i, static_cast<unsigned>(i), light));
     }
     return made;
@@ -223,7 +224,8 @@ TEST_F(StitchSetTest, FramesThatDoNotFitTheLensFileAreNamed) {
   EXPECT_THAT(message_of(set, camera_), HasSubstr("station x0_0: front and back in a file each"));
   EXPECT_FALSE(fs::exists(directory_ / "out"));
   set = line(3);
-  write_image(set.frames[2].file, test_room().panorama(kTestPose, camera_.picture));
+  write_image(set.frames[2].file,
+              test_room().render(capture::PanoramaRays(camera_.picture), kTestPose));
   EXPECT_THAT(message_of(set, camera_), HasSubstr("x0_2.png: bright around the image circles"));
   set = in_halves(2);
   write_image(directory_ / "small.png", cv::Mat(100, 100, CV_8UC3, cv::Scalar::all(0)));

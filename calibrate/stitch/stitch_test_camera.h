@@ -7,7 +7,6 @@
 
 #include "calibrate/stitch/stitch_tables.h"
 #include "core/files/lens_file.h"
-#include "simulator/room/test_rooms.h"
 #include "simulator/room/virtual_room.h"
 
 namespace raywalk::calibrate {
@@ -55,7 +54,7 @@ inline cv::Mat near_seam(PanoramaSize size, double within_deg) {
 }
 
 inline const capture::VirtualRoom& test_room() {
-  static const capture::VirtualRoom room(capture::furnished_room(1));
+  static const capture::VirtualRoom room(capture::VirtualRoomSettings{});
   return room;
 }
 

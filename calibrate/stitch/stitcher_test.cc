@@ -24,11 +24,11 @@ constexpr int kFrameHeight = 290;  // of frames whose own width is about 512
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 cv::Mat frame_of(const DualFisheyeCamera& camera) {
-  return test_room().dual_fisheye(kTestPose, camera.layout, camera.picture);
+  return test_room().render(capture::DualFisheyeRays(camera.layout, camera.picture), kTestPose);
 }
 
 const cv::Mat& truth() {
-  static const cv::Mat panorama = test_room().panorama(kTestPose, kSize);
+  static const cv::Mat panorama = test_room().render(capture::PanoramaRays(kSize), kTestPose);
   return panorama;
 }
 
@@ -38,7 +38,8 @@ double resampling_psnr_db() {
   const Eigen::Matrix3d pose = world_from_camera(kTestPose.attitude);
   const capture::CameraPose other{kTestPose.position_m,
                                   attitude_from_world_from_camera(pose * turned)};
-  return psnr_db(rotate_panorama(test_room().panorama(other, kSize), turned), truth());
+  return psnr_db(rotate_panorama(test_room().render(capture::PanoramaRays(kSize), other), turned),
+                 truth());
 }
 
 DualFisheyeCamera grey_camera() { return test_camera(200, 0.0); }

@@ -22,8 +22,8 @@ struct KindPlace {
 };
 
 KindPlace place_of(ConfigKind kind) {
-  constexpr KindPlace kPlaces[] = {{"", "capture"}, {"", "rig"},    {"", "virtual-"},
-                                   {"", "view"},    {"lenses", ""}, {"sliders", ""}};
+  constexpr KindPlace kPlaces[] = {{"", "capture"}, {"", "rig"},     {"", "virtual-"}, {"", "view"},
+                                   {"lenses", ""},  {"sliders", ""}, {"scenes", ""}};
   return kPlaces[static_cast<std::size_t>(kind)];
 }
 

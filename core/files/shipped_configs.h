@@ -13,7 +13,7 @@ std::filesystem::path program_folder();
 
 // What a file configures. The names of a kind's files are told apart by folder and by a part of the
 // name: captures are all that have "capture" in it.
-enum class ConfigKind { kCapture, kRig, kVirtualRoom, kView, kLens, kSlider };
+enum class ConfigKind { kCapture, kRig, kVirtualRoom, kView, kLens, kSlider, kScene };
 
 // The folder of Raywalk's own files of a kind: share/raywalk/configs, or a folder in it, beside
 // that of this program's executable. The build folder has it where an installation does.

@@ -10,7 +10,7 @@
 
 #include "capture/base/clock.h"
 #include "capture/plan/capture_plan.h"
-#include "simulator/room/camera_pose.h"
+#include "simulator/room/cameras.h"
 
 namespace raywalk::capture {
 

@@ -7,7 +7,7 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "simulator/room/camera_pose.h"
+#include "simulator/room/cameras.h"
 
 namespace raywalk::capture {
 

@@ -140,6 +140,7 @@ RigConfig read_rig_config(const std::filesystem::path& file) {
   rig_schema(&config).load(file);
   require_valid(config, file.string());
   const std::filesystem::path folder = file.parent_path();
+  find_scene_beside(folder, &config.scene);
   config.capture_config = config_path(config.capture_config, ConfigKind::kCapture, folder);
   if (!config.camera.lens.empty()) {
     config.camera.lens = config_path(config.camera.lens, ConfigKind::kLens, folder);

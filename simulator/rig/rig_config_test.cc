@@ -59,15 +59,15 @@ TEST(RigConfigTest, FaultsAreReadInTheirOrder) {
 
 TEST(RigConfigTest, EveryGroupIsRead) {
   const RigConfig config = parsed(
-      "capture_config: sub/capture.yaml\nscene:\n  seed: 7\n  room:\n    height_m: 3\n"
-      "  contents:\n    lamp: false\nslider:\n  backlash_mm: 0.5\n  tcp_port: 1502\nrail:\n"
+      "capture_config: sub/capture.yaml\nscene:\n  seed: 7\n  file: hall\n  x_m: 3\n"
+      "slider:\n  backlash_mm: 0.5\n  tcp_port: 1502\nrail:\n"
       "  sag_mm: 3\n  jitter_mm: 0.7\nlink:\n  late: 0.02\ncamera:\n  layout: dual-fisheye\n"
       "  lens: lenses/mine.yaml\n  vignetting: 0.3\n  noise_levels: 2\ndolly:\n"
       "  visible: true\ntruth:\n  views: 5\n");
   EXPECT_THAT(config.capture_config.string(), ::testing::EndsWith("/sub/capture.yaml"));
   EXPECT_EQ(config.scene.seed, 7);
-  EXPECT_EQ(config.scene.room.height_m, 3.0);
-  EXPECT_FALSE(config.scene.contents.lamp);
+  EXPECT_EQ(config.scene.scene.file, "hall");
+  EXPECT_EQ(config.scene.scene.middle_m.x(), 3.0);
   EXPECT_EQ(config.slider.backlash_mm, 0.5);
   EXPECT_EQ(config.tcp_port, 1502);
   EXPECT_EQ(config.rail.sag_mm, 3.0);

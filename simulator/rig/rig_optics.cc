@@ -37,24 +37,23 @@ std::unique_ptr<const PixelRays> rays_of(const std::optional<DualFisheyeLayout>&
 
 RigOptics::RigOptics(const RigCameraSettings& camera, PanoramaSize frame,
                      const DollySettings& dolly, double floor_m, int seed)
-    : camera_(camera), frame_(frame), seed_(seed) {
+    : camera_(camera), seed_(seed) {
   if (camera.layout == FrameKind::kDualFisheye) lenses_ = lenses_of(camera.lens, frame);
   if (lenses_ && camera.light != LensLightSettings{}) {
     light_ = lens_light(*lenses_, frame, camera.light);
   }
-  if (dolly.visible) dolly_.emplace(*rays_of(lenses_, frame), dolly, floor_m);
+  rays_ = rays_of(lenses_, frame);
+  if (dolly.visible) dolly_ = make_dolly(dolly, floor_m);
 }
 
 cv::Mat RigOptics::scene(const VirtualRoom& room, const CameraPose& pose) const {
-  return lenses_ ? room.dual_fisheye(pose, *lenses_, frame_) : room.panorama(pose, frame_);
+  return room.render(*rays_, pose, {.carried = &dolly_});
 }
 
 cv::Mat RigOptics::picture(const cv::Mat& scene, const ExposureNow& exposure) const {
-  cv::Mat seen = scene.clone();
-  if (dolly_) dolly_->cover(&seen);
   const double drift_ev = camera_.exposure_drift_ev * exposure_drift(exposure.number, seed_);
   const std::uint64_t key = hash_bits(static_cast<std::uint64_t>(seed_), exposure.number);
-  return apply_sensor(seen, camera_.sensor, exposure.gain * std::exp2(drift_ev), key, light_);
+  return apply_sensor(scene, camera_.sensor, exposure.gain * std::exp2(drift_ev), key, light_);
 }
 
 double exposure_drift(std::uint64_t picture, int seed) {

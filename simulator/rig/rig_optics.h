@@ -1,6 +1,7 @@
 // Image formation of the simulated rig's camera: lenses, vignetting, dolly and sensor.
 #pragma once
 
+#include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 
@@ -23,7 +24,7 @@ class RigOptics {
   // The lenses of dual-fisheye frames, in pixels of the frame; empty for panoramas.
   const std::optional<DualFisheyeLayout>& lenses() const { return lenses_; }
 
-  // What the lenses show of the room: BGR, CV_8UC3. Throws as VirtualRoom does.
+  // What the lenses show of room and dolly: BGR, CV_8UC3. Throws as VirtualRoom does.
   cv::Mat scene(const VirtualRoom& room, const CameraPose& pose) const;
   // The picture taken of a scene, likewise. Deterministic: the noise is keyed by the exposure's
   // number.
@@ -31,11 +32,11 @@ class RigOptics {
 
  private:
   RigCameraSettings camera_;
-  PanoramaSize frame_;
   int seed_;
   std::optional<DualFisheyeLayout> lenses_;
   cv::Mat light_;  // relative illumination of each pixel; empty: 1 everywhere
-  std::optional<DollyView> dolly_;
+  std::unique_ptr<const PixelRays> rays_;
+  Facets dolly_;  // empty: not visible
 };
 
 // Slow drift of the light at a picture, between -1 and 1, with a period of dozens of pictures, as

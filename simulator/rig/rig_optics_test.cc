@@ -20,12 +20,7 @@ constexpr double kFloor_m = 1.2;
 const VirtualRoom& empty_room() {
   static const VirtualRoom room = [] {
     VirtualRoomSettings settings;
-    settings.contents = {};
-    ContentSettings& contents = settings.contents;
-    contents.chairs = contents.pictures = 0;
-    contents.table = contents.shelf = contents.sofa = contents.rug = contents.plant = false;
-    contents.coat_stand = contents.lamp = contents.beams = contents.mirror = false;
-    contents.window = contents.sun_patch = false;
+    settings.scene.file = "empty";
     return VirtualRoom(settings);
   }();
   return room;

@@ -21,12 +21,7 @@ inline RigConfig small_rig(const std::filesystem::path& directory,
                             "camera:\n  osc:\n    url: http://127.0.0.1:1\n");
   RigConfig config;
   config.capture_config = directory / "capture.yaml";
-  ContentSettings& contents = config.scene.contents;
-  contents = {};
-  contents.chairs = contents.pictures = 0;
-  contents.table = contents.shelf = contents.sofa = contents.rug = contents.plant = false;
-  contents.coat_stand = contents.lamp = contents.beams = contents.mirror = false;
-  contents.window = contents.sun_patch = false;
+  config.scene.scene.file = "empty";
   config.slider.high_switch_mm = 1300.0;
   config.slider.backlash_mm = 0.0;
   config.camera.width_px = 64;

@@ -25,7 +25,7 @@ TruthRecorder::TruthRecorder(const VirtualRoom* room, PanoramaSize size,
 }
 
 void TruthRecorder::write_views(int count) {
-  const auto viewpoints = truth_viewpoints(room_->plan(), count);
+  const auto viewpoints = truth_viewpoints(*room_, count);
   Progress progress("rendering true views", count, "views");
   write_truth_views(*room_, viewpoints, size_, directory_, false, &progress);
 }

@@ -77,7 +77,7 @@ Color leaf_albedo(const Surface& surface, const Eigen::Vector2f& at, float footp
   return mix(green, surface.accent, std::clamp(middle + 0.4F * side, 0.0F, 1.0F)).cwiseMax(0.01F);
 }
 
-Color shade_emission(const Surface& surface, const Eigen::Vector2f& at, float footprint) {
+Color lamp_emission(const Surface& surface, const Eigen::Vector2f& at, float footprint) {
   const float rib = soft_stripe(from_nearest(at.y(), surface.period), 0.09F * surface.period,
                                 std::max(footprint, 0.05F * surface.period));
   const float paper = fractal_noise(at, {0.1F, 4, 0.6F}, footprint, surface.seed);

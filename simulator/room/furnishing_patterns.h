@@ -10,6 +10,6 @@ Color fabric_albedo(const Surface& surface, const Eigen::Vector2f& at, float foo
 Color rug_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint);
 Color book_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint);
 Color leaf_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint);
-Color shade_emission(const Surface& surface, const Eigen::Vector2f& at, float footprint);
+Color lamp_emission(const Surface& surface, const Eigen::Vector2f& at, float footprint);
 
 }  // namespace raywalk::capture

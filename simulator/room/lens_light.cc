@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
-#include "simulator/room/dual_fisheye.h"
+#include "simulator/room/cameras.h"
 
 namespace raywalk::capture {
 namespace {

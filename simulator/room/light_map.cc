@@ -13,7 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr float kMeanLight = 0.75F;
 constexpr float kSunPerMeanLight = 2.6F;
 constexpr double kLargestGrid = 64.0;
 constexpr int kWindowSamples = 6;  // per side
@@ -57,7 +56,7 @@ GridPoint grid_point(const Facet& facet, int column, int row, int columns, int r
   const double u = kMargin + (1.0 - 2.0 * kMargin) * column / (columns - 1);
   const double v = kMargin + (1.0 - 2.0 * kMargin) * row / (rows - 1);
   const Vector3d normal = interpolated(facet.corner_normals, u, v).normalized();
-  const double off = facet.room_shell ? kOffShell : kOffSurface;
+  const double off = facet.shell ? kOffShell : kOffSurface;
   return {interpolated(facet.corners, u, v) + off * facet.normal, normal};
 }
 
@@ -81,10 +80,11 @@ Color window_light(const WindowLight& window, const GridPoint& at, const EmbreeS
 }
 
 // Irradiance of a sphere of radiance L that is entirely above the horizon: pi L R^2 cos / r^2.
-Color lamp_light(const LampLight& lamp, const GridPoint& at, const EmbreeScene& scene) {
+Color lamp_light(const LampLight& lamp, double reach, const GridPoint& at,
+                 const EmbreeScene& scene) {
   const Vector3d towards = lamp.centre - at.position;
   const double distance = towards.norm();
-  if (distance > lamp.reach) return Color::Zero();
+  if (distance > reach) return Color::Zero();
   const Vector3d direction = towards / distance;
   const double cosine = at.normal.dot(direction);
   const double free = distance - 1.05 * lamp.radius;
@@ -146,8 +146,10 @@ void LightMap::light_directly(const Facets& facets) {
             grid_point(facet, point % grid.columns, point / grid.columns, grid.columns, grid.rows);
         Color& light = light_[grid.first + static_cast<std::size_t>(point)];
         light = kAmbient;
-        if (lights_.window) light += window_light(*lights_.window, at, scene_);
-        for (const LampLight& lamp : lights_.lamps) light += lamp_light(lamp, at, scene_);
+        for (const WindowLight& window : lights_.windows) light += window_light(window, at, scene_);
+        for (const LampLight& lamp : lights_.lamps) {
+          light += lamp_light(lamp, lights_.lamp_reach, at, scene_);
+        }
         if (lights_.open_sky) {
           const std::uint64_t index = grid.first + static_cast<std::size_t>(point);
           light += open_sky_light(at, uniform_from_bits(hash_bits(index)), scene_);
@@ -177,7 +179,7 @@ void LightMap::add_bounce(const Facets& facets) {
           if (hit.facet < 0) continue;
           const Facet& from = facets.facets[static_cast<std::size_t>(hit.facet)];
           const Surface& surface = facets.surfaces[static_cast<std::size_t>(from.surface)];
-          if (surface.pattern == Pattern::kShade) continue;  // counted as a light
+          if (surface.pattern == Pattern::kLamp) continue;  // counted as a light
           // A back face: the point is inside a solid.
           if (!from.two_sided && from.normal.dot(direction) > 0.0) continue;
           sum += reflectance[static_cast<std::size_t>(from.surface)].cwiseProduct(interpolate(hit));
@@ -190,9 +192,10 @@ void LightMap::add_bounce(const Facets& facets) {
 }
 
 void LightMap::expose(const Facets& facets) {
+  const bool has_shell = std::ranges::any_of(facets.facets, &Facet::shell);
   double sum = 0.0, count = 0.0;
   for (std::size_t i = 0; i < grids_.size(); ++i) {
-    if (!facets.facets[i].room_shell) continue;
+    if (has_shell && !facets.facets[i].shell) continue;
     const auto points =
         static_cast<std::size_t>(grids_[i].columns) * static_cast<std::size_t>(grids_[i].rows);
     for (std::size_t point = 0; point < points; ++point) {
@@ -202,8 +205,7 @@ void LightMap::expose(const Facets& facets) {
   }
   const float gain = kMeanLight * static_cast<float>(count / sum);
   for (Color& light : light_) light *= gain;
-  if ((lights_.window && lights_.window->sun) || lights_.open_sun)
-    sun_ = kSunPerMeanLight * kMeanLight;
+  if (lights_.sun) sun_ = kSunPerMeanLight * kMeanLight;
 }
 
 Color LightMap::interpolate(const Hit& hit) const {
@@ -218,35 +220,30 @@ Color LightMap::interpolate(const Hit& hit) const {
              fy);
 }
 
-float LightMap::open_sunlight(const Vector3d& point, const Vector3d& normal) const {
-  const double cosine = normal.dot(*lights_.open_sun);
-  if (cosine <= 0.0) return 0.0F;
-  const Ray ray{point + kOffSurface * normal, *lights_.open_sun};
-  return scene_.occluded(ray, kSkyReach) ? 0.0F : sun_ * static_cast<float>(cosine);
+bool LightMap::is_sunlit(const Vector3d& point, const Vector3d& normal) const {
+  const Ray towards{point + kOffSurface * normal, *lights_.sun};
+  if (lights_.open_sky) return !scene_.occluded(towards, kSkyReach);
+  return std::ranges::any_of(lights_.windows, [&](const WindowLight& window) {
+    const double approach = -window.inward.dot(*lights_.sun);
+    if (approach <= 0.0) return false;
+    const double distance = window.inward.dot(point - window.corner) / approach;
+    const Vector3d on_pane = point + distance * *lights_.sun - window.corner;
+    const double s = on_pane.dot(window.edge_s) / window.edge_s.squaredNorm();
+    const double t = on_pane.dot(window.edge_t) / window.edge_t.squaredNorm();
+    if (s < 0.0 || s > 1.0 || t < 0.0 || t > 1.0 || distance < kOffSurface) return false;
+    return !scene_.occluded(towards, distance - 2.0 * kOffSurface);
+  });
 }
 
-// A point is sunlit if the ray towards the sun passes through the window unoccluded.
 float LightMap::sunlight(const Vector3d& point, const Vector3d& normal) const {
-  const WindowLight& window = *lights_.window;
-  const Vector3d& sun = *window.sun;
-  const double cosine = normal.dot(sun), approach = -window.inward.dot(sun);
-  if (cosine <= 0.0 || approach <= 0.0) return 0.0F;
-  const double distance = window.inward.dot(point - window.corner) / approach;
-  const Vector3d on_pane = point + distance * sun - window.corner;
-  const double s = on_pane.dot(window.edge_s) / window.edge_s.squaredNorm();
-  const double t = on_pane.dot(window.edge_t) / window.edge_t.squaredNorm();
-  if (s < 0.0 || s > 1.0 || t < 0.0 || t > 1.0 || distance < kOffSurface) return 0.0F;
-  const Ray ray{point + kOffSurface * normal, sun};
-  if (scene_.occluded(ray, distance - 2.0 * kOffSurface)) return 0.0F;
+  const double cosine = normal.dot(*lights_.sun);
+  if (cosine <= 0.0 || !is_sunlit(point, normal)) return 0.0F;
   return sun_ * static_cast<float>(cosine);
 }
 
 Color LightMap::at(const Hit& hit, const Vector3d& point, const Vector3d& normal) const {
   Color light = interpolate(hit);
-  if (sun_ > 0.0F) {
-    const float sun = lights_.open_sun ? open_sunlight(point, normal) : sunlight(point, normal);
-    light += Color(1.05F, 1.0F, 0.9F) * sun;
-  }
+  if (lights_.sun) light += Color(1.05F, 1.0F, 0.9F) * sunlight(point, normal);
   return light;
 }
 

@@ -8,9 +8,13 @@
 
 namespace raywalk::capture {
 
+// The mean irradiance of a room.
+inline constexpr float kMeanLight = 0.75F;
+
 // Irradiance on a grid over each facet: window and lamp with soft shadows, plus one bounce from all
-// other surfaces, scaled such that the mean over floor, walls and ceiling is kMeanLight (the
-// camera's exposure). Sunlight has sharp edges and is computed per point instead.
+// other surfaces, scaled such that the mean over the shell (floor, walls and ceiling; of all facets
+// where is none) is kMeanLight, the exposure of the camera. Sunlight has sharp edges and is
+// computed per point instead.
 class LightMap {
  public:
   // Computes everything except sunlight, in parallel. `scene` is built from `facets` and must
@@ -29,7 +33,8 @@ class LightMap {
   };
 
   Color interpolate(const Hit& hit) const;
-  float open_sunlight(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
+  // Whether the sun shines on the point: through a window, or from the open sky.
+  bool is_sunlit(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
   float sunlight(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
   void light_directly(const Facets& facets);
   void add_bounce(const Facets& facets);

@@ -75,7 +75,7 @@ TEST(NoiseTest, StripeKeepsItsAreaBelowPixelSize) {
 
 TEST(SurfaceTest, ReflectancesArePositiveAndBounded) {
   HashRandom random(4);
-  for (int pattern = 0; pattern <= static_cast<int>(Pattern::kPicture); ++pattern) {
+  for (int pattern = 0; pattern <= static_cast<int>(Pattern::kPainting); ++pattern) {
     Surface surface;
     surface.pattern = static_cast<Pattern>(pattern);
     surface.base = Color(0.6F, 0.5F, 0.4F);

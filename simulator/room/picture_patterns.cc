@@ -34,7 +34,7 @@ float shape_cover(int number, const Eigen::Vector2f& at, float aspect, float foo
 
 }  // namespace
 
-Color picture_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint) {
+Color painting_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint) {
   const float height = surface.extent.y();
   const Eigen::Vector2f relative = at / height;
   const float blur = footprint / height;

@@ -7,7 +7,7 @@ namespace raywalk::capture {
 
 // A painting over `extent`, determined by the seed: hills under a sky, with discs and bars.
 // Arguments as in albedo_at (surface.h).
-Color picture_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint);
+Color painting_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint);
 
 // Light of the sky in a unit direction of the world frame (sphere.h), relative to white: a gradient
 // with clouds, a bright haze at the horizon, hills below. `pixel_rad` is the angular pixel size.

@@ -2,30 +2,19 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
-#include "simulator/room/hall.h"
+#include "core/geometry/sphere.h"
 #include "simulator/room/picture_patterns.h"
-#include "simulator/room/street_canyon.h"
-#include "simulator/room/surface_light.h"
 
 namespace raywalk::capture {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kOffMirror = 1e-4;  // offset of a reflected ray's origin, room units
+constexpr double kOffMirror = 1e-4;  // offset of a reflected ray's origin
 constexpr float kMirrorReflectance = 0.92F;
-
-FurnishedRoom furnished(const RoomPlan& plan, const VirtualRoomSettings& settings) {
-  if (settings.place == "canyon") return build_canyon(plan, settings);
-  if (settings.place == "hall") return build_hall(plan, settings);
-  return furnish(plan, settings.contents);
-}
-
-// Whether a hit hides another along the same ray.
-bool is_before(const Hit& hit, const Hit& other) {
-  return hit.facet >= 0 && (other.facet < 0 || hit.distance < other.distance);
-}
 
 double distance_of(const Hit& hit) {
   return hit.facet >= 0 ? hit.distance : std::numeric_limits<double>::infinity();
@@ -48,37 +37,82 @@ float pane_reflectance(double cosine) {
   return static_cast<float>(2.0 * surface / (1.0 + surface));
 }
 
-}  // namespace
-
-RoomScene::RoomScene(const RoomPlan& plan, const VirtualRoomSettings& settings)
-    : room_(furnished(plan, settings)),
-      scene_(room_.facets.facets),
-      source_gain_(static_cast<float>(settings.light.source_gain)),
-      light_map_(room_.facets, scene_, room_.lights) {
-  if (!room_.glass.facets.empty()) glass_.emplace(room_.glass.facets);
+// The reflectance where the ray meets the facet, `distance` from the ray's origin, filtered for a
+// pixel that is `across` wide there, across the ray.
+Color seen_albedo(const Facet& facet, const Surface& surface, const Ray& ray, double distance,
+                  double across) {
+  constexpr double kLeastCosine = 0.04;  // bounds the footprint of a grazing ray
+  const TextureFrame& texture = facet.texture;
+  const Vector3d from_origin = ray.origin + distance * ray.direction - texture.origin;
+  const Eigen::Vector2d at = texture.at_origin + Eigen::Vector2d(from_origin.dot(texture.s_axis),
+                                                                 from_origin.dot(texture.t_axis));
+  // A pixel is `across` wide, and that divided by the cosine along the surface. The footprint is
+  // the geometric mean, the side of a square of the same area.
+  const double facing = std::abs(facet.normal.dot(ray.direction));
+  const double footprint =
+      across / std::sqrt(std::max(facing, kLeastCosine)) * texture.s_axis.norm();
+  return albedo_at(surface, at.cast<float>(), static_cast<float>(footprint));
 }
 
-const Surface& RoomScene::surface_of(const Hit& hit) const {
-  return room_.facets.surfaces[static_cast<std::size_t>(facet(hit.facet).surface)];
+// Directions distributed evenly over the sphere (Fibonacci lattice): equal steps in height, golden
+// angle in longitude.
+Vector3d spread_direction(int index, int count) {
+  const double golden_angle = kPi * (3.0 - std::sqrt(5.0));
+  const double height = (2.0 * index + 1.0) / count - 1.0;
+  return direction_from_angles({wrap_angle(golden_angle * index), std::asin(height)});
+}
+
+}  // namespace
+
+Bodies::Bodies(Facets bodies, std::size_t moving)
+    : bodies_(std::move(bodies)), moving_(static_cast<int>(moving)), scene_(bodies_.facets) {}
+
+bool Bodies::hides(const Hit& hit, const Hit& of_room) const {
+  if (hit.facet < 0) return false;
+  return hit.facet >= moving_ || of_room.facet < 0 || hit.distance < of_room.distance;
+}
+
+Color Bodies::light_of(const Ray& ray, const Hit& hit, double pixel_rad) const {
+  const Facet& seen = bodies_.facets[static_cast<std::size_t>(hit.facet)];
+  const Surface& surface = bodies_.surfaces[static_cast<std::size_t>(seen.surface)];
+  // Light from all sides, more of it from above.
+  const float light = kMeanLight * static_cast<float>(0.8 + 0.2 * seen.normal.y());
+  return light * seen_albedo(seen, surface, ray, hit.distance, hit.distance * pixel_rad);
+}
+
+RoomScene::RoomScene(Scene scene, double source_gain)
+    : room_(std::move(scene)),
+      scene_(room_.room.facets),
+      source_gain_(static_cast<float>(source_gain)),
+      light_map_(room_.room, scene_, room_.lights) {
+  if (!room_.glass.empty()) glass_.emplace(room_.glass);
+}
+
+const Facet& RoomScene::facet(const Hit& hit) const {
+  return room_.room.facets[static_cast<std::size_t>(hit.facet)];
+}
+
+const Surface& RoomScene::surface_of(const Facet& facet) const {
+  return room_.room.surfaces[static_cast<std::size_t>(facet.surface)];
 }
 
 void RoomScene::look(std::span<const Ray> rays, double pixel_rad, std::span<Color> lights,
-                     const PeopleScene* people) const {
+                     const Bodies* bodies) const {
   // Reused across millions of calls.
   thread_local std::vector<Hit> hits;
   hits.resize(rays.size());
   scene_.intersect(rays, hits);
-  thread_local std::vector<Hit> persons;
-  if (people != nullptr) {
-    persons.resize(rays.size());
-    people->intersect(rays, persons);
+  thread_local std::vector<Hit> bodies_hits;
+  if (bodies != nullptr) {
+    bodies_hits.resize(rays.size());
+    bodies->intersect(rays, bodies_hits);
   }
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    const bool person = people != nullptr && is_before(persons[i], hits[i]);
-    lights[i] = person ? people->light_of(rays[i], persons[i], pixel_rad)
-                       : light_of(rays[i], hits[i], 0.0, pixel_rad);
+    const bool is_body = bodies != nullptr && bodies->hides(bodies_hits[i], hits[i]);
+    lights[i] = is_body ? bodies->light_of(rays[i], bodies_hits[i], pixel_rad)
+                        : light_of(rays[i], hits[i], 0.0, pixel_rad);
     if (!glass_) continue;
-    const Hit& first = person ? persons[i] : hits[i];
+    const Hit& first = is_body ? bodies_hits[i] : hits[i];
     lights[i] = through_glass(rays[i], distance_of(first), lights[i], pixel_rad);
   }
 }
@@ -88,23 +122,37 @@ void RoomScene::measure(std::span<const Ray> rays, std::span<double> distances) 
   hits.resize(rays.size());
   scene_.intersect(rays, hits);
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    const bool far = hits[i].facet < 0 || surface_of(hits[i]).pattern == Pattern::kSky;
+    const bool far = hits[i].facet < 0 || surface_of(facet(hits[i])).pattern == Pattern::kSky;
     distances[i] = far ? std::numeric_limits<double>::infinity() : hits[i].distance;
   }
 }
 
+// Inside a solid, rays in all directions hit back faces. A single back face may be a ray that
+// grazes an edge.
+bool RoomScene::is_inside_solid(const Vector3d& place) const {
+  constexpr int kLooks = 64;
+  int backs = 0;
+  for (int i = 0; i < kLooks; ++i) {
+    const Vector3d direction = spread_direction(i, kLooks);
+    const Hit hit = scene_.intersect(Ray{place, direction});
+    if (hit.facet < 0) continue;
+    if (!facet(hit).two_sided && facet(hit).normal.dot(direction) > 0.0) ++backs;
+  }
+  return backs > kLooks / 4;
+}
+
 Color RoomScene::light_of(const Ray& ray, const Hit& hit, double travelled,
                           double pixel_rad) const {
-  if (hit.facet >= 0 && surface_of(hit).pattern == Pattern::kMirror) {
+  if (hit.facet >= 0 && surface_of(facet(hit)).pattern == Pattern::kMirror) {
     return reflection(ray, hit, travelled, pixel_rad);
   }
   return diffuse_light(ray, hit, travelled, pixel_rad);
 }
 
-// There is a single flat mirror, so one reflection suffices. It shows neither panes nor people.
+// There is a single flat mirror, so one reflection suffices. It shows neither panes nor bodies.
 Color RoomScene::reflection(const Ray& ray, const Hit& hit, double travelled,
                             double pixel_rad) const {
-  const Ray reflected = reflected_ray(ray, hit.distance, facet(hit.facet).normal);
+  const Ray reflected = reflected_ray(ray, hit.distance, facet(hit).normal);
   const Hit seen = scene_.intersect(reflected);
   return kMirrorReflectance * diffuse_light(reflected, seen, travelled + hit.distance, pixel_rad);
 }
@@ -118,7 +166,7 @@ Color RoomScene::through_glass(const Ray& ray, double distance, const Color& see
   Ray rest = ray;
   for (Hit pane = glass_->intersect(rest); pane.facet >= 0 && travelled + pane.distance < distance;
        pane = glass_->intersect(rest)) {
-    const Vector3d& normal = room_.glass.facets[static_cast<std::size_t>(pane.facet)].normal;
+    const Vector3d& normal = room_.glass[static_cast<std::size_t>(pane.facet)].normal;
     const float share = pane_reflectance(std::abs(normal.dot(ray.direction)));
     const Ray reflected = reflected_ray(
         rest, pane.distance, normal.dot(ray.direction) < 0.0 ? normal : Vector3d(-normal));
@@ -132,17 +180,17 @@ Color RoomScene::through_glass(const Ray& ray, double distance, const Color& see
 
 Color RoomScene::diffuse_light(const Ray& ray, const Hit& hit, double travelled,
                                double pixel_rad) const {
-  if (hit.facet < 0 || surface_of(hit).pattern == Pattern::kSky) {
+  if (hit.facet < 0 || surface_of(facet(hit)).pattern == Pattern::kSky) {
     return source_gain_ *
            sky_light(ray.direction, static_cast<float>(pixel_rad), room_.lights.sky_seed);
   }
-  const Facet& seen = facet(hit.facet);
-  const Surface& surface = surface_of(hit);
+  const Facet& seen = facet(hit);
+  const Surface& surface = surface_of(seen);
   const double facing = seen.normal.dot(ray.direction);
   const Vector3d point = ray.origin + hit.distance * ray.direction;
   const Color albedo =
       seen_albedo(seen, surface, ray, hit.distance, (travelled + hit.distance) * pixel_rad);
-  if (surface.pattern == Pattern::kShade) return source_gain_ * albedo;
+  if (surface.pattern == Pattern::kLamp) return source_gain_ * albedo;
   const Vector3d normal = seen.two_sided && facing > 0.0 ? Vector3d(-seen.normal) : seen.normal;
   return albedo.cwiseProduct(light_map_.at(hit, point, normal));
 }

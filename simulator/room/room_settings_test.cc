@@ -36,54 +36,19 @@ TEST(RoomSettingsTest, ShippedFileHoldsEveryKeyWithItsDefault) {
       read_virtual_room_settings(RAYWALK_CONFIGS "/virtual-room.yaml");
   EXPECT_EQ(shipped, VirtualRoomSettings{});
   for (const char* key : {"seed",
+                          "file",
+                          "x_m",
+                          "y_m",
+                          "z_m",
                           "cell_side_m",
                           "cells_x",
                           "cells_z",
                           "spacing_mm",
                           "overhang_share",
                           "shared_crossings",
-                          "row_every",
-                          "gap_every",
-                          "width_m",
-                          "depth_m",
-                          "height_m",
-                          "camera_height_m",
-                          "furniture_scale_m",
-                          "chairs",
-                          "pictures",
-                          "table",
-                          "shelf",
-                          "sofa",
-                          "rug",
-                          "plant",
-                          "coat_stand",
-                          "lamp",
-                          "beams",
-                          "skirting",
-                          "mirror",
-                          "window",
-                          "sun_patch",
-                          "wallpaper",
-                          "plain_patch",
-                          "place",
-                          "stations",
-                          "spacing_min_m",
-                          "spacing_max_m",
-                          "cars",
-                          "plain_walls",
-                          "plain_ceiling",
-                          "glass",
                           "exposure",
                           "source_gain",
                           "clip",
-                          "cameras",
-                          "radius_mm",
-                          "feather_deg",
-                          "station_gain_spread",
-                          "vignetting_share",
-                          "jpeg_colour",
-                          "count",
-                          "step_mm",
                           "noise_levels",
                           "shot_noise",
                           "gain_spread",
@@ -91,21 +56,23 @@ TEST(RoomSettingsTest, ShippedFileHoldsEveryKeyWithItsDefault) {
                           "attitude_jitter_deg",
                           "width_px",
                           "format",
-                          "jpeg_quality"}) {
+                          "jpeg_quality",
+                          "jpeg_colour"}) {
     EXPECT_THAT(yaml, HasSubstr(std::string(key) + ": ")) << key;
   }
 }
 
 TEST(RoomSettingsTest, EveryGroupIsRead) {
   const VirtualRoomSettings settings = parsed(
-      "seed: 7\ngrid:\n  cell_side_m: 0.5\n  cells_x: 2\nroom:\n  height_m: 3\ncontents:\n"
-      "  lamp: false\nsensor:\n  gain_spread: 0.1\npose:\n  position_jitter_mm: 2\noutput:\n"
+      "seed: 7\nscene:\n  file: hall\n  y_m: 0.2\ngrid:\n  cell_side_m: 0.5\n  cells_x: 2\n"
+      "light:\n  clip: true\nsensor:\n  gain_spread: 0.1\npose:\n  position_jitter_mm: 2\noutput:\n"
       "  format: png\n");
   EXPECT_EQ(settings.seed, 7);
   EXPECT_EQ(settings.grid.cell_side_m, 0.5);
   EXPECT_EQ(settings.grid.cells_x, 2);
-  EXPECT_EQ(settings.room.height_m, 3.0);
-  EXPECT_FALSE(settings.contents.lamp);
+  EXPECT_EQ(settings.scene.file, "hall");
+  EXPECT_EQ(settings.scene.middle_m, Eigen::Vector3d(0, 0.2, 0));
+  EXPECT_TRUE(settings.light.clip);
   EXPECT_EQ(settings.sensor.gain_spread, 0.1);
   EXPECT_EQ(settings.pose.position_jitter_mm, 2.0);
   EXPECT_EQ(settings.output.format, "png");
@@ -117,18 +84,24 @@ TEST(RoomSettingsTest, MistakesAreNamedWithTheirLine) {
   expect_refused("seed: -1\n", "must lie between");
   expect_refused("output:\n  format: bmp\n", "is not a valid choice");
   expect_refused("output:\n  width_px: 130\n", "multiple of 4");
-  expect_refused("ring:\n  radius_mm: 100\n", "ring.cameras is 0");
-  expect_refused("ring:\n  cameras: 1\n", "ring.cameras is 1");
-  expect_refused("ring:\n  cameras: 8\n  feather_deg: 50\n", "8 cameras are 45 degrees apart");
-  expect_refused("contents:\n  chairs: many\n", "must be a whole number");
+}
+
+TEST(RoomSettingsTest, ScenesBesideTheSettingsAreFound) {
+  const TestDirectory directory;
+  write_file_atomically(directory / "mine.yaml", "");
+  write_file_atomically(directory / "room.yaml", "scene: {file: mine.yaml}\n");
+  EXPECT_EQ(read_virtual_room_settings(directory / "room.yaml").scene.file,
+            directory / "mine.yaml");
 }
 
 TEST(RoomSettingsTest, KeysCanBePartOfALargerFile) {
   VirtualRoomSettings settings;
   SettingsSchema schema;
-  bind_virtual_room(&schema, &settings, "scene.");
-  schema.parse("scene:\n  grid:\n    cells_z: 3\n", "rig.yaml");
-  EXPECT_EQ(settings.grid.cells_z, 3);
+  bind_virtual_scene(&schema, &settings, "scene.");
+  schema.parse("scene:\n  file: street\n  seed: 3\n  light: {clip: true}\n", "rig.yaml");
+  EXPECT_EQ(settings.scene.file, "street");
+  EXPECT_EQ(settings.seed, 3);
+  EXPECT_TRUE(settings.light.clip);
 }
 
 }  // namespace

@@ -8,7 +8,6 @@
 
 #include "core/base/median.h"
 #include "simulator/room/hash_random.h"
-#include "simulator/room/test_rooms.h"
 #include "simulator/room/virtual_room.h"
 
 namespace raywalk::capture {
@@ -40,7 +39,7 @@ double mean_difference(const cv::Vec3d& a, const cv::Vec3d& b) {
 
 class RoomViewsTest : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() { room_ = new VirtualRoom(furnished_room(2)); }
+  static void SetUpTestSuite() { room_ = new VirtualRoom({.scene = {.file = "study"}}); }
   static void TearDownTestSuite() {
     delete room_;
     room_ = nullptr;
@@ -89,7 +88,8 @@ std::vector<double> differences(const View& target, const View& source, bool rep
 
 TEST_F(RoomViewsTest, ViewWarpedByItsDistancesIsTheOtherView) {
   const auto view_from = [&](const CameraPose& pose) {
-    return View{pose, room_->panorama(pose, kViewSize), room_->distance_map(pose, kViewSize)};
+    return View{pose, room_->render(PanoramaRays(kViewSize), pose),
+                room_->distance_map(pose, kViewSize)};
   };
   const View centre = view_from({});
   const View moved = view_from({{0.25, -0.05, 0.3}, {0.4, 0.1, -0.15}});
@@ -100,42 +100,14 @@ TEST_F(RoomViewsTest, ViewWarpedByItsDistancesIsTheOtherView) {
   EXPECT_GT(median(differences(centre, moved, false)), 15.0);
 }
 
-// A mirror shows the view of the mirrored camera.
-TEST_F(RoomViewsTest, MirrorShowsTheMirroredRoom) {
-  const RoomPlan plan = plan_room(room_->settings());
-  const RoomScene scene(plan, room_->settings());
-  const Vector3d camera(0.1, 0.05, -0.2);
-  constexpr double kSharp_rad = 1e-6;
-  HashRandom random(5);
-  int mirrored = 0;
-  for (int i = 0; i < 20000; ++i) {
-    const Vector3d direction =
-        direction_from_angles({random.uniform(-kPi, kPi), std::asin(random.uniform(-0.6, 0.6))});
-    const Ray ray{camera, direction};
-    const Hit hit = scene.geometry().intersect(ray);
-    if (hit.facet < 0 || scene.surface_of(hit).pattern != Pattern::kMirror) continue;
-    ++mirrored;
-    const Facet& pane = scene.facet(hit.facet);
-    const Vector3d on_pane = camera + hit.distance * direction;
-    EXPECT_NEAR((on_pane - pane.corners[0]).dot(pane.normal), 0.0, 1e-9);
-    const Vector3d image = camera - 2.0 * (camera - pane.corners[0]).dot(pane.normal) * pane.normal;
-    const Ray beyond{on_pane + 1e-4 * pane.normal, (on_pane - image).normalized()};
-    Color seen, expected;
-    scene.look({&ray, 1}, kSharp_rad, {&seen, 1});
-    scene.look({&beyond, 1}, kSharp_rad, {&expected, 1});
-    EXPECT_LT((seen - 0.92F * expected).cwiseAbs().maxCoeff(), 0.02F);
-  }
-  EXPECT_GT(mirrored, 50);
-}
-
 TEST_F(RoomViewsTest, FisheyeAndPanoramaShowTheSameInEveryDirection) {
   const CameraPose pose{{-0.1, 0.02, 0.15}, {0.7, -0.2, 0.1}};
   DualFisheyeLayout layout = simple_dual_fisheye({768, 384});
   layout.front.k = {0.02, -0.005, 0.001, -0.0002};
   layout.front.focal_px *= 0.97;
   layout.back_attitude = {kPi + 0.01, 0.02, -0.03};
-  const cv::Mat frame = room_->dual_fisheye(pose, layout, {768, 384});
-  const cv::Mat panorama = room_->panorama(pose, kViewSize);
+  const cv::Mat frame = room_->render(DualFisheyeRays(layout, {768, 384}), pose);
+  const cv::Mat panorama = room_->render(PanoramaRays(kViewSize), pose);
   const Eigen::Matrix3d front_from_back = world_from_camera(layout.back_attitude);
   std::vector<double> front, back;
   for (int v = 16; v < kViewSize.height - 16; v += 2) {
@@ -162,8 +134,8 @@ TEST_F(RoomViewsTest, FisheyeAndPanoramaShowTheSameInEveryDirection) {
 
 TEST_F(RoomViewsTest, AttitudeTurnsThePicture) {
   // A quarter turn shifts the panorama by a quarter of its width.
-  const cv::Mat ahead = room_->panorama({}, kViewSize, Sampling::kFine);
-  const cv::Mat turned = room_->panorama({{0, 0, 0}, {kHalfPi, 0, 0}}, kViewSize, Sampling::kFine);
+  const cv::Mat ahead = room_->render(PanoramaRays(kViewSize), {});
+  const cv::Mat turned = room_->render(PanoramaRays(kViewSize), {{0, 0, 0}, {kHalfPi, 0, 0}});
   std::vector<double> found;
   for (int v = 0; v < kViewSize.height; ++v) {
     for (int u = 0; u < kViewSize.width; ++u) {
@@ -176,8 +148,8 @@ TEST_F(RoomViewsTest, AttitudeTurnsThePicture) {
 }
 
 TEST_F(RoomViewsTest, DraftIsAnUnbiasedEstimateOfTheFinePicture) {
-  const cv::Mat fine = room_->panorama({}, kViewSize, Sampling::kFine);
-  const cv::Mat draft = room_->panorama({}, kViewSize, Sampling::kDraft);
+  const cv::Mat fine = room_->render(PanoramaRays(kViewSize), {});
+  const cv::Mat draft = room_->render(PanoramaRays(kViewSize), {}, {.sampling = Sampling::kDraft});
   const cv::Scalar fine_mean = cv::mean(fine), draft_mean = cv::mean(draft);
   for (int channel = 0; channel < 3; ++channel) {
     EXPECT_NEAR(fine_mean[channel], draft_mean[channel], 1.0);

@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/panorama/srgb.h"
-#include "simulator/room/tone.h"
+#include "simulator/room/renderer.h"
 
 namespace raywalk::capture {
 namespace {

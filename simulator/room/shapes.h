@@ -1,8 +1,8 @@
-// Solids made of facets. Lengths are in room units; `place` transforms from the local frame of a
-// piece of furniture, whose origin is on the floor.
+// Solids made of facets. Lengths are in metres.
 #pragma once
 
-#include <Eigen/Geometry>
+#include <Eigen/Core>
+#include <vector>
 
 #include "simulator/room/facets.h"
 
@@ -13,19 +13,25 @@ struct Placement {
   Eigen::Vector3d origin{0, 0, 0};
   double yaw_rad = 0.0;
 
-  Eigen::Vector3d direction(const Eigen::Vector3d& local) const;
+  Eigen::Matrix3d rotation() const;
+  Eigen::Vector3d direction(const Eigen::Vector3d& local) const { return rotation() * local; }
   Eigen::Vector3d point(const Eigen::Vector3d& local) const { return origin + direction(local); }
 };
 
-// A rectangle from `corner` along two perpendicular edges. Texture coordinates start at the corner,
-// s along edge_s and t along edge_t. `normal` points to its front.
-Facet make_rectangle(const Eigen::Vector3d& corner, const Eigen::Vector3d& edge_s,
-                     const Eigen::Vector3d& edge_t, const Eigen::Vector3d& normal, int surface);
+// A convex quadrilateral whose corners are, seen from its front, at the bottom left, bottom right,
+// top right and top left. Texture coordinates start at the first: s to the right, t upwards. The
+// last two corners may coincide.
+Facet make_quad(const std::array<Eigen::Vector3d, 4>& corners, int surface);
 
 // A box between two opposite corners in the local frame. On every side the texture's s axis is
 // along the longer edge, so that grain follows a beam.
 void add_box(const Placement& place, const Eigen::Vector3d& min, const Eigen::Vector3d& max,
-             int surface, Facets* facets);
+             int surface, std::vector<Facet>* facets);
+
+// The same without its side towards -z, to hang on a wall. Its front is towards +z; textures are
+// upright, s to the right as seen from the front.
+void add_panel(const Placement& place, const Eigen::Vector3d& min, const Eigen::Vector3d& max,
+               int surface, std::vector<Facet>* facets);
 
 // A conical frustum between two points with a radius at each end, and flat caps.
 struct Rod {
@@ -34,10 +40,10 @@ struct Rod {
   double from_radius = 0.02;
   double to_radius = 0.02;
 };
-void add_rod(const Placement& place, const Rod& rod, int surface, Facets* facets);
+void add_rod(const Placement& place, const Rod& rod, int surface, std::vector<Facet>* facets);
 
 // A spheroid around `centre` with the semi-axis `half_height` along y.
 void add_globe(const Eigen::Vector3d& centre, double radius, double half_height, int surface,
-               Facets* facets);
+               std::vector<Facet>* facets);
 
 }  // namespace raywalk::capture

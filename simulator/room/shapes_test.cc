@@ -2,14 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
+#include <Eigen/Geometry>
 #include <cmath>
 
 #include "core/geometry/sphere.h"
 #include "simulator/room/embree_scene.h"
-#include "simulator/room/furniture.h"
 #include "simulator/room/hash_random.h"
-#include "simulator/room/plan_rectangle.h"
 
 namespace raywalk::capture {
 namespace {
@@ -17,9 +15,9 @@ namespace {
 using Eigen::Vector3d;
 
 // Divergence theorem: a closed surface with outward normals encloses 1/3 sum (p . n) A.
-double enclosed_volume(const Facets& facets) {
+double enclosed_volume(const std::vector<Facet>& facets) {
   double volume = 0.0;
-  for (const Facet& facet : facets.facets) {
+  for (const Facet& facet : facets) {
     const auto& c = facet.corners;
     const double area =
         0.5 * ((c[1] - c[0]).cross(c[3] - c[0]).norm() + (c[1] - c[2]).cross(c[3] - c[2]).norm());
@@ -28,8 +26,8 @@ double enclosed_volume(const Facets& facets) {
   return volume;
 }
 
-void expect_flat(const Facets& facets) {
-  for (const Facet& facet : facets.facets) {
+void expect_flat(const std::vector<Facet>& facets) {
+  for (const Facet& facet : facets) {
     EXPECT_NEAR(facet.normal.norm(), 1.0, 1e-9);
     for (const Vector3d& corner : facet.corners) {
       EXPECT_NEAR(facet.normal.dot(corner - facet.corners[0]), 0.0, 1e-9);
@@ -38,9 +36,9 @@ void expect_flat(const Facets& facets) {
 }
 
 TEST(ShapesTest, BoxIsClosedWhereverItStands) {
-  Facets facets;
+  std::vector<Facet> facets;
   add_box({{3, -2, 5}, 0.7}, {-0.5, 0, -0.25}, {0.5, 2, 0.75}, 0, &facets);
-  EXPECT_EQ(facets.facets.size(), 6U);
+  EXPECT_EQ(facets.size(), 6U);
   EXPECT_NEAR(enclosed_volume(facets), 2.0, 1e-9);
   expect_flat(facets);
 }
@@ -49,7 +47,7 @@ TEST(ShapesTest, BoxIsClosedWhereverItStands) {
 TEST(ShapesTest, RodIsAClosedFrustumInAnyDirection) {
   HashRandom random(2);
   for (int i = 0; i < 50; ++i) {
-    Facets facets;
+    std::vector<Facet> facets;
     const Vector3d axis =
         direction_from_angles({random.uniform(-kPi, kPi), random.uniform(-kHalfPi, kHalfPi)});
     add_rod({{1, 2, 3}, random.uniform(-3, 3)}, {{0, 0, 0}, 2.0 * axis, 0.1, 0.2}, 0, &facets);
@@ -60,48 +58,33 @@ TEST(ShapesTest, RodIsAClosedFrustumInAnyDirection) {
 }
 
 TEST(ShapesTest, GlobeIsClosedAndRound) {
-  Facets facets;
+  std::vector<Facet> facets;
   add_globe({1, 2, 3}, 0.5, 0.4, 0, &facets);
   const double ellipsoid = 4.0 / 3.0 * kPi * 0.5 * 0.5 * 0.4;
   EXPECT_NEAR(enclosed_volume(facets), ellipsoid, 0.02 * ellipsoid);
   expect_flat(facets);
 }
 
-TEST(ShapesTest, FurnitureFitsItsDeclaredSize) {
-  using Add = void (*)(const Placement&, HashRandom, Facets*);
-  struct Case {
-    Piece piece;
-    Add add;
-  };
-  const auto shelf = [](const Placement& place, HashRandom random, Facets* facets) {
-    add_shelf(place, shelf_piece(2.5).top, random, facets);
-  };
-  for (const Case& one : std::initializer_list<Case>{{chair_piece(), add_chair},
-                                                     {table_piece(), add_table},
-                                                     {sofa_piece(), add_sofa},
-                                                     {shelf_piece(2.5), shelf},
-                                                     {plant_piece(), add_plant},
-                                                     {coat_stand_piece(), add_coat_stand}}) {
-    for (std::uint64_t seed = 0; seed < 20; ++seed) {
-      Facets facets;
-      one.add({}, HashRandom(seed), &facets);
-      for (const Facet& facet : facets.facets) {
-        for (const Vector3d& corner : facet.corners) {
-          EXPECT_LE(std::abs(corner.x()), 0.5 * one.piece.size.x() + 0.03) << one.piece.name;
-          EXPECT_LE(std::abs(corner.z()), 0.5 * one.piece.size.y() + 0.03) << one.piece.name;
-          EXPECT_GE(corner.y(), -0.002) << one.piece.name;
-          EXPECT_LE(corner.y(), one.piece.top) << one.piece.name;
-        }
-      }
-    }
-  }
+// Seen from the front, s runs to the right and t upwards.
+TEST(ShapesTest, PanelsFaceTheRoomWithUprightTextures) {
+  std::vector<Facet> facets;
+  add_panel({{0, 0, 2}, kPi}, {-1, 0, 0}, {1, 1, 0.1}, 0, &facets);  // faces -z
+  EXPECT_EQ(facets.size(), 5U) << "no back";
+  expect_flat(facets);
+  const Facet& front = facets.front();
+  EXPECT_LT((front.normal - Vector3d(0, 0, -1)).norm(), 1e-12);
+  EXPECT_LT((front.texture.s_axis - Vector3d(1, 0, 0)).norm(), 1e-12);
+  const auto& c = front.corners;
+  const Facet quad = make_quad({c[0], c[1], c[2], c[3]}, 0);
+  EXPECT_LT((quad.normal - front.normal).norm(), 1e-12);
+  EXPECT_LT((quad.texture.t_axis - front.texture.t_axis).norm(), 1e-12);
 }
 
 TEST(EmbreeSceneTest, FindsTheNearestFacetAndItsExactDistance) {
-  Facets facets;
+  std::vector<Facet> facets;
   add_box({}, {-1, -1, 2}, {1, 1, 3}, 0, &facets);
   add_box({}, {-1, -1, 5}, {1, 1, 6}, 0, &facets);
-  const EmbreeScene scene(facets.facets);
+  const EmbreeScene scene(facets);
   const Vector3d direction = Vector3d(0.1, -0.2, 1.0).normalized();
   const Hit hit = scene.intersect(Ray{{0, 0, 0}, direction});
   ASSERT_GE(hit.facet, 0);
@@ -122,19 +105,6 @@ TEST(EmbreeSceneTest, FindsTheNearestFacetAndItsExactDistance) {
     EXPECT_EQ(hits[i].facet, alone.facet) << i;
     EXPECT_EQ(hits[i].distance, alone.distance) << i;
   }
-}
-
-TEST(PlanRectangleTest, OverlapIsDetectedAtAnyRotation) {
-  const PlanRectangle a{{0, 0}, {1, 0.5}, 0.0};
-  EXPECT_TRUE(overlap(a, {{1.4, 0}, {0.5, 0.5}, 0.0}));
-  EXPECT_FALSE(overlap(a, {{1.6, 0}, {0.5, 0.5}, 0.0}));
-  // Rotated by 45 degrees, a square of half side 0.5 extends to 0.707.
-  EXPECT_TRUE(overlap(a, {{1.69, 0}, {0.5, 0.5}, kPi / 4}));
-  EXPECT_FALSE(overlap(a, {{1.72, 0}, {0.5, 0.5}, kPi / 4}));
-  // The bounding boxes overlap, but not the rectangles.
-  EXPECT_FALSE(overlap(a, {{1.6, 1.1}, {0.9, 0.2}, kPi / 4}));
-  EXPECT_TRUE(inside({{0, 0}, {0.5, 0.5}, kPi / 4}, {-0.71, -0.71}, {0.71, 0.71}));
-  EXPECT_FALSE(inside({{0, 0}, {0.5, 0.5}, kPi / 4}, {-0.70, -0.71}, {0.71, 0.71}));
 }
 
 // A yaw of 90 degrees rotates +z to +x, as for cameras.

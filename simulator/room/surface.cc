@@ -6,6 +6,13 @@
 
 namespace raywalk::capture {
 
+const char* name_of(Pattern pattern) {
+  constexpr std::array<const char*, kPatterns.size()> kNames{
+      "plain", "plaster", "bricks",   "wallpaper", "boards", "tiles", "wood",   "fabric", "rug",
+      "book",  "leaf",    "painting", "picture",   "lamp",   "sky",   "mirror", "glass"};
+  return kNames[static_cast<std::size_t>(pattern)];
+}
+
 Color albedo_at(const Surface& surface, const Eigen::Vector2f& at, float footprint) {
   switch (surface.pattern) {
     case Pattern::kPlain:
@@ -30,12 +37,15 @@ Color albedo_at(const Surface& surface, const Eigen::Vector2f& at, float footpri
       return book_albedo(surface, at, footprint);
     case Pattern::kLeaf:
       return leaf_albedo(surface, at, footprint);
+    case Pattern::kPainting:
+      return painting_albedo(surface, at, footprint);
     case Pattern::kPicture:
-      return picture_albedo(surface, at, footprint);
-    case Pattern::kShade:
-      return shade_emission(surface, at, footprint);
+      return surface.picture->at(at.cwiseQuotient(surface.extent), footprint / surface.extent.x());
+    case Pattern::kLamp:
+      return lamp_emission(surface, at, footprint);
     case Pattern::kSky:
     case Pattern::kMirror:
+    case Pattern::kGlass:
       break;
   }
   return Color::Zero();

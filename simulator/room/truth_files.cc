@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
-#include "simulator/room/thin_structures.h"
 
 namespace raywalk::capture {
 namespace {
@@ -38,6 +38,25 @@ std::string pose_fields(const CameraPose& pose) {
                      degrees_from_radians(pose.attitude.roll_rad));
 }
 
+cv::Mat thin_structures(const cv::Mat& distance_m) {
+  constexpr double kWidth_deg = 3.0;
+  constexpr float kNearer = 0.1F;  // relative, in inverse distance
+  // The longitude wraps around.
+  const int side = std::max(static_cast<int>(std::lround(distance_m.cols * kWidth_deg / 360.0)), 3);
+  cv::Mat inverse(distance_m.size(), CV_32FC1), around;
+  std::transform(distance_m.begin<float>(), distance_m.end<float>(), inverse.begin<float>(),
+                 [](float metres) { return std::isinf(metres) ? 0.0F : 1.0F / metres; });
+  cv::copyMakeBorder(inverse, around, 0, 0, 2 * side, 2 * side, cv::BORDER_WRAP);
+  // An opening of the inverse distance removes what is near and narrower than its window.
+  cv::Mat opened;
+  cv::morphologyEx(around, opened, cv::MORPH_OPEN,
+                   cv::getStructuringElement(cv::MORPH_RECT, {side, side}));
+  const cv::Mat thin = around - opened > kNearer * around;
+  cv::Mat mask;
+  cv::dilate(thin, mask, cv::getStructuringElement(cv::MORPH_RECT, {3, 3}));
+  return mask.colRange(2 * side, 2 * side + distance_m.cols).clone();
+}
+
 void write_distance_map(const VirtualRoom& room, const CameraPose& pose, PanoramaSize size,
                         const std::filesystem::path& file) {
   write_image(file, millimetres_of(room.distance_map(pose, size)));
@@ -50,7 +69,7 @@ void write_truth_views(const VirtualRoom& room, std::span<const TruthViewpoint> 
   for (const TruthViewpoint& viewpoint : viewpoints) {
     const CameraPose pose{viewpoint.position_m, {}};
     const std::string file = "gt/" + viewpoint.name + ".png";
-    write_image(directory / file, room.panorama(pose, size));
+    write_image(directory / file, room.render(PanoramaRays(size), pose));
     const std::string distance_file = "dist/gt_" + viewpoint.name + ".png";
     write_distance_map(room, pose, size, directory / distance_file);
     const std::string row = file + "," + position_fields(viewpoint.position_m);

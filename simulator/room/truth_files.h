@@ -22,13 +22,18 @@ std::string pose_fields(const CameraPose& pose);
 void write_distance_map(const VirtualRoom& room, const CameraPose& pose, PanoramaSize size,
                         const std::filesystem::path& file);
 
+// From the distance map of a panorama (CV_32FC1, metres, +inf for the sky): 255 where something is
+// seen that is narrower than 3 degrees across and at least a tenth nearer than what is on both
+// sides of it, and in the pixels around it; else 0. CV_8UC1. So are chair legs, cords, railings.
+cv::Mat thin_structures(const cv::Mat& distance_m);
+
 // Renders noise-free ground truth views at the viewpoints into a directory that holds the
 // directories gt, dist and, with `thin`, thin:
 //   gt/<name>.png       the panorama, looking along z
 //   dist/gt_<name>.png  its distance map
 //   gt.csv              file,x,y,z,distance of all views, written last
 // With `thin`, also
-//   thin/<name>.png     255 where the view shows thin structures (thin_structures.h), else 0
+//   thin/<name>.png     255 where the view shows thin structures, else 0
 //   gt_thin.csv         file,x,y,z,mask: the table for comparing views at thin structures only,
 //                       without views that show none
 // Throws Error if a viewpoint is inside furniture or a file cannot be written; Interrupted.

@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
 
 #include "core/base/error.h"
 #include "core/files/csv.h"
 #include "simulator/room/hash_random.h"
+#include "simulator/room/stations.h"
 
 namespace raywalk::capture {
 namespace {
@@ -50,51 +54,82 @@ Vector2d free_place(int number, HashRandom* random) {
   return (corner + Vector2d(in_column, in_row)) / kStrata - Vector2d(0.5, 0.5);
 }
 
-Eigen::Vector3d in_world(const RoomPlan& plan, int cell, const Vector2d& in_cell) {
-  const int column = cell % plan.cells_x, row = cell / plan.cells_x;
-  const Vector2d at_m = plan.unit_m * plan.cell_side * (plan.cell_centre(column, row) + in_cell);
+Eigen::Vector3d in_world(const GridSettings& grid, std::int64_t cell, const Vector2d& in_cell) {
+  const auto column = static_cast<double>(cell % grid.cells_x);
+  const auto row = static_cast<double>(cell / grid.cells_x);
+  const Vector2d centre(column + 0.5 - 0.5 * grid.cells_x, row + 0.5 - 0.5 * grid.cells_z);
+  const Vector2d at_m = grid.cell_side_m * (centre + in_cell);
   return {at_m.x(), 0.0, at_m.y()};
 }
 
 // Along a single line there are no cells: viewpoints between its stations, every second one beside
 // the line by up to a tenth of the way to the next station.
-std::vector<TruthViewpoint> between_stations(const RoomPlan& plan, int count, HashRandom* random) {
-  const PlannedLine& line = plan.lines.front();
-  const int gaps = static_cast<int>(line.along.size()) - 1;
+std::vector<TruthViewpoint> between_stations(const PlannedLine& line, int count,
+                                             HashRandom* random) {
+  const int gaps = static_cast<int>(line.along_m.size()) - 1;
   std::vector<TruthViewpoint> viewpoints;
   for (int i = 0; i < count; ++i) {
     const auto gap = static_cast<std::size_t>((static_cast<long>(i) * gaps + gaps / 2) / count);
-    const double from = line.along[gap], step = line.along[gap + 1] - from;
+    const double from = line.along_m[gap], step = line.along_m[gap + 1] - from;
     const double along = from + random->uniform(0.3, 0.7) * step;
     const double beside = random->uniform(-0.1, 0.1) * step;
-    Eigen::Vector3d at = line.position(along);
+    Eigen::Vector3d at = line.position_m(along);
     if (i % 2 == 1) (line.axis == LineAxis::kX ? at.z() : at.x()) += beside;
-    viewpoints.push_back(
-        {fmt::format("{}_{:03}", i % 2 == 1 ? "beside" : "between", i), plan.unit_m * at});
+    viewpoints.push_back({fmt::format("{}_{:03}", i % 2 == 1 ? "beside" : "between", i), at});
   }
   return viewpoints;
 }
 
+// Cells in an order that is spread over all of them however many are taken: steps of the golden
+// section of their number, which is made coprime to it so that every cell is reached.
+class SpreadCells {
+ public:
+  SpreadCells(const GridSettings& grid, HashRandom* random)
+      : count_(std::int64_t{grid.cells_x} * grid.cells_z),
+        step_(std::max<std::int64_t>(std::llround(0.618034 * static_cast<double>(count_)), 1)),
+        at_(random->below(static_cast<int>(count_))) {
+    while (std::gcd(step_, count_) != 1) ++step_;
+  }
+
+  std::int64_t count() const { return count_; }
+  std::int64_t next() {
+    at_ = (at_ + step_) % count_;
+    return at_;
+  }
+
+ private:
+  std::int64_t count_, step_, at_;
+};
+
 }  // namespace
 
-std::vector<TruthViewpoint> truth_viewpoints(const RoomPlan& plan, int count) {
-  HashRandom random(hash_bits(static_cast<std::uint64_t>(plan.seed), 0x7127));
-  if (plan.lines.size() == 1) return between_stations(plan, count, &random);
-  const auto& along = plan.lines.front().along;
-  const std::vector<InCell> hard = hard_cases((along[1] - along[0]) / plan.cell_side, &random);
-  const int cells = static_cast<int>(plan.truth_cells.size());
-  const int first_cell = random.below(cells);
+std::vector<TruthViewpoint> truth_viewpoints(const VirtualRoom& room, int count) {
+  constexpr double kAround = 0.1;  // free around a viewpoint, in cell sides
+  const GridSettings& grid = room.settings().grid;
+  HashRandom random(hash_bits(static_cast<std::uint64_t>(room.settings().seed), 0x7127));
+  const std::vector<PlannedLine> lines = plan_lines(grid);
+  if (lines.size() == 1) return between_stations(lines.front(), count, &random);
+  const auto& along_m = lines.front().along_m;
+  const std::vector<InCell> hard =
+      hard_cases((along_m[1] - along_m[0]) / grid.cell_side_m, &random);
+  SpreadCells cells(grid, &random);
   std::vector<TruthViewpoint> viewpoints;
   for (int i = 0; i < count; ++i) {
-    const int cell = plan.truth_cells[static_cast<std::size_t>((first_cell + i) % cells)];
     const int number = i - static_cast<int>(hard.size());
-    if (number < 0) {
-      const InCell& place = hard[static_cast<std::size_t>(i)];
-      viewpoints.push_back({place.name, in_world(plan, cell, place.at)});
-    } else {
-      viewpoints.push_back(
-          {fmt::format("free_{:03}", number), in_world(plan, cell, free_place(number, &random))});
+    const InCell place =
+        number < 0 ? hard[static_cast<std::size_t>(i)]
+                   : InCell{fmt::format("free_{:03}", number), free_place(number, &random)};
+    Eigen::Vector3d at = in_world(grid, cells.next(), place.at);
+    for (std::int64_t tries = 1; !room.is_free(at, kAround * grid.cell_side_m); ++tries) {
+      if (tries > cells.count()) {
+        throw Error(
+            fmt::format("no cell has a free place for the true view {}; move the grid "
+                        "(scene.x_m, y_m and z_m), or name true views in a table (--views)",
+                        place.name));
+      }
+      at = in_world(grid, cells.next(), place.at);
     }
+    viewpoints.push_back({place.name, at});
   }
   return viewpoints;
 }

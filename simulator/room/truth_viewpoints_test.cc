@@ -15,32 +15,40 @@ namespace {
 
 using ::testing::HasSubstr;
 
+VirtualRoom room_with(const GridSettings& grid, int seed = 1, const std::string& more = "") {
+  return {{.seed = seed, .grid = grid}, parse_scene("include: [empty]\n" + more, "a scene")};
+}
+
 TEST(TruthViewpointsTest, LieInsideTheCellsUnderUniqueNames) {
-  for (int seed = 0; seed < 50; ++seed) {
-    VirtualRoomSettings settings;
-    settings.seed = seed;
-    settings.grid.cells_x = 1 + seed % 3;
-    settings.grid.cell_side_m = 0.4;
-    const RoomPlan plan = plan_room(settings);
-    const auto viewpoints = truth_viewpoints(plan, 40);
-    ASSERT_EQ(viewpoints.size(), 40U);
-    std::set<std::string> names;
-    for (const TruthViewpoint& viewpoint : viewpoints) {
-      names.insert(viewpoint.name);
-      EXPECT_LE(std::abs(viewpoint.position_m.x()), 0.2 * settings.grid.cells_x + 1e-12);
-      EXPECT_LE(std::abs(viewpoint.position_m.z()), 0.2 + 1e-12);
-      EXPECT_EQ(viewpoint.position_m.y(), 0.0);
-    }
-    EXPECT_EQ(names.size(), viewpoints.size());
+  const VirtualRoom room = room_with({.cell_side_m = 0.4, .cells_x = 3});
+  const auto viewpoints = truth_viewpoints(room, 40);
+  ASSERT_EQ(viewpoints.size(), 40U);
+  std::set<std::string> names;
+  for (const TruthViewpoint& viewpoint : viewpoints) {
+    names.insert(viewpoint.name);
+    EXPECT_LE(std::abs(viewpoint.position_m.x()), 0.6 + 1e-12);
+    EXPECT_LE(std::abs(viewpoint.position_m.z()), 0.2 + 1e-12);
+    EXPECT_EQ(viewpoint.position_m.y(), 0.0);
   }
+  EXPECT_EQ(names.size(), viewpoints.size());
+}
+
+TEST(TruthViewpointsTest, CellsInWhichSomethingStandsArePassedOver) {
+  constexpr const char* kColumn =
+      "solids:\n  - {box: [-0.15, -1.3, -0.15, 0.15, 1.3, 0.15], at: [0.4, 0, 0], material: "
+      "tiles}\n";
+  const VirtualRoom room = room_with({.cell_side_m = 0.4, .cells_x = 3}, 1, kColumn);
+  for (const TruthViewpoint& viewpoint : truth_viewpoints(room, 20)) {
+    EXPECT_GT((viewpoint.position_m - Eigen::Vector3d(0.4, 0, 0)).norm(), 0.15) << viewpoint.name;
+  }
+  constexpr const char* kFull = "solids:\n  - {box: [-1, -1.3, -1, 1, 1.3, 1], material: tiles}\n";
+  EXPECT_THROW(truth_viewpoints(room_with({}, 1, kFull), 1), Error);
 }
 
 TEST(TruthViewpointsTest, OneLiesOnAStationAndOneBetweenTwo) {
-  for (int seed = 0; seed < 50; ++seed) {
-    VirtualRoomSettings settings;
-    settings.seed = seed;
+  for (int seed = 0; seed < 5; ++seed) {
     int on = 0, between = 0;
-    for (const TruthViewpoint& viewpoint : truth_viewpoints(plan_room(settings), 12)) {
+    for (const TruthViewpoint& viewpoint : truth_viewpoints(room_with({}, seed), 12)) {
       const double x_steps = viewpoint.position_m.x() * 40, z_steps = viewpoint.position_m.z() * 40;
       if (viewpoint.name == "line_left_on") {
         ++on;
@@ -58,6 +66,20 @@ TEST(TruthViewpointsTest, OneLiesOnAStationAndOneBetweenTwo) {
   }
 }
 
+TEST(TruthViewpointsTest, AlongASingleLineTheyLieBetweenItsStations) {
+  const auto viewpoints = truth_viewpoints(
+      room_with({.cells_x = 0, .cells_z = 3, .spacing_mm = 1000.0, .overhang_share = 0.0}), 6);
+  ASSERT_EQ(viewpoints.size(), 6U);
+  for (std::size_t i = 0; i < viewpoints.size(); ++i) {
+    const Eigen::Vector3d& at_m = viewpoints[i].position_m;
+    EXPECT_LT(std::abs(at_m.z()), 1.5);
+    EXPECT_EQ(at_m.x() == 0.0, i % 2 == 0) << viewpoints[i].name;
+    EXPECT_LE(std::abs(at_m.x()), 0.1);
+    const double from_station = std::remainder(at_m.z() - 0.5, 1.0);
+    EXPECT_GT(std::abs(from_station), 0.25);
+  }
+}
+
 TEST(TruthViewpointsTest, TableIsRead) {
   const TestDirectory directory;
   write_file_atomically(directory / "views.csv", "name,x,z,y\na,0.1,-0.2,0.05\nb,0,0,0\n");
@@ -65,24 +87,6 @@ TEST(TruthViewpointsTest, TableIsRead) {
   ASSERT_EQ(viewpoints.size(), 2U);
   EXPECT_EQ(viewpoints[0].name, "a");
   EXPECT_EQ(viewpoints[0].position_m, Eigen::Vector3d(0.1, 0.05, -0.2));
-}
-
-// A street: one line along z.
-TEST(TruthViewpointsTest, AlongASingleLineTheyLieBetweenItsStations) {
-  RoomPlan plan;
-  plan.unit_m = 2.0;
-  plan.lines = {{"z0", LineAxis::kZ, 0.0, {-3.0, -2.0, 0.0, 3.0}}};
-  const auto viewpoints = truth_viewpoints(plan, 6);
-  ASSERT_EQ(viewpoints.size(), 6U);
-  for (std::size_t i = 0; i < viewpoints.size(); ++i) {
-    const Eigen::Vector3d& at_m = viewpoints[i].position_m;
-    EXPECT_GT(at_m.z(), -6.0);
-    EXPECT_LT(at_m.z(), 6.0);
-    EXPECT_EQ(at_m.y(), 0.0);
-    EXPECT_EQ(at_m.x() == 0.0, i % 2 == 0) << viewpoints[i].name;
-    EXPECT_LE(std::abs(at_m.x()), 0.6);
-    for (const double along : plan.lines[0].along) EXPECT_GT(std::abs(at_m.z() - 2.0 * along), 0.5);
-  }
 }
 
 TEST(TruthViewpointsTest, BadTablesAreRefusedByLine) {

@@ -2,169 +2,165 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <limits>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "simulator/room/camera_clearance.h"
-#include "simulator/room/eye_rays.h"
-#include "simulator/room/hall.h"
-#include "simulator/room/street_canyon.h"
+#include "core/files/shipped_configs.h"
 
 namespace raywalk::capture {
 namespace {
 
-RoomPlan plan_of(const VirtualRoomSettings& settings) {
-  if (settings.place == "canyon") return plan_canyon(settings);
-  if (settings.place == "hall") return plan_hall(settings);
-  return plan_room(settings);
+using Eigen::Vector3d;
+
+RoomExtent extent_of(const Facets& room, const Vector3d& middle_m) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  RoomExtent extent{Vector3d::Constant(kFar), Vector3d::Constant(-kFar)};
+  for (const Facet& facet : room.facets) {
+    for (const Vector3d& corner : facet.corners) {
+      extent.min_m = extent.min_m.cwiseMin(corner - middle_m);
+      extent.max_m = extent.max_m.cwiseMax(corner - middle_m);
+    }
+  }
+  return extent;
 }
 
-void require_panorama(PanoramaSize size) {
+// Calls row(v, rays) for every row of a panorama, with the rays through its pixels' centres.
+template <typename Row>
+void for_each_row(const CameraPose& in_scene, PanoramaSize size, const Row& row) {
   if (size.height < 1 || size.width != 2 * size.height) {
     throw Error("a panorama of the virtual room must be twice as wide as high");
   }
-}
-
-// Nothing is nearer to a station than the clearance, so the ring's cameras are free as well.
-void require_ring_within(const RoomPlan& plan, const RingSettings& ring) {
-  const double clearance_mm = 1e3 * plan.unit_m * plan.clearance;
-  if (ring.radius_mm < clearance_mm) return;
-  throw UsageError(fmt::format(
-      "ring.radius_mm is {:g}; it must be less than the {:g} mm that are free around the stations",
-      ring.radius_mm, clearance_mm));
-}
-
-// The rays through the centres of a panorama's pixels, room units.
-class CentreRays {
- public:
-  CentreRays(const CameraPose& pose, PanoramaSize size, double unit_m)
-      : origin_(pose.position_m / unit_m),
-        rotation_(world_from_camera(pose.attitude)),
-        size_(size) {}
-
-  std::vector<Ray> row(int v) const {
-    std::vector<Ray> rays(static_cast<std::size_t>(size_.width));
-    for (int u = 0; u < size_.width; ++u) {
-      const PixelPosition pixel{static_cast<double>(u), static_cast<double>(v)};
-      rays[static_cast<std::size_t>(u)] = {
-          origin_, rotation_ * direction_from_angles(angles_from_pixel(pixel, size_))};
+  const Eigen::Matrix3d rotation = world_from_camera(in_scene.attitude);
+  parallel_for(0, size.height, 8, [&](int begin, int end) {
+    std::vector<Ray> rays(static_cast<std::size_t>(size.width));
+    for (int v = begin; v < end; ++v) {
+      for (int u = 0; u < size.width; ++u) {
+        const PixelPosition pixel{static_cast<double>(u), static_cast<double>(v)};
+        rays[static_cast<std::size_t>(u)] = {
+            in_scene.position_m, rotation * direction_from_angles(angles_from_pixel(pixel, size))};
+      }
+      row(v, rays);
     }
-    return rays;
-  }
+  });
+}
 
- private:
-  Eigen::Vector3d origin_;
-  Eigen::Matrix3d rotation_;
-  PanoramaSize size_;
-};
+// Adds the facets in another frame, with their surfaces.
+void add_moved(const std::vector<Facet>& facets, const std::vector<Surface>& surfaces,
+               const Eigen::Matrix3d& rotation, const Vector3d& origin, Facets* to) {
+  const auto first = static_cast<int>(to->surfaces.size());
+  to->surfaces.insert(to->surfaces.end(), surfaces.begin(), surfaces.end());
+  for (const Facet& facet : facets) {
+    to->facets.push_back(moved(facet, rotation, origin));
+    to->facets.back().surface += first;
+  }
+}
 
 }  // namespace
 
 VirtualRoom::VirtualRoom(const VirtualRoomSettings& settings)
+    : VirtualRoom(settings, read_scene(named_config(settings.scene.file, ConfigKind::kScene,
+                                                    "the scene, 'scene.file',"))) {}
+
+VirtualRoom::VirtualRoom(const VirtualRoomSettings& settings, Scene scene)
     : settings_(settings),
-      plan_(plan_of(settings)),
       film_{static_cast<float>(settings.light.exposure),
             settings.light.clip ? Highlights::kClipped : Highlights::kSoft},
-      scene_(std::make_unique<const RoomScene>(plan_, settings)) {
-  require_clear_lines(plan_, *scene_);
-  require_ring_within(plan_, settings.ring);
-  if (settings.people.count > 0) {
-    people_ = std::make_unique<const PeoplePath>(plan_, scene_->geometry(), settings.people);
+      scene_(std::make_unique<const RoomScene>(std::move(scene), settings.light.source_gain)),
+      extent_(extent_of(scene_->scene().room, settings.scene.middle_m)) {}
+
+CameraPose VirtualRoom::in_scene(const CameraPose& pose) const {
+  return {pose.position_m + settings_.scene.middle_m, pose.attitude};
+}
+
+void VirtualRoom::require_free(const Vector3d& position_m) const {
+  const auto refuse = [&](const char* what) {
+    throw Error(fmt::format("scene {}: the camera at ({:g}, {:g}, {:g}) m {}",
+                            settings_.scene.file.string(), position_m.x(), position_m.y(),
+                            position_m.z(), what));
+  };
+  if (!position_m.allFinite()) refuse("has no finite position");
+  const bool is_within = (position_m.array() > extent_.min_m.array()).all() &&
+                         (position_m.array() < extent_.max_m.array()).all();
+  if (!is_within) refuse("is outside the room");
+  if (scene_->is_inside_solid(position_m + settings_.scene.middle_m)) {
+    refuse("is inside furniture; move it, or the grid (scene.x_m, y_m and z_m)");
   }
 }
 
-VirtualRoom::~VirtualRoom() = default;
-
-RoomExtent VirtualRoom::extent() const {
-  const RoomBox& box = plan_.walls;
-  return {plan_.unit_m * Eigen::Vector3d(box.x_min, box.y_min, box.z_min),
-          plan_.unit_m * Eigen::Vector3d(box.x_max, box.y_max, box.z_max)};
-}
-
-cv::Mat VirtualRoom::panorama(const CameraPose& pose, PanoramaSize size, Sampling sampling) const {
-  require_panorama(size);
-  require_free_camera(plan_, *scene_, pose.position_m);
-  return render_picture(*scene_, PanoramaRays(size), pose, plan_.unit_m, sampling, film_);
-}
-
-cv::Mat VirtualRoom::stereo_panorama(const Eigen::Vector3d& position_m, double eyes_apart_m,
-                                     PanoramaSize size, Sampling sampling) const {
-  require_panorama(size);
-  require_free_camera(plan_, *scene_, position_m);
-  cv::Mat both;
-  for (const double radius_m : {0.5 * eyes_apart_m, -0.5 * eyes_apart_m}) {
-    both.push_back(render_picture(*scene_, EyeRays(size, radius_m), {position_m, {}}, plan_.unit_m,
-                                  sampling, film_));
+bool VirtualRoom::is_free(const Vector3d& position_m, double around_m) const {
+  constexpr int kLooks = 32;
+  try {
+    require_free(position_m);
+  } catch (const Error&) {
+    return false;
   }
-  return both;
+  for (int i = 0; i < kLooks; ++i) {
+    const Vector3d level = direction_from_angles({kTwoPi * i / kLooks - kPi, 0.0});
+    const Ray ray{position_m + settings_.scene.middle_m, level};
+    if (scene_->geometry().occluded(ray, around_m)) return false;
+  }
+  return true;
 }
 
-cv::Mat VirtualRoom::panorama_with_people(int moment, const CameraPose& pose, PanoramaSize size,
-                                          Sampling sampling) const {
-  require_panorama(size);
-  return picture_with_people(moment, PanoramaRays(size), pose, sampling);
+std::unique_ptr<const Bodies> VirtualRoom::bodies_of(const RenderOptions& options,
+                                                     const CameraPose& pose) const {
+  Facets bodies;
+  if (options.station >= 0) {
+    for (const MovingObject& object : scene_->scene().moving) {
+      const Placement place = object.at(options.station);
+      add_moved(object.facets, scene_->scene().room.surfaces, place.rotation(), place.origin,
+                &bodies);
+    }
+  }
+  const std::size_t moving = bodies.facets.size();
+  if (options.carried != nullptr) {
+    add_moved(options.carried->facets, options.carried->surfaces, world_from_camera(pose.attitude),
+              pose.position_m, &bodies);
+  }
+  return bodies.facets.empty() ? nullptr
+                               : std::make_unique<const Bodies>(std::move(bodies), moving);
 }
 
-cv::Mat VirtualRoom::picture_with_people(int moment, const PixelRays& camera,
-                                         const CameraPose& pose, Sampling sampling) const {
-  require_free_camera(plan_, *scene_, pose.position_m);
-  const std::optional<PeopleScene> people = people_at(moment);
-  return render_picture(*scene_, camera, pose, plan_.unit_m, sampling, film_,
-                        people ? &*people : nullptr);
+cv::Mat VirtualRoom::render(const PixelRays& camera, const CameraPose& pose,
+                            const RenderOptions& options) const {
+  require_free(pose.position_m);
+  const std::unique_ptr<const Bodies> bodies = bodies_of(options, in_scene(pose));
+  return render_picture(*scene_, camera, in_scene(pose), options.sampling, film_, bodies.get());
 }
 
-cv::Mat VirtualRoom::people_mask(int moment, const CameraPose& pose, PanoramaSize size) const {
-  require_panorama(size);
-  require_free_camera(plan_, *scene_, pose.position_m);
+cv::Mat VirtualRoom::moving_mask(int station, const CameraPose& pose, PanoramaSize size) const {
+  require_free(pose.position_m);
   cv::Mat mask(size.height, size.width, CV_8UC1, cv::Scalar(0));
-  const std::optional<PeopleScene> people = people_at(moment);
-  if (!people) return mask;
-  const CentreRays centres(pose, size, plan_.unit_m);
-  parallel_for(0, size.height, 8, [&](int begin, int end) {
-    std::vector<double> distances(static_cast<std::size_t>(size.width));
-    std::vector<Hit> persons(distances.size());
-    for (int v = begin; v < end; ++v) {
-      const std::vector<Ray> rays = centres.row(v);
-      scene_->measure(rays, distances);
-      people->intersect(rays, persons);
-      for (std::size_t u = 0; u < rays.size(); ++u) {
-        const bool seen = persons[u].facet >= 0 && persons[u].distance < distances[u];
-        if (seen) mask.at<uchar>(v, static_cast<int>(u)) = 255;
-      }
+  const std::unique_ptr<const Bodies> bodies = bodies_of({.station = station}, in_scene(pose));
+  if (!bodies) return mask;
+  for_each_row(in_scene(pose), size, [&](int v, const std::vector<Ray>& rays) {
+    std::vector<double> distances(rays.size());
+    std::vector<Hit> hits(rays.size());
+    scene_->measure(rays, distances);
+    bodies->intersect(rays, hits);
+    for (std::size_t u = 0; u < rays.size(); ++u) {
+      const bool is_seen = hits[u].facet >= 0 && hits[u].distance < distances[u];
+      if (is_seen) mask.at<uchar>(v, static_cast<int>(u)) = 255;
     }
   });
   return mask;
 }
 
-std::optional<PeopleScene> VirtualRoom::people_at(int moment) const {
-  if (!people_) return std::nullopt;
-  return std::optional<PeopleScene>(std::in_place, people_->at(moment), settings_.seed);
-}
-
 cv::Mat VirtualRoom::distance_map(const CameraPose& pose, PanoramaSize size) const {
-  require_panorama(size);
-  require_free_camera(plan_, *scene_, pose.position_m);
-  const CentreRays centres(pose, size, plan_.unit_m);
+  require_free(pose.position_m);
   cv::Mat map(size.height, size.width, CV_32FC1);
-  parallel_for(0, size.height, 8, [&](int begin, int end) {
-    std::vector<double> distances(static_cast<std::size_t>(size.width));
-    for (int v = begin; v < end; ++v) {
-      scene_->measure(centres.row(v), distances);
-      for (int u = 0; u < size.width; ++u) {
-        map.at<float>(v, u) =
-            static_cast<float>(plan_.unit_m * distances[static_cast<std::size_t>(u)]);
-      }
+  for_each_row(in_scene(pose), size, [&](int v, const std::vector<Ray>& rays) {
+    std::vector<double> distances(rays.size());
+    scene_->measure(rays, distances);
+    for (int u = 0; u < size.width; ++u) {
+      map.at<float>(v, u) = static_cast<float>(distances[static_cast<std::size_t>(u)]);
     }
   });
   return map;
-}
-
-cv::Mat VirtualRoom::dual_fisheye(const CameraPose& pose, const DualFisheyeLayout& layout,
-                                  PanoramaSize frame, Sampling sampling) const {
-  require_free_camera(plan_, *scene_, pose.position_m);
-  return render_picture(*scene_, DualFisheyeRays(layout, frame), pose, plan_.unit_m, sampling,
-                        film_);
 }
 
 }  // namespace raywalk::capture

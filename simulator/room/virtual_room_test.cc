@@ -7,11 +7,13 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/core.hpp>
+#include <opencv2/features2d.hpp>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/panorama/srgb.h"
+#include "simulator/room/dolly.h"
 #include "simulator/room/hash_random.h"
-#include "simulator/room/test_rooms.h"
 
 namespace raywalk::capture {
 namespace {
@@ -20,6 +22,12 @@ using Eigen::Vector3d;
 using ::testing::HasSubstr;
 
 constexpr PanoramaSize kSmall{64, 32};
+constexpr PanoramaSize kLit{256, 128};
+
+// The empty room and more.
+VirtualRoom room_with(const std::string& more = "", const VirtualRoomSettings& settings = {}) {
+  return {settings, parse_scene("include: [empty]\n" + more, "a scene")};
+}
 
 double distance_to_box(const RoomExtent& box, const Vector3d& from, const Vector3d& direction) {
   double nearest = std::numeric_limits<double>::infinity();
@@ -45,57 +53,30 @@ bool same_bytes(const cv::Mat& a, const cv::Mat& b) {
          std::equal(a.datastart, a.dataend, b.datastart);
 }
 
-TEST(VirtualRoomTest, EmptyRoomHasTheDistancesOfABoxAtAnyScaleAndPose) {
+int count_infinite(const cv::Mat& distances) {
+  return static_cast<int>(std::count_if(distances.begin<float>(), distances.end<float>(),
+                                        [](float metres) { return std::isinf(metres); }));
+}
+
+// The grid's middle may be anywhere in the scene.
+TEST(VirtualRoomTest, EmptyRoomHasTheDistancesOfABoxFromAnyPose) {
   HashRandom random(1);
-  for (int i = 0; i < 12; ++i) {
-    const double side_m = 0.2 * std::pow(25.0, random.uniform());
-    const VirtualRoom room(empty_room(i, side_m));
-    const CameraPose pose = random_pose(room.extent(), &random);
-    const cv::Mat map = room.distance_map(pose, kSmall);
-    const Eigen::Matrix3d rotation = world_from_camera(pose.attitude);
-    for (int v = 0; v < map.rows; ++v) {
-      for (int u = 0; u < map.cols; ++u) {
-        const Vector3d direction =
-            rotation * direction_from_angles(angles_from_pixel(
-                           {static_cast<double>(u), static_cast<double>(v)}, kSmall));
-        const double expected = distance_to_box(room.extent(), pose.position_m, direction);
-        ASSERT_NEAR(map.at<float>(v, u), expected, 1e-6 * expected)
-            << "seed " << i << ", side " << side_m << ", pixel " << u << "," << v;
+  for (const Vector3d& middle_m : {Vector3d(0, 0, 0), Vector3d(0.3, -0.4, 1.1)}) {
+    const VirtualRoom room = room_with("", {.scene = {.middle_m = middle_m}});
+    EXPECT_EQ(room.extent().min_m, Vector3d(-2, -1.3, -2) - middle_m);
+    for (int i = 0; i < 6; ++i) {
+      const CameraPose pose = random_pose(room.extent(), &random);
+      const cv::Mat map = room.distance_map(pose, kSmall);
+      const Eigen::Matrix3d rotation = world_from_camera(pose.attitude);
+      for (int v = 0; v < map.rows; ++v) {
+        for (int u = 0; u < map.cols; ++u) {
+          const Vector3d direction =
+              rotation * direction_from_angles(angles_from_pixel(
+                             {static_cast<double>(u), static_cast<double>(v)}, kSmall));
+          const double expected = distance_to_box(room.extent(), pose.position_m, direction);
+          ASSERT_NEAR(map.at<float>(v, u), expected, 1e-6 * expected) << u << "," << v;
+        }
       }
-    }
-  }
-}
-
-TEST(VirtualRoomTest, GivenSizesAreKept) {
-  VirtualRoomSettings settings = empty_room(4, 0.5);
-  settings.room = {4.0, 5.0, 2.6, 1.4, 1.0};
-  const RoomExtent room = VirtualRoom(settings).extent();
-  const Vector3d size = room.max_m - room.min_m;
-  EXPECT_NEAR(size.x(), 4.0, 1e-12);
-  EXPECT_NEAR(size.y(), 2.6, 1e-12);
-  EXPECT_NEAR(size.z(), 5.0, 1e-12);
-  EXPECT_NEAR(room.min_m.y(), -1.4, 1e-12);
-}
-
-// A factor of two scales every number exactly.
-TEST(VirtualRoomTest, LargerRoomIsTheSameRoomScaled) {
-  const VirtualRoom room(furnished_room(5)), larger(furnished_room(5, 4.0));
-  const CameraPose pose{{0.2, 0.05, -0.4}, {0.3, 0.1, -0.2}};
-  CameraPose scaled = pose;
-  scaled.position_m *= 4.0;
-  const cv::Mat scaled_back = larger.distance_map(scaled, kSmall) / 4.0;
-  EXPECT_TRUE(same_bytes(scaled_back, room.distance_map(pose, kSmall)));
-  EXPECT_TRUE(same_bytes(larger.panorama(scaled, kSmall), room.panorama(pose, kSmall)));
-}
-
-TEST(VirtualRoomTest, SmallRoomKeepsProportions) {
-  const VirtualRoom room(furnished_room(6)), small(furnished_room(6, 0.2));
-  const cv::Mat expected = room.distance_map({}, kSmall) * 0.2;
-  const cv::Mat actual = small.distance_map({}, kSmall);
-  for (int v = 0; v < actual.rows; ++v) {
-    for (int u = 0; u < actual.cols; ++u) {
-      const float want = expected.at<float>(v, u), got = actual.at<float>(v, u);
-      ASSERT_TRUE(want == got || std::abs(want - got) < 1e-5F * want) << u << "," << v;
     }
   }
 }
@@ -103,107 +84,182 @@ TEST(VirtualRoomTest, SmallRoomKeepsProportions) {
 TEST(VirtualRoomTest, SameSettingsGiveTheSameBytesOnAnyNumberOfThreads) {
   const CameraPose pose{{0.1, 0.0, 0.2}, {}};
   set_thread_count(1);
-  const VirtualRoom alone(furnished_room(7));
-  const cv::Mat picture = alone.panorama(pose, {256, 128}), map = alone.distance_map(pose, kSmall);
+  const VirtualRoom alone((VirtualRoomSettings()));
+  const cv::Mat picture = alone.render(PanoramaRays(kLit), pose);
+  const cv::Mat map = alone.distance_map(pose, kSmall);
   set_thread_count(4);
-  const VirtualRoom shared(furnished_room(7));
-  EXPECT_TRUE(same_bytes(shared.panorama(pose, {256, 128}), picture));
+  const VirtualRoom shared((VirtualRoomSettings()));
+  EXPECT_TRUE(same_bytes(shared.render(PanoramaRays(kLit), pose), picture));
   EXPECT_TRUE(same_bytes(shared.distance_map(pose, kSmall), map));
   set_thread_count(0);
 }
 
-TEST(VirtualRoomTest, SeedsDiffer) {
-  const VirtualRoom one(furnished_room(8)), other(furnished_room(9));
-  const cv::Mat a = one.distance_map({}, kSmall), b = other.distance_map({}, kSmall);
-  int different = 0;
-  for (int v = 0; v < a.rows; ++v) {
-    for (int u = 0; u < a.cols; ++u) {
-      const float near = std::min(a.at<float>(v, u), b.at<float>(v, u));
-      if (std::abs(a.at<float>(v, u) - b.at<float>(v, u)) > 0.05F * near) ++different;
-    }
-  }
-  EXPECT_GT(different, a.rows * a.cols / 2);
-}
-
-TEST(VirtualRoomTest, OnlyTheSkyIsInfinitelyFar) {
-  const VirtualRoom room(furnished_room(8));
-  VirtualRoomSettings settings = furnished_room(8);
-  settings.contents.window = false;
-  const cv::Mat with = room.distance_map({}, {256, 128});
-  const cv::Mat without = VirtualRoom(settings).distance_map({}, {256, 128});
-  const auto infinite = [](float metres) { return std::isinf(metres); };
-  EXPECT_GT(std::count_if(with.begin<float>(), with.end<float>(), infinite), 50);
-  EXPECT_EQ(std::count_if(without.begin<float>(), without.end<float>(), infinite), 0);
-}
-
-TEST(VirtualRoomTest, NothingIsNearerToTheLinesThanAQuarterOfACellAtCameraHeight) {
-  for (int seed = 20; seed < 22; ++seed) {
-    VirtualRoomSettings settings = furnished_room(seed, 2.0);
-    settings.grid.cells_x = 1 + seed % 2;
-    const VirtualRoom room(settings);
-    for (const PlannedLine& line : room.plan().lines) {
-      for (const double along : {line.along.front(), line.along.back()}) {
-        const Vector3d at_m = room.plan().unit_m * line.position(along);
-        const cv::Mat map = room.distance_map({at_m, {}}, {256, 128});
-        double nearest = 0.0;
-        cv::minMaxLoc(map.rowRange(62, 66), &nearest);
-        EXPECT_GE(nearest, 0.5 * (1.0 - 1e-3)) << "seed " << seed << ", line " << line.id;
+// The shipped scenes: the space around the lines that their comments promise, and texture enough
+// to find features.
+TEST(VirtualRoomTest, ShippedRoomsAreFreeAroundTheirLinesAndTextured) {
+  const auto sift = cv::SIFT::create();
+  for (const auto& [file, half_m] :
+       {std::pair{"room", 0.75}, std::pair{"study", 0.75}, std::pair{"large-room", 1.5}}) {
+    const VirtualRoom room({.scene = {.file = file}});
+    for (const double x : {-half_m, 0.0, half_m}) {
+      for (const double z : {-half_m, 0.0, half_m}) {
+        EXPECT_TRUE(room.is_free({x, 0.0, z}, 0.2)) << file << " " << x << " " << z;
       }
     }
+    std::vector<cv::KeyPoint> found;
+    sift->detect(room.render(PanoramaRays({1024, 512}), {}), found);
+    EXPECT_GT(found.size(), 1000U) << file;
   }
 }
 
 TEST(VirtualRoomTest, CamerasOutsideTheRoomOrInsideObjectsAreRefused) {
-  const VirtualRoom room(furnished_room(3));
-  const Vector3d outside = room.extent().max_m + Vector3d(0.1, 0, 0);
-  try {
-    room.panorama({outside, {}}, kSmall);
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_THAT(e.what(), HasSubstr("virtual room of seed 3"));
-    EXPECT_THAT(e.what(), HasSubstr("outside the room"));
-  }
-  EXPECT_THROW(room.distance_map({{std::nan(""), 0, 0}, {}}, kSmall), Error);
-  EXPECT_THROW(room.panorama({}, {64, 33}), Error);
-  EXPECT_THROW(room.panorama({}, {0, 0}), Error);
+  const VirtualRoom room =
+      room_with("solids: [{box: [-2, 1.1, -0.1, 2, 1.3, 0.1], material: boards}]\n");
+  const auto expect_refused = [&](const Vector3d& position_m, const char* message) {
+    try {
+      room.distance_map({position_m, {}}, kSmall);
+      ADD_FAILURE() << message;
+    } catch (const Error& e) {
+      EXPECT_THAT(e.what(), HasSubstr(message));
+    }
+  };
+  expect_refused(room.extent().max_m + Vector3d(0.1, 0, 0), "outside the room");
+  expect_refused({std::nan(""), 0, 0}, "no finite position");
+  expect_refused({0.5, 1.2, 0.0}, "inside furniture");
+  EXPECT_FALSE(room.is_free({0.5, 1.2, 0.0}, 0.01));
+  EXPECT_FALSE(room.is_free({1.9, 0.0, 0.0}, 0.2));
+  EXPECT_TRUE(room.is_free({1.7, 0.0, 0.0}, 0.2));
+  EXPECT_THROW(room.distance_map({}, {64, 33}), Error);
+  EXPECT_THROW(PanoramaRays({0, 0}), Error);
+  EXPECT_THROW(VirtualRoom({.scene = {.file = "nowhere"}}), UsageError);
 }
 
-// The room is empty except for beams, so every point close to the ceiling is free or inside one.
-TEST(VirtualRoomTest, CamerasInsideABeamAreRefused) {
-  VirtualRoomSettings settings = empty_room(3, 1.0);
-  settings.contents.beams = true;
-  const VirtualRoom room(settings);
-  const RoomExtent extent = room.extent();
-  int refused = 0, free = 0;
-  for (int i = 1; i < 40; ++i) {
-    Vector3d at = extent.min_m + i / 40.0 * (extent.max_m - extent.min_m);
-    at.y() = extent.max_m.y() - 0.03;
-    try {
-      room.distance_map({at, {}}, {8, 4});
-      ++free;
-    } catch (const Error& e) {
-      EXPECT_THAT(e.what(), HasSubstr("inside furniture"));
-      ++refused;
+// Most of the window shows sky; the rest are hills, of a tenth of its light.
+TEST(VirtualRoomTest, TheSkyIsInfinitelyFarAndClipsWhenItIsBrighter) {
+  const std::string window =
+      "materials: [{name: outside, pattern: sky}]\n"
+      "solids: [{quad: [-0.5, -0.3, 1.99, 0.5, -0.3, 1.99, 0.5, 0.7, 1.99, -0.5, 0.7, 1.99],\n"
+      "  material: outside}]\n";
+  const VirtualRoom usual = room_with(window);
+  const VirtualRoom bright =
+      room_with(window, {.light = {.exposure = 1.0, .source_gain = 30.0, .clip = true}});
+  const auto white_pixels = [](const cv::Mat& image) {
+    return static_cast<int>(
+        std::count(image.begin<cv::Vec3b>(), image.end<cv::Vec3b>(), cv::Vec3b::all(255)));
+  };
+  const int far = count_infinite(usual.distance_map({}, kLit));
+  EXPECT_GT(far, 200);
+  EXPECT_EQ(count_infinite(room_with().distance_map({}, kLit)), 0);
+  EXPECT_EQ(white_pixels(usual.render(PanoramaRays(kLit), {})), 0);
+  const int white = white_pixels(bright.render(PanoramaRays(kLit), {}));
+  EXPECT_GT(white, 0.8 * far);
+  EXPECT_LT(white, 1.4 * far + 60.0) << "else only sunlit paint is white";
+}
+
+TEST(VirtualRoomTest, ExposureMultipliesLightUpToWhite) {
+  // One ray per pixel, as the number of rays depends on the levels.
+  const RenderOptions draft{.sampling = Sampling::kDraft};
+  const auto picture = [&](double exposure) {
+    return room_with("", {.light = {.exposure = exposure, .clip = true}})
+        .render(PanoramaRays(kLit), {}, draft);
+  };
+  const cv::Mat usual = picture(1.0), brighter = picture(1.8);
+  for (int v = 0; v < usual.rows; ++v) {
+    for (int u = 0; u < usual.cols; ++u) {
+      const int from = usual.at<cv::Vec3b>(v, u)[1];
+      const double expected =
+          srgb_level_from_linear(std::min(1.8 * linear_from_srgb_level(from), 1.0));
+      ASSERT_NEAR(brighter.at<cv::Vec3b>(v, u)[1], expected, 1.5) << u << "," << v;
     }
   }
-  EXPECT_GE(refused, 2);
-  EXPECT_GE(free, 20);
 }
 
-TEST(VirtualRoomTest, RoomTooSmallForItsContentsIsRefused) {
-  VirtualRoomSettings settings = furnished_room(1);
-  settings.contents.chairs = 100;
-  settings.room.width_m = 2.2;
-  settings.room.depth_m = 2.2;
-  settings.contents.shelf = settings.contents.plant = settings.contents.coat_stand = false;
-  settings.contents.lamp = false;
-  try {
-    const VirtualRoom room(settings);
-    FAIL();
-  } catch (const UsageError& e) {
-    EXPECT_THAT(e.what(), HasSubstr("seed 1"));
-    EXPECT_THAT(e.what(), HasSubstr("no space left"));
+Color seen_along(const RoomScene& scene, const Vector3d& from, const Vector3d& direction) {
+  const Ray ray{from, direction.normalized()};
+  Color seen;
+  scene.look({&ray, 1}, 1e-5, {&seen, 1});
+  return seen;
+}
+
+RoomScene scene_with(const std::string& pattern) {
+  return {parse_scene("include: [empty]\nmaterials: [{name: flat, pattern: " + pattern +
+                          "}]\nsolids: [{quad: [-1, -1, 1, 1, -1, 1, 1, 1, 1, -1, 1, 1],\n"
+                          "  material: flat}]\n",
+                      "a scene"),
+          1.0};
+}
+
+// A mirror shows the view of the mirrored camera.
+TEST(RoomSceneTest, MirrorShowsTheMirroredRoom) {
+  const RoomScene scene = scene_with("mirror");
+  HashRandom random(5);
+  for (int i = 0; i < 50; ++i) {
+    const Vector3d on_mirror(random.uniform(-0.9, 0.9), random.uniform(-0.9, 0.9), 1.0);
+    const Vector3d camera(0.1, 0.05, -0.2), image(0.1, 0.05, 2.2);
+    const Color seen = seen_along(scene, camera, on_mirror - camera);
+    const Color expected = seen_along(scene, on_mirror - Vector3d(0, 0, 1e-4), on_mirror - image);
+    EXPECT_LT((seen - 0.92F * expected).cwiseAbs().maxCoeff(), 0.02F);
   }
+}
+
+TEST(RoomSceneTest, PaneMixesWhatItReflectsWithWhatIsBehind) {
+  const RoomScene scene = scene_with("glass");
+  const Vector3d before(0.2, 0.1, 0.9), behind(0.2, 0.1, 1.001), ahead(0, 0, 1);
+  constexpr float kShare = 0.08F / 1.04F;  // straight ahead
+  const Color expected = (1.0F - kShare) * seen_along(scene, behind, ahead) +
+                         kShare * seen_along(scene, before, -ahead);
+  EXPECT_LT((seen_along(scene, before, ahead) - expected).cwiseAbs().maxCoeff(), 0.01F);
+  // The distance is that of what is behind.
+  const Ray ray{before, ahead};
+  double distance = 0.0;
+  scene.measure({&ray, 1}, {&distance, 1});
+  EXPECT_NEAR(distance, 1.1, 1e-9);
+}
+
+TEST(VirtualRoomTest, MovingObjectsAreInFramesOnly) {
+  const VirtualRoom room = room_with(
+      "objects: [{name: post, solids: [{rod: [0, 0, 0, 0, 2, 0, 0.2, 0.2], material: tiles}]}]\n"
+      "instances: [{object: post, at: [0, -1.3, 0], loop: [-1, 1, 1, 1], step_m: 1}]\n");
+  const auto mean_column = [&](int station) {
+    const cv::Mat mask = room.moving_mask(station, {}, kLit);
+    const cv::Moments moments = cv::moments(mask.rowRange(40, 80), true);
+    EXPECT_GT(moments.m00, 300.0);
+    return moments.m10 / moments.m00;
+  };
+  // At x = -1, then 0: from 45 degrees to the left to straight ahead.
+  EXPECT_NEAR(mean_column(0), 95.5, 1.0);
+  EXPECT_NEAR(mean_column(1), 127.5, 1.0);
+  const cv::Mat mask = room.moving_mask(1, {}, kLit), truth = room.render(PanoramaRays(kLit), {});
+  cv::Mat change;
+  cv::absdiff(room.render(PanoramaRays(kLit), {}, {.station = 1}), truth, change);
+  cv::Mat unseen = mask == 0, grown;
+  cv::erode(unseen, grown, cv::Mat());
+  change.setTo(0, ~grown);
+  EXPECT_EQ(cv::norm(change, cv::NORM_INF), 0.0) << "nothing else changes";
+  EXPECT_TRUE(same_bytes(room.distance_map({}, kSmall), room_with().distance_map({}, kSmall)));
+}
+
+// At any attitude of the camera, even where furniture is between them.
+TEST(DollyTest, CoversTheNadirUpToItsReach) {
+  const VirtualRoom room =
+      room_with("solids: [{box: [-0.5, -1.3, -0.5, 0.5, -0.6, 0.5], material: tiles}]\n");
+  const PanoramaRays camera({720, 360});
+  const CameraPose pose{{0, 0, 0}, {0.3, 0.02, -0.01}};
+  for (const double reach_deg : {12.0, 20.0, 40.0}) {
+    const Facets dolly = make_dolly({true, reach_deg}, 1.3);
+    cv::Mat change, changed;
+    cv::absdiff(room.render(camera, pose, {.carried = &dolly}), room.render(camera, pose), change);
+    cv::transform(change, changed, cv::Matx13f(1, 1, 1));
+    // Rows of half a degree; the middle of an edge is ahead.
+    const auto share = [&](double from_nadir_deg) {
+      const int row = 359 - static_cast<int>(2.0 * from_nadir_deg);
+      return cv::countNonZero(changed.row(row).colRange(355, 366) > 6) / 11.0;
+    };
+    EXPECT_GT(share(reach_deg - 1.5), 0.7) << reach_deg;
+    EXPECT_EQ(share(reach_deg + 4.0), 0.0) << reach_deg;
+    EXPECT_EQ(cv::countNonZero(changed.rowRange(0, 240)), 0) << "30 degrees and more up";
+  }
+  EXPECT_THROW(make_dolly({true, 20.0}, 0.0), Error);
 }
 
 }  // namespace

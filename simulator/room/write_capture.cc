@@ -12,8 +12,8 @@
 #include "core/files/image_file.h"
 #include "core/files/jpeg.h"
 #include "core/files/output_folder.h"
-#include "simulator/room/room_stations.h"
-#include "simulator/room/station_picture.h"
+#include "simulator/room/sensor.h"
+#include "simulator/room/stations.h"
 #include "simulator/room/truth_files.h"
 #include "simulator/room/truth_viewpoints.h"
 
@@ -55,9 +55,9 @@ class CaptureWriter {
   CaptureWriter(const VirtualRoom& room, const CaptureOptions& options)
       : room_(room),
         options_(options),
-        stations_(room_stations(room.plan(), room.settings())),
+        stations_(room_stations(room.settings())),
         truths_(options.views ? read_truth_viewpoints(*options.views)
-                              : truth_viewpoints(room.plan(), options.truth_views)),
+                              : truth_viewpoints(room, options.truth_views)),
         out_(options.out, options.replace,
              {"a virtual room's capture", kMarker, kSignature, is_part_of_capture}),
         distances_(made("dist")) {}
@@ -74,7 +74,7 @@ class CaptureWriter {
     const PanoramaSize size = size_of(room_.settings());
     return fmt::format("{}: {} panoramas of {} x {} on {} lines, {} true views, {} distance maps",
                        options_.out.string(), stations_.size(), size.width, size.height,
-                       room_.plan().lines.size(), truths_.size(), maps_);
+                       plan_lines(room_.settings().grid).size(), truths_.size(), maps_);
   }
 
  private:
@@ -98,9 +98,12 @@ class CaptureWriter {
     const fs::path directory = made("ods");
     Progress progress("capturing stereo", static_cast<std::int64_t>(truths_.size()), "views");
     for (const TruthViewpoint& viewpoint : truths_) {
-      write_image(directory / (viewpoint.name + ".png"),
-                  room_.stereo_panorama(viewpoint.position_m, 1e-3 * options_.ods_ipd_mm,
-                                        size_of(room_.settings())));
+      cv::Mat both;
+      for (const double radius_m : {0.5e-3 * options_.ods_ipd_mm, -0.5e-3 * options_.ods_ipd_mm}) {
+        both.push_back(room_.render(PanoramaRays(size_of(room_.settings()), radius_m),
+                                    {viewpoint.position_m, {}}));
+      }
+      write_image(directory / (viewpoint.name + ".png"), both);
       progress.advance();
     }
   }
@@ -109,13 +112,16 @@ class CaptureWriter {
     const VirtualRoomSettings& settings = room_.settings();
     const fs::path directory = made("capture");
     std::string table = "file,x,y,z,line\n", true_table = "file,x,y,z,yaw,pitch,roll\n";
-    int moment = 0;
+    const PanoramaRays camera(size_of(settings));
+    int number = 0;
     for (const RoomStation& station : stations_) {
       const std::string file = station.name + "." + settings.output.format;
-      write_frame(directory / file, station_picture(room_, station, moment, size_of(settings)),
+      const cv::Mat seen = room_.render(camera, station.true_pose, {.station = number});
+      write_frame(directory / file,
+                  apply_sensor(seen, settings.sensor, station.gain, station.noise_key),
                   settings.output);
-      if (settings.people.count > 0) write_people(station, moment);
-      ++moment;
+      if (room_.has_moving_objects()) write_moving_mask(station, number);
+      ++number;
       if (has_distances(station)) write_distances(station.name, station.true_pose);
       const std::string name = "capture/" + file + ",";
       table += name + position_fields(station.nominal.position_m) + "," + station.line + "\n";
@@ -129,9 +135,9 @@ class CaptureWriter {
     }
   }
 
-  void write_people(const RoomStation& station, int moment) {
+  void write_moving_mask(const RoomStation& station, int number) {
     write_image(made("people") / (station.name + ".png"),
-                room_.people_mask(moment, station.true_pose, size_of(room_.settings())));
+                room_.moving_mask(number, station.true_pose, size_of(room_.settings())));
   }
 
   bool has_distances(const RoomStation& station) const {

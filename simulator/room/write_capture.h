@@ -25,13 +25,14 @@ struct CaptureOptions {
 //   capture/<line>_<iii>.jpg|png  panoramas from the true poses, with gain and noise
 //   poses.csv                     file,x,y,z,line of the nominal stations
 //   true_poses.csv                file,x,y,z,yaw,pitch,roll of the true poses, if they differ
-//   gt/<name>.png, gt.csv         noise-free true views from inside the cells, without people
+//   gt/<name>.png, gt.csv         noise-free true views from inside the cells, without moving
+//                                 objects
 //   ods/<name>.png                with options.ods_ipd_mm: the true views for two eyes, the left
 //                                 one's panorama above the right one's
 //   thin/<name>.png, gt_thin.csv  with options.thin: where true views show thin structures
 //   dist/<line>_<iii>.png         distance maps: 16-bit grey, millimetres along the ray, 0 = sky,
 //   dist/gt_<name>.png            at least 1 and at most 65535; from the true poses
-//   people/<line>_<iii>.png       with people: 255 where a person is seen in the frame, else 0
+//   people/<line>_<iii>.png       with moving objects: 255 where one is seen in the frame, else 0
 //   virtual-room.json             marks the directory as the capture of a virtual room
 // Shows progress. Returns a one-line summary. Throws Error if the table of viewpoints or the
 // directory cannot be used, a camera is inside furniture or a file cannot be written; Interrupted.

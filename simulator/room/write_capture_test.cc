@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <opencv2/core.hpp>
 
@@ -13,9 +14,9 @@
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 #include "core/geometry/eye_circle.h"
-#include "simulator/room/room_stations.h"
 #include "simulator/room/sensor.h"
-#include "simulator/room/test_rooms.h"
+#include "simulator/room/stations.h"
+#include "simulator/room/truth_files.h"
 
 namespace raywalk::capture {
 namespace {
@@ -27,7 +28,7 @@ constexpr PanoramaSize kSize{64, 32};
 
 // Five stations on each of four lines, with jitter.
 VirtualRoomSettings settings() {
-  VirtualRoomSettings settings = furnished_room(2);
+  VirtualRoomSettings settings;
   settings.grid.spacing_mm = 250.0;
   settings.grid.overhang_share = 0.0;
   settings.sensor = {.noise_levels = 2.0, .shot_noise = 0.05, .gain_spread = 0.1};
@@ -53,7 +54,7 @@ class WriteCaptureTest : public ::testing::Test {
   }
   // The station of that name: x0_002 is the third of the first line.
   static RoomStation station(const std::string& name) {
-    for (const RoomStation& each : room_stations(room_->plan(), room_->settings())) {
+    for (const RoomStation& each : room_stations(room_->settings())) {
       if (each.name == name) return each;
     }
     throw Error("no station " + name);
@@ -83,7 +84,7 @@ TEST_F(WriteCaptureTest, FramesAreRenderedFromTheTruePosesWithSensorNoise) {
   for (const char* name : {"x0_000", "x0_002", "z1_004"}) {
     const RoomStation seen = station(name);
     const cv::Mat frame = read_panorama(out_ / "capture" / (std::string(name) + ".png"));
-    const cv::Mat panorama = room_->panorama(seen.true_pose, kSize);
+    const cv::Mat panorama = room_->render(PanoramaRays(kSize), seen.true_pose);
     EXPECT_EQ(largest_difference(frame, apply_sensor(panorama, room_->settings().sensor, seen.gain,
                                                      seen.noise_key)),
               0.0)
@@ -108,7 +109,7 @@ TEST_F(WriteCaptureTest, TruthIsExactAndFreeOfNoise) {
     const CameraPose pose{{table.number(row, "x"), table.number(row, "y"), table.number(row, "z")},
                           {}};
     EXPECT_EQ(largest_difference(read_panorama(out_ / table.text(row, "file")),
-                                 room_->panorama(pose, kSize)),
+                                 room_->render(PanoramaRays(kSize), pose)),
               0.0)
         << table.text(row, "file");
     const fs::path distances = table.text(row, "distance");
@@ -142,7 +143,7 @@ TEST_F(WriteCaptureTest, StereoTruthIsSeenFromACircleOfEyes) {
     const int first_row = eye.radius_m > 0.0 ? 0 : kSize.height;
     for (const int u : {0, 10, 40}) {
       const double theta = angles_from_pixel({double(u), 0.0}, kSize).theta_rad;
-      const cv::Mat there = room_->panorama({eye.position_m(theta), {}}, kSize);
+      const cv::Mat there = room_->render(PanoramaRays(kSize), {eye.position_m(theta), {}});
       const cv::Mat column = both.rowRange(first_row, first_row + kSize.height).col(u);
       EXPECT_LT(cv::norm(column, there.col(u), cv::NORM_L1) / (3.0 * kSize.height), 0.5) << u;
     }
@@ -151,7 +152,7 @@ TEST_F(WriteCaptureTest, StereoTruthIsSeenFromACircleOfEyes) {
 
 TEST_F(WriteCaptureTest, TablesHoldNominalAndTruePoses) {
   write(0, 0);
-  const std::vector<RoomStation> stations = room_stations(room_->plan(), room_->settings());
+  const std::vector<RoomStation> stations = room_stations(room_->settings());
   const CsvTable nominal = CsvTable::read(out_ / "poses.csv", {"file", "x", "y", "z", "line"}, {});
   const CsvTable actual =
       CsvTable::read(out_ / "true_poses.csv", {"file", "x", "y", "z", "yaw", "pitch", "roll"}, {});
@@ -179,6 +180,37 @@ TEST_F(WriteCaptureTest, CameraOutsideTheRoomLeavesNothing) {
   write_file_atomically(directory_ / "views.csv", "name,x,z,y\nabove,0,0,100\n");
   EXPECT_THROW(write_capture(*room_, {.out = out_, .views = directory_ / "views.csv"}), Error);
   EXPECT_EQ(directory_.entries(), 1U) << "the table of views";
+}
+
+// 360 columns of one degree; a wall at 3 m.
+cv::Mat wall() { return cv::Mat(180, 360, CV_32FC1, cv::Scalar(3.0)); }
+
+TEST(ThinStructuresTest, PostsAreThinAndCabinetsAreNot) {
+  cv::Mat map = wall();
+  map.colRange(100, 102).rowRange(60, 120).setTo(1.5);  // a post
+  map.rowRange(90, 91).colRange(200, 260).setTo(1.5);   // a rail
+  map.colRange(20, 60).rowRange(60, 120).setTo(1.5);    // a cabinet
+  const cv::Mat thin = thin_structures(map);
+  EXPECT_EQ(cv::countNonZero(thin(cv::Rect(99, 60, 4, 60))), 4 * 60) << "with a pixel around";
+  EXPECT_EQ(cv::countNonZero(thin(cv::Rect(200, 89, 60, 3))), 3 * 60);
+  EXPECT_EQ(cv::countNonZero(thin), 4 * 62 + 3 * 62);
+}
+
+TEST(ThinStructuresTest, PostsBeforeTheSkyAndAcrossTheSeamAreFound) {
+  cv::Mat map = wall();
+  map.rowRange(0, 90).setTo(std::numeric_limits<float>::infinity());
+  map.colRange(0, 1).setTo(2.0);
+  map.colRange(359, 360).setTo(2.0);
+  const cv::Mat thin = thin_structures(map);
+  EXPECT_EQ(thin.at<uchar>(40, 0), 255);
+  EXPECT_EQ(thin.at<uchar>(130, 359), 255);
+  EXPECT_EQ(thin.at<uchar>(40, 5), 0);
+}
+
+TEST(ThinStructuresTest, SlopesAreNotThin) {
+  cv::Mat map = wall();
+  for (int v = 100; v < 180; ++v) map.row(v).setTo(3.0 / (1.0 + 0.05 * (v - 100)));
+  EXPECT_EQ(cv::countNonZero(thin_structures(map)), 0);
 }
 
 }  // namespace

@@ -71,10 +71,8 @@ TEST(ViewFiguresTest, VirtualRoomWithThinObjectsAndObjectsNearThePole) {
   const TestDirectory directory;
   write_file_atomically(directory / "room.yaml",
                         "seed: 8\n"
+                        "scene: {file: low-room}\n"
                         "grid: {spacing_mm: 100}\n"
-                        "room: {width_m: 3, depth_m: 3, height_m: 2.4, camera_height_m: 1.3}\n"
-                        "contents: {chairs: 8, table: false, sofa: false, shelf: false, "
-                        "plant: false, coat_stand: false}\n"
                         "output: {width_px: 256}\n");
   const fs::path captured = directory / "capture";
   const CommandResult made =

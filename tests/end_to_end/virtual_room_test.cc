@@ -10,6 +10,7 @@
 #include <chrono>
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <thread>
 
 #include "core/files/csv.h"
@@ -108,16 +109,32 @@ TEST_F(VirtualRoomTest, TruePosesIncludeTheJitter) {
   EXPECT_LT(yaw, 2.0);
 }
 
-TEST_F(VirtualRoomTest, FormatViewsAndSeedAreApplied) {
+TEST_F(VirtualRoomTest, FormatViewsAndSceneAreApplied) {
   write_file_atomically(directory_ / "views.csv", "name,x,z\nhere,0.1,0.2\n");
-  const std::string views = "--views " + (directory_ / "views.csv").string();
+  const std::string views = "--views " + (directory_ / "views.csv").string() + " --width 64";
   const std::string png = std::string(kSmall) + "  format: png\n";
-  ASSERT_EQ(capture(png, views + " --seed 5 --width 64").exit_code, 0);
+  ASSERT_EQ(capture(png, views).exit_code, 0);
   EXPECT_EQ(read_panorama(out() / "gt/here.png").cols, 64);
   const cv::Mat first = read_panorama(out() / "capture/x0_000.png");
   fs::remove_all(out());
-  ASSERT_EQ(capture(png, views + " --seed 6 --width 64").exit_code, 0);
+  ASSERT_EQ(capture(png + "scene: {file: study}\n", views).exit_code, 0);
   EXPECT_GT(cv::norm(first, read_panorama(out() / "capture/x0_000.png"), cv::NORM_INF), 50.0);
+}
+
+// A scene of one's own, named beside the settings, in which somebody walks.
+TEST_F(VirtualRoomTest, OwnScenesAreReadFromTheSettingsFolder) {
+  write_file_atomically(directory_ / "mine.yaml",
+                        "include: [empty, person]\n"
+                        "instances:\n"
+                        "  - {object: man, at: [0, -1.3, 0], step_m: 0.5,\n"
+                        "     loop: [-1.2, -1.2, 1.2, -1.2, 1.2, 1.2, -1.2, 1.2]}\n");
+  const CommandResult captured =
+      capture(std::string(kSmall) + "scene: {file: mine.yaml}\n", "--truth-views 1");
+  ASSERT_EQ(captured.exit_code, 0) << captured.errors;
+  const cv::Mat first = cv::imread((out() / "people/x0_000.png").string(), cv::IMREAD_GRAYSCALE);
+  const cv::Mat second = cv::imread((out() / "people/x0_001.png").string(), cv::IMREAD_GRAYSCALE);
+  EXPECT_GT(cv::countNonZero(first), 50);
+  EXPECT_GT(cv::countNonZero(first != second), 50);
 }
 
 // The frame header (ITU-T T.81, B.2.2) holds the sampling factors of each component.
@@ -140,7 +157,7 @@ TEST_F(VirtualRoomTest, HelpGivesAnExample) {
 
 TEST_F(VirtualRoomTest, WrongUsageIsExitCodeTwo) {
   expect_clean_error(capture("seeds: 1\n"), 2, "did you mean 'seed'?");
-  expect_clean_error(capture("room:\n  width_m: 1\n"), 2, "room.width_m");
+  expect_clean_error(capture("scene: {file: romo}\n"), 2, "did you mean 'room'?");
   expect_clean_error(capture(kSmall, "--width 130"), 2, "multiple of 4");
   expect_clean_error(capture(kSmall, "--truth-views -1"), 2, "--truth-views");
   expect_clean_error(capture(kSmall, "--views a.csv --truth-views 3"), 2, "--views");

@@ -46,7 +46,7 @@ function makeReports() {
     });
   writeFileSync(
     at("room.yaml"),
-    "grid: {spacing_mm: 200, overhang_share: 0.2}\ncontents: {chairs: 0}\n",
+    "grid: {spacing_mm: 200, overhang_share: 0.2}\n",
   );
   const small = ["--width", "256", "--truth-views", "2"];
   raywalk("simulate", "room", at("room.yaml"), "--out", at("capture"), ...small, "-q");

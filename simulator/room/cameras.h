@@ -1,0 +1,90 @@
+// Camera models as rays of pixels.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "core/geometry/fisheye_lens.h"
+#include "core/geometry/sphere.h"
+
+namespace raywalk::capture {
+
+// World frame (core/geometry/sphere.h), metres.
+struct CameraPose {
+  Eigen::Vector3d position_m{0, 0, 0};
+  Attitude attitude{};
+};
+
+// Subpixel parts per pixel side; a ray passes through the centre of a part.
+inline constexpr int kPixelParts = 16;
+
+// A ray in the camera's frame (x right, y up, z forward).
+struct CameraRay {
+  Eigen::Vector3d origin_m{0, 0, 0};  // differs between lenses
+  Eigen::Vector3d direction{0, 0, 1};
+};
+
+// A camera model for the renderer. Thread-safe.
+class PixelRays {
+ public:
+  virtual ~PixelRays() = default;
+
+  virtual int width() const = 0;
+  virtual int height() const = 0;
+  // Angular size of a pixel at the image centre.
+  virtual double pixel_rad() const = 0;
+  // The ray at part (part_u, part_v) of the image, counted from 0 at the top left across all
+  // pixels; empty outside the lens's image.
+  virtual std::optional<CameraRay> at_part(int part_u, int part_v) const = 0;
+};
+
+// An equirectangular panorama.
+class PanoramaRays final : public PixelRays {
+ public:
+  // `eye_radius_m` makes it that of one eye of omnidirectional stereo (EyeCircle): every column is
+  // seen from a place of its own on a circle around the camera's position. Throws Error unless the
+  // panorama is twice as wide as high.
+  explicit PanoramaRays(PanoramaSize size, double eye_radius_m = 0.0);
+
+  int width() const override { return size_.width; }
+  int height() const override { return size_.height; }
+  double pixel_rad() const override { return kPi / size_.height; }
+  std::optional<CameraRay> at_part(int part_u, int part_v) const override;
+
+ private:
+  struct SineCosine {
+    double sine;
+    double cosine;
+  };
+
+  PanoramaSize size_;
+  std::vector<SineCosine> theta_;           // of every part along u
+  std::vector<SineCosine> phi_;             // of every part along v
+  std::vector<Eigen::Vector3d> origins_m_;  // of every part along u
+};
+
+// Whether a pixel of a dual-fisheye frame belongs to the front lens, that is, is nearer to its
+// centre.
+bool belongs_to_front(const DualFisheyeLayout& layout, PixelPosition pixel);
+
+// A dual-fisheye frame of a 360-degree camera: two image circles, black around them. The pose is
+// that of the layout's camera frame.
+class DualFisheyeRays final : public PixelRays {
+ public:
+  // Throws Error unless the image radius of each lens is finite and increases with the angle over
+  // its field of view.
+  DualFisheyeRays(const DualFisheyeLayout& layout, PanoramaSize frame);
+
+  int width() const override { return frame_.width; }
+  int height() const override { return frame_.height; }
+  double pixel_rad() const override { return 1.0 / layout_.front.focal_px; }
+  std::optional<CameraRay> at_part(int part_u, int part_v) const override;
+
+ private:
+  DualFisheyeLayout layout_;
+  PanoramaSize frame_;
+  Eigen::Matrix3d front_from_back_;
+};
+
+}  // namespace raywalk::capture

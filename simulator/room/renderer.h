@@ -1,0 +1,38 @@
+// Renders pictures of a room with adaptive supersampling.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+
+#include "simulator/room/cameras.h"
+#include "simulator/room/room_scene.h"
+
+namespace raywalk::capture {
+
+// Rays per pixel.
+enum class Sampling {
+  kDraft,  // 1: fast, with aliasing
+  kFine    // 4, or 16 if those differ by more than a few levels
+};
+
+enum class Highlights {
+  kSoft,    // light above 0.8 is compressed smoothly towards white
+  kClipped  // light above white is white
+};
+
+// The 8-bit level, not rounded, of linear light relative to white, encoded with the sRGB transfer
+// function (IEC 61966-2-1). Light below 0 counts as 0.
+float level_from_light(float light, Highlights highlights = Highlights::kSoft);
+
+// How light becomes levels.
+struct Film {
+  float exposure = 1.0F;  // multiplies all light
+  Highlights highlights = Highlights::kSoft;
+};
+
+// Renders the picture (BGR, CV_8UC3) from the pose in the scene's frame; black where the camera has
+// no ray. Ray positions within a pixel are a hash of the pixel, so the result does not depend on
+// the number of threads. `bodies`, if any, are in the room. Throws Interrupted.
+cv::Mat render_picture(const RoomScene& scene, const PixelRays& camera, const CameraPose& pose,
+                       Sampling sampling, const Film& film = {}, const Bodies* bodies = nullptr);
+
+}  // namespace raywalk::capture
