@@ -100,7 +100,6 @@ TEST_F(OscCameraTest, NothingIsExposedBeforeTheCarriageSettled) {
 
 TEST_F(OscCameraTest, ReportsTheStateOfTheCamera) {
   SimulatedCameraSettings settings;
-  settings.clock_offset_s = -3600.0;
   settings.battery_share = 0.25;
   settings.card_bytes = 10'000'000;
   settings.typical_picture_bytes = 1'000'000;
@@ -110,7 +109,6 @@ TEST_F(OscCameraTest, ReportsTheStateOfTheCamera) {
   EXPECT_THAT(report.identity, HasSubstr("serial 00000001"));
   EXPECT_THAT(report.identity, HasSubstr("firmware 1.0"));
   EXPECT_EQ(report.state, "idle");
-  EXPECT_NEAR(report.clock_offset_s.value_or(0.0), -3600.0, 1.0);
   EXPECT_EQ(report.pictures_left, 10);
   EXPECT_EQ(report.free_bytes, 10'000'000);
   EXPECT_DOUBLE_EQ(report.battery_share.value_or(0.0), 0.25);
