@@ -26,11 +26,11 @@ struct DriveServerSettings {
   std::optional<int> tcp_port{};        // 0: any free port; empty: no TCP
 };
 
-// Serves from construction to destruction, in its own thread, one request after the other.
-// Requests to other units are ignored, over RTU with the message after them, which libmodbus takes
-// for their reply; requests to unit 0 (broadcast) are executed, over RTU
-// without a reply. Over TCP, unit 255 also addresses the drive, as the Modbus guide recommends.
-// Clients may connect at any time, several over TCP.
+// Serves from construction to destruction, in its own thread, one request after the other. Requests
+// to unit 0 (broadcast) are executed, over RTU without a reply. Those to other units are ignored;
+// over RTU so is the next message, which libmodbus takes for their reply. Over TCP, unit 255 also
+// addresses the drive, as the Modbus guide recommends. Clients may connect at any time, several
+// over TCP.
 //
 // While the link is cut, the pseudo-terminal hangs up, its symbolic link is removed, as with an
 // unplugged adapter, and TCP connections are closed. Afterwards a new pseudo-terminal is linked

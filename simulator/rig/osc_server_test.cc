@@ -2,14 +2,9 @@
 
 #include <gtest/gtest.h>
 #include <httplib.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <fstream>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
@@ -165,46 +160,6 @@ TEST_F(OscServerTest, WhileDownNothingOfTheCameraIsAnswered) {
   EXPECT_TRUE(client_.Post("/rig/echo", "{}", "application/json"));
   clock_.sleep(std::chrono::minutes(2));
   EXPECT_TRUE(client_.Get("/osc/info"));
-}
-
-// A connection that sends the beginning of a request and then nothing.
-class SilentClient {
- public:
-  SilentClient(int port, const std::string& begun) : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
-    sockaddr_in address = {};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(static_cast<std::uint16_t>(port));
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    EXPECT_EQ(connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
-    EXPECT_EQ(send(socket_, begun.data(), begun.size(), MSG_NOSIGNAL),
-              static_cast<ssize_t>(begun.size()));
-  }
-  ~SilentClient() { close(socket_); }
-  SilentClient(const SilentClient&) = delete;
-  SilentClient& operator=(const SilentClient&) = delete;
-
-  // Neither answered nor disconnected by the server.
-  bool is_waiting() const {
-    char byte = 0;
-    return recv(socket_, &byte, 1, MSG_DONTWAIT) == -1 && errno == EAGAIN;
-  }
-
- private:
-  int socket_;
-};
-
-TEST_F(OscServerTest, SilentClientsKeepNobodyWaiting) {
-  std::vector<std::unique_ptr<SilentClient>> silent;
-  for (const char* begun :
-       {"", "GET /osc/in", "POST /osc/state HTTP/1.1\r\nContent-Length: 9\r\n\r\n"}) {
-    for (int i = 0; i < 12; ++i) {
-      silent.push_back(std::make_unique<SilentClient>(server_.port(), begun));
-    }
-  }
-  client_.set_read_timeout(std::chrono::minutes(1));
-  EXPECT_TRUE(client_.Get("/osc/info"));
-  // Those whose request has begun: none had to time out first.
-  for (std::size_t i = 12; i < silent.size(); ++i) EXPECT_TRUE(silent[i]->is_waiting()) << i;
 }
 
 TEST_F(OscServerTest, PortInUseIsAnError) {

@@ -82,6 +82,7 @@ Rig::Rig(const RigConfig& config, const CaptureConfig& capture, const fs::path& 
     : config_(config),
       directory_(directory),
       plan_(plan_capture(capture)),
+      placements_(placements_of(plan_)),
       frame_{config.camera.width_px, config.camera.width_px / 2},
       room_(room_settings(config, capture, plan_)),
       rail_(config.rail, plan_, {config.slider.low_switch_mm, config.slider.high_switch_mm}),
@@ -94,7 +95,7 @@ Rig::Rig(const RigConfig& config, const CaptureConfig& capture, const fs::path& 
       drive_(config.slider, clock, &faults_),
       camera_(camera_settings(config.camera, frame_, directory / "card"), clock, &faults_,
               [this](const ExposureNow& exposure) { return take_picture(exposure); }) {
-  schedule_faults();
+  for (const Fault& fault : config.faults) add_fault(fault);
   if (config.truth.views > 0) truth_.write_views(config.truth.views);
   drive_.on_move([this](double target_mm) { move_commanded(target_mm); });
   osc_.emplace(&camera_, &faults_, config.camera.port, endpoints());
@@ -108,26 +109,26 @@ Rig::~Rig() {
   osc_.reset();
 }
 
-void Rig::schedule_faults() {
-  for (const Fault& fault : config_.faults) {
-    const bool is_in_plan =
-        fault.at_station.empty() ||
-        std::any_of(plan_.lines.begin(), plan_.lines.end(), [&](const CaptureLine& line) {
-          return std::any_of(line.stations.begin(), line.stations.end(),
-                             [&](const CaptureStation& s) { return s.name == fault.at_station; });
-        });
-    if (!is_in_plan) {
-      throw UsageError(fmt::format("fault '{}': the plan has no station {}", name_of(fault.kind),
-                                   excerpt(fault.at_station)));
-    }
-    faults_.add(fault);
+void Rig::add_fault(const Fault& fault) {
+  const auto is_its_station = [&fault](const CaptureStation& station) {
+    return station.name == fault.at_station;
+  };
+  const bool is_in_plan =
+      fault.at_station.empty() ||
+      std::any_of(placements_.begin(), placements_.end(), [&](const CaptureLine& placement) {
+        return std::any_of(placement.stations.begin(), placement.stations.end(), is_its_station);
+      });
+  if (!is_in_plan) {
+    throw UsageError(fmt::format("fault '{}': the plan has no station {}", name_of(fault.kind),
+                                 excerpt(fault.at_station)));
   }
+  faults_.add(fault);
 }
 
 void Rig::move_commanded(double target_mm) {
   const std::string placed_at = line();
   ahead_.expect(rail_.carriage_pose(placed_at, target_mm, Duration::max()));
-  for (const CaptureLine& placement : placements_of(plan_)) {
+  for (const CaptureLine& placement : placements_) {
     if (placement_id(placement) != placed_at) continue;
     for (const CaptureStation& station : placement.stations) {
       if (std::abs(station.rail_mm - target_mm) <= kSamePlace_mm) {
@@ -154,7 +155,7 @@ std::map<std::string, OscServer::Handler> Rig::endpoints() {
   const auto failing = [this](const std::string& body) {
     Fault fault;
     fault_schema(&fault).parse(body, "request");  // JSON is YAML
-    faults_.add(fault);
+    add_fault(fault);
     return state().dump();
   };
   const auto mended = [this](const std::string&) {

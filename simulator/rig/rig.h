@@ -8,6 +8,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "simulator/rig/drive_server.h"
 #include "simulator/rig/faults.h"
@@ -64,7 +65,7 @@ class Rig {
  private:
   Rig(const RigConfig& config, const CaptureConfig& capture, const std::filesystem::path& directory,
       Clock* clock);
-  void schedule_faults();
+  void add_fault(const Fault& fault);
   void move_commanded(double target_mm);
   std::string take_picture(const ExposureNow& exposure);
   std::map<std::string, OscServer::Handler> endpoints();
@@ -72,6 +73,7 @@ class Rig {
   const RigConfig config_;
   const std::filesystem::path directory_;
   const CapturePlan plan_;
+  const std::vector<CaptureLine> placements_;  // of its lines
   const PanoramaSize frame_;
   const VirtualRoom room_;
   const Rail rail_;

@@ -200,6 +200,7 @@ TEST_F(RigTest, WrongRequestsAreRefused) {
   EXPECT_EQ(post(*rig, "/rig/fault", R"({"kind": "nonsense"})"), 400);
   EXPECT_EQ(post(*rig, "/rig/fault", R"({"kind": "stall", "for": 3})"), 400);
   EXPECT_EQ(post(*rig, "/rig/fault", R"({"kind": "stall", "for_ms": "3"})"), 400);
+  EXPECT_EQ(post(*rig, "/rig/fault", R"({"kind": "stall", "at_station": "x9_001"})"), 400);
   rig->drive().move_to(100.0, kRigBounds);
   EXPECT_EQ(post(*rig, "/rig/place", R"({"line": "x1"})"), 400);
   EXPECT_EQ(rig->line(), "x0");

@@ -1,5 +1,5 @@
 // The slider driver against the simulated drive, with every shipped register map and both links.
-// The two sides of the protocol share no code.
+// Both sides use libmodbus; tests/peers has an independent peer.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -11,21 +11,40 @@
 #include "capture/base/manual_clock.h"
 #include "capture/slider/carriage.h"
 #include "capture/slider/modbus_slider.h"
+#include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 #include "simulator/rig/drive_server.h"
 
 namespace raywalk::capture {
 namespace {
 
+// What no shipped map has: state in input registers, low word first, an active-low flag.
+constexpr const char* kVariants = "variants.yaml";
+constexpr const char* kVariantsText =
+    "name: variants\nsteps_per_mm: 1000\nlow_word_first: true\ninput_registers: true\n"
+    "position_address: 2\nstatus_address: 1\nalarm_address: 4\n"
+    "speed_per_mm_s: 1000\nacceleration_per_mm_s2: 10\n"
+    "move:\n  address: 100\n"
+    "  words: [position_low, position_high, speed_low, speed_high, acceleration]\n"
+    "start:\n  address: 110\n  words: [1]\n"
+    "home:\n  address: 111\n  words: [1]\n"
+    "stop:\n  address: 112\n  words: [1]\n"
+    "reset_alarm:\n  address: 113\n  words: [1]\n"
+    "status:\n  alarm: {bit: 3, active_low: true}\n  moving: {bit: 0}\n  homed: {bit: 1}\n";
+
 struct Setup {
-  const char* map;
+  std::string map;
   SliderConnection connection;
 };
 
 class SliderOnRigTest : public ::testing::TestWithParam<Setup> {
  protected:
-  static std::filesystem::path map_file() {
-    return std::filesystem::path(RAYWALK_CONFIGS) / "sliders" / GetParam().map;
+  std::filesystem::path map_file() const {
+    if (GetParam().map != kVariants) {
+      return std::filesystem::path(RAYWALK_CONFIGS) / "sliders" / GetParam().map;
+    }
+    write_file_atomically(directory_ / kVariants, kVariantsText);
+    return directory_ / kVariants;
   }
   static DriveSettings drive_settings() {
     DriveSettings settings;
@@ -139,9 +158,10 @@ INSTANTIATE_TEST_SUITE_P(Maps, SliderOnRigTest,
                                            Setup{"iai-block.yaml", SliderConnection::kRtu},
                                            Setup{"iai-block.yaml", SliderConnection::kTcp},
                                            Setup{"generic.yaml", SliderConnection::kRtu},
-                                           Setup{"generic.yaml", SliderConnection::kTcp}),
+                                           Setup{"generic.yaml", SliderConnection::kTcp},
+                                           Setup{kVariants, SliderConnection::kTcp}),
                          [](const ::testing::TestParamInfo<Setup>& param) {
-                           std::string name = std::string(param.param.map) + "_";
+                           std::string name = param.param.map + "_";
                            name += name_of(param.param.connection);
                            for (char& c : name)
                              c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';

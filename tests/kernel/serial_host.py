@@ -1,10 +1,10 @@
 #!/usr/bin/python3
 """The host side of the virtual machine's serial ports: drives, cables and fault injection.
 
-  serial_host.py --serial SOCKET --usb SOCKET --orders SOCKET
+  serial_host.py --drive PROGRAM --serial SOCKET --usb SOCKET --orders SOCKET
 
-The SOCKETs are QEMU's: a serial port and a USB adapter, each connected to a drive
-(pymodbus_slave.py), and the port on which orders are received. An order is a text line, answered by
+The SOCKETs are QEMU's: a serial port and a USB adapter, each connected to a drive (PROGRAM, which is
+drive_on_terminal), and the port on which orders are received. An order is a text line, answered by
 "done NUMBER" or "failed REASON":
 
   LINE corrupt N    flips a bit in one of every N replies
@@ -23,16 +23,15 @@ LINE is "serial" or "usb". Ends when QEMU closes the port of the orders.
 """
 import argparse
 import os
-import pathlib
 import select
 import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 import tty
 
-SLAVE = pathlib.Path(__file__).parents[1] / "peers" / "pymodbus_slave.py"
 # Function 6, register 32, value 3: the stop command of configs/sliders/generic.yaml.
 STOP = bytes.fromhex("010600200003")
 # An emulated port delivers single bytes; a frame ends after a pause this long.
@@ -70,14 +69,12 @@ def frame_from(fd):
 
 
 class Drive:
-    def __init__(self):
-        # The interpreter for which Debian's pymodbus is installed.
-        self.process = subprocess.Popen(
-            ["/usr/bin/python3", str(SLAVE), "--map", "generic", "--line", "pty"],
-            stdout=subprocess.PIPE, text=True)
-        ready, _, port = self.process.stdout.readline().strip().partition(" ")
-        if ready != "ready":
-            raise RuntimeError("the pymodbus slave does not start")
+    def __init__(self, program):
+        self.folder = tempfile.TemporaryDirectory()
+        port = os.path.join(self.folder.name, "drive")
+        self.process = subprocess.Popen([program, port], stdout=subprocess.PIPE, text=True)
+        if self.process.stdout.readline().strip() != "ready":
+            raise RuntimeError("the simulated drive does not start")
         self.fd = os.open(port, os.O_RDWR | os.O_NOCTTY)
         tty.setraw(self.fd)
 
@@ -85,15 +82,17 @@ class Drive:
         self.process.kill()
         self.process.wait()
         os.close(self.fd)
+        self.folder.cleanup()
 
 
 class Line:
     """The link between a port of the virtual machine and a drive."""
 
-    def __init__(self, path):
+    def __init__(self, path, program):
         self.path = path
+        self.program = program
         self.port = None
-        self.drive = Drive()
+        self.drive = Drive(program)
         self.fault, self.every = None, 1
         self.replies = self.faulty = 0
         self.requests = bytearray()
@@ -145,7 +144,7 @@ class Line:
             self.drive.end()
             self.drive = None
         elif order == "start":
-            self.drive = Drive()
+            self.drive = Drive(self.program)
         elif order == "plug":
             self.port = connected(self.path)
         elif order == "unplug":
@@ -194,11 +193,11 @@ def serve(orders, lines):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    for name in ("serial", "usb", "orders"):
+    for name in ("drive", "serial", "usb", "orders"):
         parser.add_argument("--" + name, required=True)
     options = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # terminates the drives, too
-    lines = {"serial": Line(options.serial), "usb": Line(options.usb)}
+    lines = {name: Line(getattr(options, name), options.drive) for name in ("serial", "usb")}
     try:
         lines["serial"].obey("plug", None)
         serve(connected(options.orders), lines)

@@ -1,4 +1,4 @@
-// Checks of the Modbus slider on emulated serial ports, against a pymodbus slave.
+// Checks of the Modbus slider on emulated serial ports, against the simulated drive.
 #pragma once
 
 #include "tests/kernel/check_report.h"
