@@ -25,9 +25,9 @@ if(NOT RAYWALK_HELP2MAN)
                       "scripts/install-packages build installs it")
 endif()
 
-# raywalk_install_program(<name>): a program, with the manual pages of it and its commands and the
-# completion of bash. A sanitizer's programs are not for installation.
-function(raywalk_install_program name)
+# raywalk_install_program(<name> <component>): a program, with the manual pages of it and its commands
+# and the completion of bash. A sanitizer's programs are not for installation.
+function(raywalk_install_program name component)
   if(RAYWALK_SANITIZE)
     return()
   endif()
@@ -42,10 +42,10 @@ function(raywalk_install_program name)
     COMMENT "Manual pages of ${name}" VERBATIM)
   add_custom_target(${name}-reference ALL DEPENDS ${pages}/${name}.1.gz)
   add_dependencies(raywalk-installed ${name}-reference)
-  install(TARGETS ${name} COMPONENT runtime)
-  install(DIRECTORY ${pages} DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT runtime
+  install(TARGETS ${name} COMPONENT ${component})
+  install(DIRECTORY ${pages} DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT ${component}
           FILES_MATCHING PATTERN "${name}*.1.gz")
-  install(FILES ${PROJECT_SOURCE_DIR}/cmake/completion.bash COMPONENT runtime
+  install(FILES ${PROJECT_SOURCE_DIR}/cmake/completion.bash COMPONENT ${component}
           DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME ${name})
 endfunction()
 

@@ -1,5 +1,6 @@
 # Debian packages, one of each component: cpack -G DEB, or scripts/package.
 #   raywalk            runtime
+#   raywalk-simulate   simulator
 #   python3-raywalk    python, where the module is built
 #   libraywalk-dev     development
 # They are for the Debian they are built on, which their version names.
@@ -33,7 +34,7 @@ set(CPACK_DEBIAN_PACKAGE_RELEASE 1~deb${debian})
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
 get_cmake_property(installed COMPONENTS)
-set(CPACK_COMPONENTS_ALL runtime development)
+set(CPACK_COMPONENTS_ALL runtime simulator development)
 set(python3 python3)
 if("python" IN_LIST installed)
   list(APPEND CPACK_COMPONENTS_ALL python)
@@ -51,11 +52,20 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME raywalk)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "colmap, ffmpeg")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS raywalk-simulate)
 set(CPACK_DEBIAN_RUNTIME_DESCRIPTION "360-degree light fields of rooms, captured and rendered
 Raywalk turns a room into a place people can walk through, from the pictures
 of one 360-degree camera on one motorised slider. It captures panoramas
 along the lines of a grid, calibrates their poses, packs every line into a
 light-field volume and renders full views at any point between the lines.")
+
+set(CPACK_DEBIAN_SIMULATOR_PACKAGE_NAME raywalk-simulate)
+set(CPACK_DEBIAN_SIMULATOR_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_SIMULATOR_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_SIMULATOR_PACKAGE_DEPENDS raywalk)
+set(CPACK_DEBIAN_SIMULATOR_DESCRIPTION "360-degree light fields of rooms, simulated
+Stands in for a slider and a camera, and renders captures of virtual rooms
+with their ground truth, to rehearse and to measure what Raywalk does.")
 
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-raywalk)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)

@@ -117,17 +117,21 @@ function(raywalk_library name)
   target_link_libraries(${name} PUBLIC $<BUILD_INTERFACE:raywalk_options> ${ARG_LINK})
 endfunction()
 
-# raywalk_program(<name> SOURCES <pattern>... LINK ...): a program that is installed. Its command line is
-# compiled as one unit, as CLI11 is compiled anew by each that includes it.
+# raywalk_program(<name> [COMPONENT <name>] SOURCES <pattern>... LINK ...): a program that is installed,
+# with component runtime unless another is named. Its command line is compiled as one unit, as CLI11 is
+# compiled anew by each that includes it.
 function(raywalk_program name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "COMPONENT" "SOURCES;LINK" ${ARGN})
   raywalk_sources(sources ${ARG_SOURCES})
   list(FILTER sources EXCLUDE REGEX "_test\\.cc$")
   add_executable(${name} ${sources})
   raywalk_compile_together(${name} raywalk_precompiled)
   raywalk_link_into_module(${name})
   target_link_libraries(${name} PRIVATE raywalk_command_line ${ARG_LINK})
-  raywalk_install_program(${name})
+  if(NOT ARG_COMPONENT)
+    set(ARG_COMPONENT runtime)
+  endif()
+  raywalk_install_program(${name} ${ARG_COMPONENT})
 endfunction()
 
 add_custom_target(memory-tests)

@@ -14,8 +14,6 @@ void bind_room(pybind11::module_& module);
 void bind_views(pybind11::module_& module);
 // The measured connection error of a room.
 void bind_connect_error(pybind11::module_& module);
-// The error model, on arrays.
-void bind_error_model(pybind11::module_& module);
 // What compares pictures.
 void bind_metrics(pybind11::module_& module);
 // Picture files, and how many threads are used.

@@ -10,7 +10,6 @@ PYBIND11_MODULE(_native, module) {
   bind_room(module);
   bind_views(module);
   bind_connect_error(module);
-  bind_error_model(module);
   bind_metrics(module);
   bind_pictures(module);
 }

@@ -2,17 +2,25 @@
 #include "simulator/commands.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "capture/base/clock.h"
 #include "core/base/escaped.h"
+#include "core/base/interrupt.h"
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
+#include "core/files/atomic_output.h"
+#include "core/files/file_lock.h"
+#include "core/files/json.h"
 #include "core/files/shipped_configs.h"
-#include "simulator/rig/simulate_rig.h"
+#include "simulator/rig/rig.h"
 #include "simulator/room/write_capture.h"
 
 namespace raywalk::capture {
@@ -39,6 +47,31 @@ VirtualRoomSettings settings_of(const RoomArguments& arguments) {
   if (arguments.width) settings.output.width_px = *arguments.width;
   require_valid(settings, "--width");
   return settings;
+}
+
+// Runs a rig on the system clock until Ctrl-C or SIGTERM. When it is ready, `out`/rig.json appears
+// and its path is printed:
+//   {"slider": "<out>/slider", "modbus_port": 1502, "camera_url": "http://127.0.0.1:8080",
+//    "pid": 4711}
+// rig.json and the link of the serial port are removed at the end; card and truth are kept, and a
+// later rig appends to them. Throws Error if another rig uses the directory, and as Rig does.
+void simulate_rig(const RigConfig& config, const std::filesystem::path& out) {
+  make_directories(out);
+  const FileLock lock(out / "rig.lock", "another simulated rig uses it");
+  const std::filesystem::path notice = out / "rig.json";
+  std::filesystem::remove(notice);  // of a killed rig
+  SystemClock clock;
+  const Rig rig(config, out, &clock);
+  const nlohmann::json addresses = {
+      {"slider", std::filesystem::absolute(rig.slider_device()).string()},
+      {"modbus_port", rig.modbus_port()},
+      {"camera_url", rig.camera_url()},
+      {"pid", getpid()}};
+  write_file_atomically(notice, json_text(addresses));
+  fmt::print("{}\n", escaped(notice.string()));
+  std::fflush(stdout);
+  while (!interrupt_requested()) clock.sleep(duration_from_ms(100.0));
+  std::filesystem::remove(notice);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "capture/base/word_of.h"
 #include "core/base/error.h"
 
 namespace raywalk::capture {
@@ -24,7 +25,11 @@ enum class FaultKind {
 };
 
 // The name in the session's database: "no-contact", "stall", ...
-std::string_view name_of(FaultKind kind);
+constexpr std::string_view name_of(FaultKind kind) {
+  return word_of(kind,
+                 {"no-contact", "wrong-device", "alarm", "stall", "following-error", "limit-switch",
+                  "timeout", "busy", "card-full", "missing-picture", "bad-picture", "exposure"});
+}
 
 // A device failed. The message is one line: what happened, and after a semicolon what to do next.
 class DeviceFault : public Error {

@@ -24,9 +24,8 @@ struct ExposureSettings {
 
 // The state that a camera reports; values that it does not report are none.
 struct CameraReport {
-  std::string identity;                    // maker, model, serial number, firmware
-  std::string state;                       // "idle", "busy", ...
-  std::optional<double> clock_offset_s{};  // the camera's clock minus this machine's, within 0.5 s
+  std::string identity;  // maker, model, serial number, firmware
+  std::string state;     // "idle", "busy", ...
   std::optional<std::int64_t> free_bytes{};
   std::optional<int> pictures_left{};
   std::optional<double> battery_share{};  // 0 to 1

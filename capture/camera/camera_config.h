@@ -2,10 +2,10 @@
 #pragma once
 
 #include <array>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
+#include "capture/base/word_of.h"
 #include "capture/camera/camera.h"
 #include "capture/trigger/trigger_config.h"
 
@@ -25,34 +25,12 @@ inline constexpr std::array kPixelFormats{PixelFormat::kMjpg, PixelFormat::kYuyv
 
 // The words of the configuration file; the session's database holds those of camera and frames.
 constexpr std::string_view name_of(CameraKind kind) {
-  switch (kind) {
-    case CameraKind::kOsc:
-      return "osc";
-    case CameraKind::kV4l2:
-      return "v4l2";
-    case CameraKind::kGpio:
-      return "gpio";
-  }
-  throw std::logic_error("unknown kind of camera");
+  return word_of(kind, {"osc", "v4l2", "gpio"});
 }
 constexpr std::string_view name_of(FrameKind frames) {
-  switch (frames) {
-    case FrameKind::kPanorama:
-      return "panorama";
-    case FrameKind::kDualFisheye:
-      return "dual-fisheye";
-  }
-  throw std::logic_error("unknown kind of frames");
+  return word_of(frames, {"panorama", "dual-fisheye"});
 }
-constexpr std::string_view name_of(PixelFormat format) {
-  switch (format) {
-    case PixelFormat::kMjpg:
-      return "mjpg";
-    case PixelFormat::kYuyv:
-      return "yuyv";
-  }
-  throw std::logic_error("unknown pixel format");
-}
+constexpr std::string_view name_of(PixelFormat format) { return word_of(format, {"mjpg", "yuyv"}); }
 
 struct OscConfig {
   std::string url;  // "http://192.168.1.1"

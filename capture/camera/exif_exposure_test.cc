@@ -1,10 +1,9 @@
-#include "capture/camera/exif_exposure.h"
-
 #include <gtest/gtest.h>
 
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 
+#include "capture/camera/osc_exposure.h"
 #include "simulator/rig/exif_segment.h"
 
 namespace raywalk::capture {

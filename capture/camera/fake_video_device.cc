@@ -6,7 +6,6 @@
 #include <array>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <stdexcept>
 #include <utility>
 
 #include "capture/base/device_fault.h"
@@ -25,7 +24,6 @@ SettingsSchema schema_of(FakeVideoSettings* settings) {
       .choice("pixel_format", &settings->pixel_format,
               std::array{OfferedPixels::kAny, OfferedPixels::kMjpg, OfferedPixels::kYuyv})
       .number("frames_per_second", &settings->frames_per_second, 0.01, 1000.0)
-      .boolean("full_range", &settings->full_range)
       .integer("line_padding_bytes", &settings->line_padding_bytes, 0, 4096)
       .boolean("huffman_tables", &settings->huffman_tables)
       .choice("stamps", &settings->stamps, std::array{StampClock::kMonotonic, StampClock::kUnknown})
@@ -63,11 +61,10 @@ std::string without_huffman_tables(const std::string& file) {
   return frame + file.substr(offset);
 }
 
-// As ITU-R BT.601 has it: OpenCV's limited range, or the full range of JFIF.
-cv::Mat ycbcr_from_bgr(const cv::Mat& bgr, bool full_range) {
+// As ITU-R BT.601 has it, in limited range.
+cv::Mat ycbcr_from_bgr(const cv::Mat& bgr) {
   cv::Mat ycrcb;
   cv::cvtColor(bgr, ycrcb, cv::COLOR_BGR2YCrCb);  // full range
-  if (full_range) return ycrcb;
   std::vector<cv::Mat> planes;
   cv::split(ycrcb, planes);
   planes[0].convertTo(planes[0], -1, 219.0 / 255.0, 16.0);
@@ -78,7 +75,7 @@ cv::Mat ycbcr_from_bgr(const cv::Mat& bgr, bool full_range) {
 }
 
 std::string yuyv_from_bgr(const cv::Mat& bgr, const VideoFormat& format) {
-  const cv::Mat ycrcb = ycbcr_from_bgr(bgr, format.colour.full_range);
+  const cv::Mat ycrcb = ycbcr_from_bgr(bgr);
   std::string bytes;
   for (int v = 0; v < ycrcb.rows; ++v) {
     const std::size_t line_end = bytes.size() + format.bytes_per_line;
@@ -97,17 +94,7 @@ std::string yuyv_from_bgr(const cv::Mat& bgr, const VideoFormat& format) {
 
 }  // namespace
 
-std::string_view name_of(OfferedPixels pixels) {
-  switch (pixels) {
-    case OfferedPixels::kAny:
-      return "any";
-    case OfferedPixels::kMjpg:
-      return "mjpg";
-    case OfferedPixels::kYuyv:
-      return "yuyv";
-  }
-  throw std::logic_error("unknown pixels of a fake video device");
-}
+std::string_view name_of(OfferedPixels pixels) { return word_of(pixels, {"any", "mjpg", "yuyv"}); }
 
 std::string_view name_of(StampClock clock) {
   return clock == StampClock::kMonotonic ? "monotonic" : "unknown";
@@ -147,7 +134,6 @@ VideoFormat FakeVideoDevice::try_format(const std::string& pixels, PanoramaSize 
   format.size = settings_.any_size ? size : PanoramaSize{settings_.width_px, settings_.height_px};
   format.bytes_per_line = 2 * static_cast<std::size_t>(format.size.width) +
                           static_cast<std::size_t>(settings_.line_padding_bytes);
-  format.colour.full_range = settings_.full_range;
   return format;
 }
 

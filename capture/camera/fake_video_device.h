@@ -30,7 +30,6 @@ struct FakeVideoSettings {
   bool any_size = true;  // else every other size snaps to width_px x height_px
   OfferedPixels pixel_format = OfferedPixels::kAny;
   double frames_per_second = 25.0;
-  bool full_range = false;      // of YUYV
   int line_padding_bytes = 0;   // of YUYV
   bool huffman_tables = false;  // in MJPG frames
   StampClock stamps = StampClock::kMonotonic;

@@ -7,8 +7,6 @@
 
 #include "capture/base/device_fault.h"
 #include "capture/camera/check_picture.h"
-#include "capture/camera/osc_exposure.h"
-#include "capture/camera/osc_json.h"
 #include "capture/camera/osc_report.h"
 #include "core/base/interrupt.h"
 
@@ -90,13 +88,10 @@ CameraReport OscCamera::report() {
   const Json info = client_.info();
   client_.open_session();
   const Json state = client_.state();
-  const WallTime asked_at = clock_.wall_now();
   try {
-    const Json options = client_.options(report_option_names());
-    const WallTime options_at = asked_at + (clock_.wall_now() - asked_at) / 2;
-    return osc_report(info, state, options, options_at);
+    return osc_report(info, state, client_.options(report_option_names()));
   } catch (const OscRefusal& refusal) {
-    CameraReport report = osc_report(info, state, Json::object(), asked_at);
+    CameraReport report = osc_report(info, state, Json::object());
     report.state += in_parentheses(refusal);
     return report;
   }
@@ -126,11 +121,22 @@ void OscCamera::set(const Json& options) {
   }
 }
 
+// Insta360's cameras deliver panoramas or pairs of fisheye circles.
+void OscCamera::choose_stitching(const Json& options) {
+  const char* wanted = config_.frames == FrameKind::kPanorama ? "ondevice" : "none";
+  const Json choices = options.value("photoStitchingSupport", Json::array());
+  const bool has_choice = std::find(choices.begin(), choices.end(), wanted) != choices.end();
+  if (!has_choice || text_at(options, "photoStitching") == wanted) return;
+  set({{"photoStitching", wanted}});
+}
+
 void OscCamera::choose_file_format() {
-  const Json options = client_.options({"captureMode", "fileFormat", "fileFormatSupport"});
+  const Json options = client_.options({"captureMode", "fileFormat", "fileFormatSupport",
+                                        "photoStitching", "photoStitchingSupport"});
   if (text_at(options, "captureMode") != "image" && options.contains("captureMode")) {
     set({{"captureMode", "image"}});
   }
+  choose_stitching(options);
   const auto formats = options.find("fileFormatSupport");
   if (config_.width_px <= 0 || formats == options.end() || !formats->is_array()) return;
   const Json wanted = {
@@ -282,7 +288,7 @@ std::string OscCamera::exposure_record(double ev, const std::string& bytes) cons
 OscCamera::Taken OscCamera::take_picture() {
   while (set_at_ && clock_.now() < *set_at_ + duration_from_ms(kPauseAfterSetting_ms)) sleep_poll();
   const SteadyTime deadline = clock_.now() + duration_from_ms(config_.osc.picture_timeout_ms);
-  for (;;) {
+  for (bool is_woken = false;;) {
     Taken taken;
     taken.triggered_at = clock_.wall_now();
     const SteadyTime triggered = clock_.now();
@@ -290,6 +296,10 @@ OscCamera::Taken OscCamera::take_picture() {
       taken.file = finished_file(*command, deadline);
       taken.exposing_ms = ms_from_duration(clock_.now() - triggered);
       return taken;
+    }
+    if (!is_woken && is_idle()) {
+      wake();
+      is_woken = true;
     }
     sleep_poll();
   }
@@ -316,12 +326,24 @@ std::optional<OscCommand> OscCamera::begin_picture(SteadyTime deadline) {
   }
 }
 
+bool OscCamera::is_idle() {
+  const std::string status = text_at(client_.state(), "_captureStatus");
+  return status.empty() || status == "idle";
+}
+
+// In standby a camera refuses to take pictures until its mode is set, even to the same.
+void OscCamera::wake() {
+  try {
+    client_.set_options({{"captureMode", "image"}});
+  } catch (const OscRefusal&) {
+    // It is busy with something else, which the caller waits for.
+  }
+}
+
 void OscCamera::wait_for_idle(SteadyTime deadline) {
-  for (;;) {
-    const std::string status = text_at(client_.state(), "_captureStatus");
-    if (status.empty() || status == "idle") return;
+  while (!is_idle()) {
     if (clock_.now() >= deadline) {
-      throw busy_fault(client_.url(), " (" + status + ")", config_.osc.picture_timeout_ms);
+      throw busy_fault(client_.url(), "", config_.osc.picture_timeout_ms);
     }
     sleep_poll();
   }

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "capture/camera/camera_config.h"
-#include "capture/camera/exif_exposure.h"
 #include "capture/camera/osc_client.h"
+#include "capture/camera/osc_exposure.h"
 
 namespace raywalk::capture {
 
@@ -45,6 +45,7 @@ class OscCamera final : public Camera {
     double exposing_ms = 0.0;
   };
 
+  void choose_stitching(const nlohmann::json& options);
   void choose_file_format();
   std::optional<ExifExposure> measured_exposure();
   nlohmann::json chosen_lock(const ExposureSettings& exposure);
@@ -55,6 +56,8 @@ class OscCamera final : public Camera {
   Picture expose(double ev, Shot* shot);
   Taken take_picture();
   std::optional<OscCommand> begin_picture(SteadyTime deadline);
+  bool is_idle();
+  void wake();
   void wait_for_idle(SteadyTime deadline);
   std::string finished_file(OscCommand command, SteadyTime deadline);
   std::string exposure_record(double ev, const std::string& bytes) const;

@@ -19,8 +19,9 @@ using testing::HasSubstr;
 using Json = nlohmann::json;
 
 // A grey picture as bright as its exposure: linear level 40 at gain 1.
-std::string grey_picture(const ExposureNow& exposure) {
-  const cv::Mat image(32, 64, CV_8UC3, cv::Scalar::all(std::min(40.0 * exposure.gain, 255.0)));
+std::string grey_picture(const ExposureNow& exposure, int width_px) {
+  const cv::Mat image(width_px / 2, width_px, CV_8UC3,
+                      cv::Scalar::all(std::min(40.0 * exposure.gain, 255.0)));
   std::vector<unsigned char> bytes;
   cv::imencode(".jpg", image, bytes);
   return {bytes.begin(), bytes.end()};
@@ -41,13 +42,12 @@ class OscCameraTest : public testing::Test {
     settings.card_directory = directory_ / "card";
     settings.exposure_ms = 300.0;
     if (settings.frame.width == 0) settings.frame = {64, 32};
-    simulated_ =
-        std::make_unique<SimulatedCamera>(settings, clock_, [this](const ExposureNow& now) {
-          exposed_at_.push_back(clock_.now());
-          return grey_picture(now);
-        });
-    server_ = std::make_unique<OscServer>(*simulated_, 0);
-    server_->start();
+    simulated_ = std::make_unique<SimulatedCamera>(settings, &clock_, &faults_,
+                                                   [this](const ExposureNow& now) {
+                                                     exposed_at_.push_back(clock_.now());
+                                                     return grey_picture(now, width_px_);
+                                                   });
+    server_ = std::make_unique<OscServer>(simulated_.get(), &faults_, 0);
     config_.osc.url = server_->url();
     config_.osc.picture_timeout_ms = 20000.0;
     camera_ = std::make_unique<OscCamera>(config_, clock_);
@@ -59,11 +59,15 @@ class OscCameraTest : public testing::Test {
     camera_ = std::make_unique<OscCamera>(config_, clock_);
   }
 
+  // By another client.
+  void take_picture() { simulated_->execute(R"({"name": "camera.takePicture"})"); }
   Shot shoot() { return camera_->shoot(clock_.now()); }
 
   TestDirectory directory_;
   ManualClock clock_;
+  Faults faults_{&clock_};
   CameraConfig config_;
+  int width_px_ = 64;  // of pictures
   std::vector<SteadyTime> exposed_at_;
   std::unique_ptr<SimulatedCamera> simulated_;
   std::unique_ptr<OscServer> server_;
@@ -80,7 +84,7 @@ TEST_F(OscCameraTest, FetchesThePictureThatItTook) {
   EXPECT_EQ(picture.camera_name, "R0010001.JPG");
   EXPECT_EQ(picture.extension, "jpg");
   EXPECT_EQ(picture.size, (PanoramaSize{64, 32}));
-  EXPECT_EQ(picture.bytes, simulated_->card().read("R0010001.JPG"));
+  EXPECT_EQ(picture.bytes, simulated_->file("R0010001.JPG"));
   EXPECT_GE(shot.triggered_at, before);
   EXPECT_LE(shot.triggered_at, clock_.wall_now());
   EXPECT_GE(shot.exposing_ms, 300.0);
@@ -96,18 +100,15 @@ TEST_F(OscCameraTest, NothingIsExposedBeforeTheCarriageSettled) {
 
 TEST_F(OscCameraTest, ReportsTheStateOfTheCamera) {
   SimulatedCameraSettings settings;
-  settings.clock_offset_s = -3600.0;
   settings.battery_share = 0.25;
   settings.card_bytes = 10'000'000;
   settings.typical_picture_bytes = 1'000'000;
-  settings.firmware_version = "2.7";
   start(settings);
   const CameraReport report = camera_->report();
   EXPECT_THAT(report.identity, HasSubstr("simulated"));
   EXPECT_THAT(report.identity, HasSubstr("serial 00000001"));
-  EXPECT_THAT(report.identity, HasSubstr("firmware 2.7"));
+  EXPECT_THAT(report.identity, HasSubstr("firmware 1.0"));
   EXPECT_EQ(report.state, "idle");
-  EXPECT_NEAR(report.clock_offset_s.value_or(0.0), -3600.0, 1.0);
   EXPECT_EQ(report.pictures_left, 10);
   EXPECT_EQ(report.free_bytes, 10'000'000);
   EXPECT_DOUBLE_EQ(report.battery_share.value_or(0.0), 0.25);
@@ -144,7 +145,7 @@ TEST_F(OscCameraTest, WithoutALockTheCameraChoosesTheExposure) {
   std::set<int> levels;
   for (int i = 0; i < 8; ++i) levels.insert(cvRound(level_of(shoot().pictures[0])));
   EXPECT_GE(levels.size(), 2U);
-  EXPECT_EQ(simulated_->options().exposure_program, 2);
+  EXPECT_EQ(simulated_->options().at("exposureProgram"), 2);
 }
 
 TEST_F(OscCameraTest, GivenValuesAreSetWithoutMeasuring) {
@@ -153,12 +154,12 @@ TEST_F(OscCameraTest, GivenValuesAreSetWithoutMeasuring) {
   exposure.iso = 210;
   exposure.white_balance_k = 3200;
   camera_->prepare(exposure, "");
-  const CameraOptions options = simulated_->options();
-  EXPECT_EQ(options.exposure_program, 1);
-  EXPECT_EQ(options.shutter_s, 0.008);
-  EXPECT_EQ(options.iso, 200);
-  EXPECT_EQ(options.white_balance, "_colorTemperature");
-  EXPECT_EQ(options.color_temperature_k, 3200);
+  const Json options = simulated_->options();
+  EXPECT_EQ(options.at("exposureProgram"), 1);
+  EXPECT_EQ(options.at("shutterSpeed"), 0.008);
+  EXPECT_EQ(options.at("iso"), 200);
+  EXPECT_EQ(options.at("whiteBalance"), "_colorTemperature");
+  EXPECT_EQ(options.at("_colorTemperature"), 3200);
   EXPECT_EQ(simulated_->pictures_taken(), 0U);
 }
 
@@ -169,7 +170,7 @@ TEST_F(OscCameraTest, AnEarlierRunsExposureIsSetAgain) {
   OscCamera again(config_, clock_);
   EXPECT_EQ(again.prepare({}, first), first);
   EXPECT_EQ(simulated_->pictures_taken(), taken) << "measured again";
-  EXPECT_EQ(simulated_->options().exposure_program, 1);
+  EXPECT_EQ(simulated_->options().at("exposureProgram"), 1);
   expect_fault(FaultKind::kExposure, "damaged", [&] { again.prepare({}, "{\"iso\": 100}"); });
   expect_fault(FaultKind::kExposure, "damaged", [&] { again.prepare({}, "nonsense"); });
 }
@@ -208,7 +209,7 @@ TEST_F(OscCameraTest, ACameraThatLosesItsExposureIsAFault) {
   exposure.iso = 100;
   camera_->prepare(exposure, "");
   shoot();
-  simulated_->faults().inject(CameraFault::kForgetsExposure);
+  faults_.add({.kind = RigFault::kForgetsExposure});
   expect_fault(FaultKind::kExposure, "instead of", [&] { shoot(); });
 }
 
@@ -223,7 +224,7 @@ TEST_F(OscCameraTest, AnUnsupportedSizeIsRefusedAtTheStart) {
 // --- Faults -------------------------------------------------------------------------------------
 
 struct PictureFault {
-  CameraFault injected;
+  RigFault injected;
   FaultKind kind;
   std::string part;
 };
@@ -233,19 +234,24 @@ class OscCameraPictureFaultTest : public OscCameraTest,
 
 TEST_P(OscCameraPictureFaultTest, IsReportedAndTheNextShotSucceeds) {
   shoot();
-  simulated_->faults().inject(GetParam().injected);
+  faults_.add({.kind = GetParam().injected});
   expect_fault(GetParam().kind, GetParam().part, [&] { shoot(); });
   EXPECT_EQ(shoot().pictures.size(), 1U);
 }
 
 INSTANTIATE_TEST_SUITE_P(
     All, OscCameraPictureFaultTest,
-    testing::Values(
-        PictureFault{CameraFault::kMissingPicture, FaultKind::kMissingPicture, "took no picture"},
-        PictureFault{CameraFault::kTruncatedPicture, FaultKind::kBadPicture, "cut short"},
-        PictureFault{CameraFault::kEmptyPicture, FaultKind::kBadPicture, "empty"},
-        PictureFault{CameraFault::kWebPage, FaultKind::kBadPicture, "web page"},
-        PictureFault{CameraFault::kWrongSize, FaultKind::kBadPicture, "32x16"}));
+    testing::Values(PictureFault{RigFault::kMissingPicture, FaultKind::kMissingPicture,
+                                 "took no picture"},
+                    PictureFault{RigFault::kTruncatedPicture, FaultKind::kBadPicture, "cut short"},
+                    PictureFault{RigFault::kEmptyPicture, FaultKind::kBadPicture, "empty"},
+                    PictureFault{RigFault::kWebPage, FaultKind::kBadPicture, "web page"}));
+
+TEST_F(OscCameraTest, APictureOfAnotherSizeIsReported) {
+  shoot();
+  width_px_ = 32;
+  expect_fault(FaultKind::kBadPicture, "32x16", [&] { shoot(); });
+}
 
 TEST_F(OscCameraTest, AFullCardIsReported) {
   SimulatedCameraSettings settings;
@@ -260,27 +266,27 @@ TEST_F(OscCameraTest, AFullCardIsReported) {
 }
 
 TEST_F(OscCameraTest, ACameraThatStaysBusyIsAFaultInTime) {
-  simulated_->faults().inject(CameraFault::kBusy);
+  faults_.add({.kind = RigFault::kBusy});
   const SteadyTime before = clock_.now();
   expect_fault(FaultKind::kBusy, "still busy after 20 s", [&] { shoot(); });
   EXPECT_LE(ms_from_duration(clock_.now() - before), 25000.0);
   expect_fault(FaultKind::kBusy, "disabledCommand", [&] { shoot(); });
   EXPECT_EQ(simulated_->pictures_taken(), 1U);
-  simulated_->restart();
+  faults_.clear();
   EXPECT_EQ(shoot().pictures.size(), 1U);
 }
 
 TEST_F(OscCameraTest, WaitsForACameraThatIsBusyForAWhile) {
-  simulated_->take_picture();
+  take_picture();
   EXPECT_EQ(shoot().pictures[0].camera_name, "R0010002.JPG");
-  simulated_->take_picture();
+  take_picture();
   EXPECT_NO_THROW(camera_->prepare({}, ""));
 }
 
 TEST_F(OscCameraTest, TriggerWhoseAnswerIsLostIsNotRepeated) {
   use_short_timeouts();
   shoot();
-  simulated_->faults().inject(CameraFault::kSilent);
+  faults_.add({.kind = RigFault::kSilent});
   // The first request of a shot is the trigger, because this camera needs no session.
   expect_fault(FaultKind::kMissingPicture, "answer to the trigger was lost", [&] { shoot(); });
   EXPECT_EQ(simulated_->pictures_taken(), 2U);
@@ -290,24 +296,25 @@ TEST_F(OscCameraTest, TriggerWhoseAnswerIsLostIsNotRepeated) {
 
 TEST_F(OscCameraTest, ReadsAreRepeatedAfterALostAnswer) {
   use_short_timeouts();
-  simulated_->faults().inject(CameraFault::kSilent);
+  faults_.add({.kind = RigFault::kSilent});
   EXPECT_EQ(camera_->report().state, "idle");
-  simulated_->faults().inject(CameraFault::kDown);
+  faults_.add({.kind = RigFault::kDown});
   EXPECT_EQ(camera_->report().state, "idle");
 }
 
 TEST_F(OscCameraTest, ASilentCameraIsNoContact) {
   use_short_timeouts();
-  simulated_->faults().inject(CameraFault::kSilent, 1e9);
+  faults_.add({.kind = RigFault::kSilent, .for_ms = 1e9});
   expect_fault(FaultKind::kNoContact, "no complete reply", [&] { camera_->report(); });
 }
 
 TEST_F(OscCameraTest, CameraThatIsSwitchedOffIsNoContact) {
   shoot();
-  server_->stop();
+  const int port = server_->port();
+  server_.reset();
   expect_fault(FaultKind::kNoContact, "no connection", [&] { shoot(); });
   expect_fault(FaultKind::kNoContact, "no connection", [&] { camera_->report(); });
-  server_->start();
+  server_ = std::make_unique<OscServer>(simulated_.get(), &faults_, port);
   EXPECT_EQ(shoot().pictures.size(), 1U);
 }
 

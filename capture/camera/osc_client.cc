@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/base/device_fault.h"
+#include "capture/base/http_url.h"
 #include "core/base/interrupt.h"
 
 namespace raywalk::capture {
@@ -60,16 +61,25 @@ bool has_level_2(const Json& info) {
          std::find(levels->begin(), levels->end(), Json(2)) != levels->end();
 }
 
-// The path of a file's address. The host in it is the camera's own view, which differs from the
-// configured one behind an access point or a forwarded port.
-std::string path_in(const std::string& url) {
-  const std::size_t scheme = url.find("://");
-  if (scheme == std::string::npos) return url.starts_with('/') ? url : "/" + url;
-  const std::size_t slash = url.find('/', scheme + 3);
-  return slash == std::string::npos ? "/" : url.substr(slash);
+}  // namespace
+
+std::string text_at(const nlohmann::json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string{};
 }
 
-}  // namespace
+std::optional<double> number_at(const nlohmann::json& object, const char* key) {
+  const auto found = object.find(key);
+  if (found == object.end() || !found->is_number()) return std::nullopt;
+  return found->get<double>();
+}
+
+std::optional<std::int64_t> count_at(const nlohmann::json& object, const char* key) {
+  constexpr double kLargest = 9007199254740992.0;  // 2^53
+  const auto number = number_at(object, key);
+  if (!number || !(*number >= 0.0 && *number <= kLargest)) return std::nullopt;
+  return static_cast<std::int64_t>(*number);
+}
 
 // The reply to a command.
 struct OscClient::Answer {
@@ -106,6 +116,17 @@ HttpReply OscClient::answered(Repeat repeat, const std::function<HttpReply()>& s
   }
 }
 
+HttpReply OscClient::post(const std::string& path, const std::string& body) {
+  return not_empty(http_.post_json(path, body, 2.0 * config_.connect_timeout_ms, kLargestAnswer),
+                   path);
+}
+
+HttpReply OscClient::not_empty(HttpReply reply, const std::string& path) const {
+  if (!reply.body.empty() || reply.status != 200) return reply;
+  throw DeviceFault(FaultKind::kNoContact,
+                    url() + path + ": the camera answers with nothing; switch it off and on");
+}
+
 Json OscClient::object_in(const HttpReply& reply, const std::string& path) const {
   Json json = Json::parse(reply.body, nullptr, false);
   if (json.is_object()) return json;
@@ -128,7 +149,7 @@ Json OscClient::object_in(const HttpReply& reply, const std::string& path) const
 
 Json OscClient::info() {
   const HttpReply reply = answered(Repeat::kIfUnanswered, [this] {
-    return http_.get(kInfo, 2.0 * config_.connect_timeout_ms, kLargestAnswer);
+    return not_empty(http_.get(kInfo, 2.0 * config_.connect_timeout_ms, kLargestAnswer), kInfo);
   });
   Json info = object_in(reply, kInfo);
   if (!info.contains("model") && !info.contains("manufacturer")) {
@@ -140,9 +161,7 @@ Json OscClient::info() {
 }
 
 Json OscClient::state() {
-  const HttpReply reply = answered(Repeat::kIfUnanswered, [this] {
-    return http_.post_json(kState, "{}", 2.0 * config_.connect_timeout_ms, kLargestAnswer);
-  });
+  const HttpReply reply = answered(Repeat::kIfUnanswered, [this] { return post(kState, "{}"); });
   const Json json = object_in(reply, kState);
   if (!json.contains("state") || !json.at("state").is_object()) {
     throw DeviceFault(FaultKind::kWrongDevice, url() + kState + ": holds no state: " +
@@ -159,7 +178,7 @@ OscClient::Answer OscClient::answer_in(const HttpReply& http_reply, const std::s
     Answer answer{false, shown_at(reply, "id"), Json::object()};
     if (!answer.id.empty()) return answer;
     throw DeviceFault(FaultKind::kWrongDevice,
-                      url() + kExecute + ": a command in progress without an id: " +
+                      url() + path + ": a command in progress without an id: " +
                           excerpt(reply.dump()) + "; update the camera's firmware");
   }
   // At level 1 an answer with results has no state.
@@ -167,7 +186,7 @@ OscClient::Answer OscClient::answer_in(const HttpReply& http_reply, const std::s
     return {true, {}, object_at(reply, "results")};
   }
   throw DeviceFault(FaultKind::kWrongDevice,
-                    url() + kExecute + ": neither done nor in progress: " + excerpt(reply.dump()) +
+                    url() + path + ": neither done nor in progress: " + excerpt(reply.dump()) +
                         "; update the camera's firmware");
 }
 
@@ -176,9 +195,7 @@ OscClient::Answer OscClient::execute(const std::string& name, Json parameters, R
   Json request = {{"name", name}};
   if (!parameters.empty()) request["parameters"] = std::move(parameters);
   const std::string body = request.dump();
-  const HttpReply reply = answered(repeat, [&] {
-    return http_.post_json(kExecute, body, 2.0 * config_.connect_timeout_ms, kLargestAnswer);
-  });
+  const HttpReply reply = answered(repeat, [&] { return post(kExecute, body); });
   return answer_in(reply, kExecute);
 }
 
@@ -241,15 +258,15 @@ OscCommand OscClient::begin_picture() {
 
 OscCommand OscClient::status_of(const std::string& id) {
   const std::string body = Json{{"id", id}}.dump();
-  const HttpReply reply = answered(Repeat::kIfUnanswered, [&] {
-    return http_.post_json(kStatus, body, 2.0 * config_.connect_timeout_ms, kLargestAnswer);
-  });
+  const HttpReply reply = answered(Repeat::kIfUnanswered, [&] { return post(kStatus, body); });
   return answer_in(reply, kStatus).command();
 }
 
 std::string OscClient::fetch(const std::string& file) {
   const bool by_command = needs_session_;
-  const std::string path = by_command ? kExecute : path_in(file);
+  // The host in a file's address is the camera's own view, which differs from the configured one
+  // behind an access point or a forwarded port.
+  const std::string path = by_command ? kExecute : split_url(file).path;
   const std::string body =
       Json{{"name", "camera.getImage"}, {"parameters", {{"fileUri", file}}}}.dump();
   HttpReply reply = answered(Repeat::kIfUnanswered, [&] {

@@ -5,8 +5,10 @@
 // github.com/Insta360Develop/Insta360_OSC.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -17,6 +19,13 @@
 #include "capture/camera/osc_http.h"
 
 namespace raywalk::capture {
+
+// Members of a JSON object from a camera, which may be missing or of any type: empty if it is not a
+// text; none if it is not a number; none if it is not a number from 0 to 2^53, truncated to a whole
+// number.
+std::string text_at(const nlohmann::json& object, const char* key);
+std::optional<double> number_at(const nlohmann::json& object, const char* key);
+std::optional<std::int64_t> count_at(const nlohmann::json& object, const char* key);
 
 // The camera rejected a command. what() is the API's message.
 class OscRefusal : public std::runtime_error {
@@ -38,9 +47,10 @@ struct OscCommand {
   std::string file;  // of a picture, once done; empty if the results name none
 };
 
-// Reads without a reply are repeated twice. A command that changes something may have been executed
-// although its reply was lost, and is repeated only if that is harmless. All calls throw
-// DeviceFault (kNoContact, kWrongDevice) and Interrupted; those that say so also throw OscRefusal.
+// Reads without a reply, or with an empty one, are repeated twice. A command that changes something
+// may have been executed although its reply was lost, and is repeated only if that is harmless. All
+// calls throw DeviceFault (kNoContact, kWrongDevice) and Interrupted; those that say so also throw
+// OscRefusal.
 class OscClient {
  public:
   // Throws UsageError for an invalid address.
@@ -70,6 +80,9 @@ class OscClient {
   Answer execute(const std::string& name, nlohmann::json parameters, Repeat repeat);
   Answer answer_in(const HttpReply& reply, const std::string& path) const;
   HttpReply answered(Repeat repeat, const std::function<HttpReply()>& send);
+  HttpReply post(const std::string& path, const std::string& body);
+  // Throws DeviceFault kNoContact for a reply without content.
+  HttpReply not_empty(HttpReply reply, const std::string& path) const;
   nlohmann::json object_in(const HttpReply& reply, const std::string& path) const;
 
   OscConfig config_;

@@ -7,10 +7,12 @@
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <thread>
 
 #include "capture/base/device_fault.h"
 #include "capture/base/manual_clock.h"
+#include "capture/camera/osc_camera.h"
 
 namespace raywalk::capture {
 namespace {
@@ -43,6 +45,9 @@ class ScriptedCamera {
                                     : answer->second(command.value("parameters", Json::object())),
             response);
     });
+    server_.Get("/picture.jpg", [this](const auto&, auto& response) {
+      response.set_content(picture, "image/jpeg");
+    });
     thread_ = std::thread([this] { server_.listen_after_bind(); });
   }
   ~ScriptedCamera() {
@@ -74,12 +79,13 @@ class ScriptedCamera {
 
   Json info = {{"model", "Scripted"}, {"apiLevel", {2}}};
   Json state = Json::object();
+  std::string picture;  // at /picture.jpg
   std::map<std::string, Answer> answers;
 
  private:
   static void reply(const Json& json, httplib::Response& response) {
     if (json.contains("error")) response.status = 400;
-    response.set_content(json.dump(), "application/json");
+    response.set_content(json.is_null() ? "" : json.dump(), "application/json");
   }
 
   httplib::Server server_;
@@ -119,6 +125,56 @@ TEST_F(OscClientTest, UnknownOptionsAreLeftOutAndNotRequestedAgain) {
   EXPECT_EQ(client.options({"iso", "remainingPictures", "shutterSpeed"}), expected);
   EXPECT_EQ(camera_.commands().size(), requests + 1);
   EXPECT_EQ(client.options({"remainingPictures"}), Json::object());
+}
+
+TEST_F(OscClientTest, AnEmptyAnswerIsAskedForAgainExceptOfATrigger) {
+  int asked = 0;
+  camera_.answers["camera.getOptions"] = [&](const Json& parameters) {
+    return ++asked == 1 ? Json() : options_from({{"iso", 100}})(parameters);
+  };
+  camera_.answers["camera.takePicture"] = [](const Json&) { return Json(); };
+  OscClient client(camera_.config(), clock_);
+  EXPECT_EQ(client.options({"iso"}), (Json{{"iso", 100}}));
+  try {
+    client.begin_picture();
+    FAIL();
+  } catch (const DeviceFault& fault) {
+    EXPECT_EQ(fault.kind(), FaultKind::kNoContact);
+    EXPECT_THAT(fault.what(), HasSubstr("/osc/commands/execute: the camera answers with nothing"));
+  }
+  EXPECT_THAT(camera_.commands(),
+              ElementsAre("camera.getOptions", "camera.getOptions", "camera.takePicture"));
+}
+
+// In standby, a Theta and an Insta360 refuse pictures until they are told their mode again.
+TEST_F(OscClientTest, ACameraInStandbyIsWokenAndAskedForPanoramas) {
+  std::vector<Json> set;
+  camera_.answers["camera.getOptions"] =
+      options_from({{"captureMode", "image"},
+                    {"photoStitching", "none"},
+                    {"photoStitchingSupport", {"none", "ondevice"}}});
+  camera_.answers["camera.setOptions"] = [&](const Json& parameters) {
+    set.push_back(parameters.at("options"));
+    return ScriptedCamera::done(Json::object());
+  };
+  camera_.answers["camera.takePicture"] = [&](const Json&) {
+    if (set.back() != Json{{"captureMode", "image"}}) {
+      return ScriptedCamera::error("disabledCommand", "in standby");
+    }
+    return ScriptedCamera::done({{"fileUrl", "/picture.jpg"}});
+  };
+  std::vector<unsigned char> bytes;
+  cv::imencode(".jpg", cv::Mat(32, 64, CV_8UC3, cv::Scalar::all(90)), bytes);
+  camera_.picture.assign(bytes.begin(), bytes.end());
+  CameraConfig config;
+  config.osc = camera_.config();
+  OscCamera camera(config, clock_);
+  ExposureSettings automatic;
+  automatic.lock = false;
+  camera.prepare(automatic, "");
+  EXPECT_EQ(camera.shoot(clock_.now()).pictures.size(), 1U);
+  EXPECT_THAT(set,
+              ElementsAre(Json{{"photoStitching", "ondevice"}}, Json{{"captureMode", "image"}}));
 }
 
 TEST_F(OscClientTest, SendsTheHeaderThatTheApiRequires) {

@@ -8,9 +8,18 @@
 #include <vector>
 
 #include "capture/camera/camera.h"
-#include "capture/camera/exif_exposure.h"
 
 namespace raywalk::capture {
+
+struct ExifExposure {
+  double shutter_s = 0.0;  // more than 0
+  int iso = 0;             // more than 0
+};
+
+// From the tags ExposureTime and PhotographicSensitivity (Exif 2.32, CIPA DC-008, called
+// ISOSpeedRatings before) of a JPEG file; none if one is missing or not positive, or the bytes hold
+// no readable Exif data.
+std::optional<ExifExposure> exif_exposure(const std::string& jpeg);
 
 // The names of the options that the functions below read, each with its "...Support" list.
 const std::vector<std::string>& exposure_option_names();

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "capture/base/device_fault.h"
+#include "capture/base/http_url.h"
 #include "core/base/interrupt.h"
 
 namespace raywalk::capture {
@@ -19,15 +20,12 @@ namespace {
 const httplib::Headers kHeaders = {{"Accept", "*/*"}, {"X-XSRF-Protected", "1"}};
 constexpr const char* kJson = "application/json;charset=utf-8";
 
-std::string checked_url(std::string url) {
-  while (url.ends_with('/')) url.pop_back();
-  constexpr std::string_view kScheme = "http://";
-  if (!url.starts_with(kScheme) || url.size() == kScheme.size() ||
-      url.find('/', kScheme.size()) != std::string::npos) {
-    throw UsageError("camera.osc.url is " + excerpt(url) +
-                     "; it must be an address like http://192.168.1.1");
-  }
-  return url;
+std::string checked_url(const std::string& url) {
+  const HttpUrl split = split_url(url);
+  const bool has_path = split.path.find_first_not_of('/') != std::string::npos;
+  if (is_http_url(url) && !has_path) return split.server;
+  throw UsageError("camera.osc.url is " + excerpt(url) +
+                   "; it must be an address like http://192.168.1.1");
 }
 
 // Ends a request after its total time. httplib's timeouts are per system call, so a server that

@@ -129,8 +129,8 @@ TEST(OscHttp, ServerThatIsNotACameraIsRecognized) {
               HasSubstr("no JSON object"));
   EXPECT_THAT(fault_of(kWrong, says(http("200 OK", "application/json", "[1, 2]"))),
               HasSubstr("no JSON object"));
-  EXPECT_THAT(fault_of(kWrong, says(http("200 OK", "application/json", ""))),
-              HasSubstr("no JSON object"));
+  EXPECT_THAT(fault_of(FaultKind::kNoContact, says(http("200 OK", "application/json", ""))),
+              HasSubstr("answers with nothing"));
   EXPECT_THAT(fault_of(kWrong, says(http("200 OK", "application/json", "{\"uptime\": 7}"))),
               HasSubstr("neither manufacturer nor model"));
   EXPECT_THAT(fault_of(kWrong, says(http("404 Not Found", "text/html", "<h1>?</h1>"))),

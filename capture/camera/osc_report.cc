@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "capture/camera/osc_json.h"
-#include "capture/camera/osc_time.h"
+#include "capture/camera/osc_client.h"
 #include "core/base/error.h"
 
 namespace raywalk::capture {
@@ -44,13 +43,12 @@ std::string state_in(const Json& state) {
 }  // namespace
 
 const std::vector<std::string>& report_option_names() {
-  static const std::vector<std::string> names = {"dateTimeZone", "remainingPictures",
-                                                 "remainingSpace", "totalSpace"};
+  static const std::vector<std::string> names = {"remainingPictures", "remainingSpace",
+                                                 "totalSpace"};
   return names;
 }
 
-CameraReport osc_report(const Json& info, const Json& state, const Json& options,
-                        WallTime options_at) {
+CameraReport osc_report(const Json& info, const Json& state, const Json& options) {
   CameraReport report;
   report.identity = identity_in(info);
   report.state = state_in(state);
@@ -62,11 +60,6 @@ CameraReport osc_report(const Json& info, const Json& state, const Json& options
   // Insta360's documentation shows 0 of 0 bytes for a camera that does not know.
   if (number_at(options, "totalSpace") != 0.0) {
     report.free_bytes = count_at(options, "remainingSpace");
-  }
-  if (const auto time = time_from_date_time_zone(text_at(options, "dateTimeZone"))) {
-    // The option is truncated to whole seconds: half a second is missing on average.
-    const std::chrono::duration<double> offset = *time - options_at;
-    report.clock_offset_s = offset.count() + 0.5;
   }
   return report;
 }

@@ -13,9 +13,9 @@ namespace raywalk::capture {
 const std::vector<std::string>& report_option_names();
 
 // From the replies to /osc/info and /osc/state and the options, each an object; missing or invalid
-// members are left out. `options_at` is the time of the options by this machine's clock.
+// members are left out.
 CameraReport osc_report(const nlohmann::json& info, const nlohmann::json& state,
-                        const nlohmann::json& options, WallTime options_at);
+                        const nlohmann::json& options);
 
 // Whether the camera reports no room for another picture.
 bool reports_full_card(const nlohmann::json& state, const nlohmann::json& options);

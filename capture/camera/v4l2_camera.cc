@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <span>
-#include <stdexcept>
+#include <vector>
 
 #include "capture/base/device_fault.h"
-#include "capture/camera/yuyv_picture.h"
+#include "capture/base/word_of.h"
 #include "core/base/interrupt.h"
 #include "core/files/image_file.h"
 
@@ -26,15 +28,28 @@ std::string text_of(PanoramaSize size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
 
-// The name of the pixel format as VideoFormat::pixels has it.
-std::string fourcc_of(PixelFormat format) {
-  switch (format) {
-    case PixelFormat::kMjpg:
-      return "MJPG";
-    case PixelFormat::kYuyv:
-      return "YUYV";
+// The minimum size of a YUYV frame in bytes: the last line may lack its padding.
+std::size_t min_yuyv_bytes(const VideoFormat& format) {
+  return static_cast<std::size_t>(format.size.height - 1) * format.bytes_per_line +
+         2 * static_cast<std::size_t>(format.size.width);
+}
+
+// A YUYV frame, in the usual colours of cameras (ITU-R BT.601, luma from 16 to 235), as a JPEG
+// file. Pixel pairs already share a chroma sample, so JPEG's subsampling loses resolution only
+// between lines.
+std::string jpeg_from_yuyv(std::span<const std::byte> frame, const VideoFormat& format,
+                           int quality) {
+  std::vector<std::byte> bytes(frame.begin(), frame.end());
+  bytes.resize(static_cast<std::size_t>(format.size.height) * format.bytes_per_line);
+  const cv::Mat yuyv(format.size.height, format.size.width, CV_8UC2, bytes.data(),
+                     format.bytes_per_line);
+  cv::Mat bgr;
+  cv::cvtColor(yuyv, bgr, cv::COLOR_YUV2BGR_YUYV);
+  std::vector<unsigned char> file;
+  if (!cv::imencode(".jpg", bgr, file, {cv::IMWRITE_JPEG_QUALITY, quality})) {
+    throw Error("cannot encode a camera's frame as JPEG");
   }
-  throw std::logic_error("unknown pixel format");
+  return {file.begin(), file.end()};
 }
 
 // The damage of a frame that the driver did not flag; empty if none.
@@ -53,7 +68,7 @@ std::string mjpg_damage(std::span<const std::byte> frame, PanoramaSize size) {
 V4l2Camera::V4l2Camera(const CameraConfig& config, std::unique_ptr<VideoDevice> device,
                        Clock* clock)
     : config_(config),
-      pixels_(fourcc_of(config.v4l2.pixel_format)),
+      pixels_(word_of(config.v4l2.pixel_format, {"MJPG", "YUYV"})),
       device_(std::move(device)),
       clock_(clock),
       exposure_(device_.get()) {}

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "capture/base/clock.h"
+#include "capture/base/word_of.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk::capture {
@@ -19,19 +20,10 @@ struct VideoIdentity {
   std::string bus;     // USB or PCI address
 };
 
-// The encoding of Y'CbCr samples: luma coefficients kr, kb of the red and blue primaries, and
-// range.
-struct VideoColour {
-  double kr = 0.299;  // ITU-R BT.601
-  double kb = 0.114;
-  bool full_range = false;  // Y' 0..255; else 16..235, and chroma 16..240 around 128
-};
-
 struct VideoFormat {
   std::string pixels;  // four characters, as V4L2 names it: "MJPG", "YUYV", ...
   PanoramaSize size{};
   std::size_t bytes_per_line = 0;  // of YUYV; at least 2 * width
-  VideoColour colour{};            // of YUYV
 };
 
 // A frame from the driver. `bytes` are valid until the next call of next_frame or stop.
@@ -54,7 +46,10 @@ enum class VideoControl {
 };
 
 // The name in messages and in the JSON of a session: "exposure_100us", "gain", ...
-std::string name_of(VideoControl control);
+inline std::string name_of(VideoControl control) {
+  return std::string(word_of(control, {"exposure_mode", "exposure_100us", "auto_gain", "gain",
+                                       "auto_white_balance", "white_balance_k"}));
+}
 
 struct ControlRange {
   int least = 0;

@@ -30,6 +30,7 @@ struct SessionArguments {
 struct ImportArguments {
   std::string session{};
   std::vector<std::filesystem::path> files{};
+  std::string first_station{};
   std::string video{};
   FilmImportOptions film{};
 };
@@ -50,7 +51,8 @@ void import_files(const ImportArguments& arguments) {
   }
   if (arguments.files.empty()) throw CLI::RequiredError("pictures, or --video");
   const PictureImport result =
-      import_pictures(arguments.session, arguments.files, arguments.film.allow_missing, &clock);
+      import_pictures(arguments.session, arguments.files, arguments.film.allow_missing, &clock,
+                      arguments.first_station);
   fmt::print("{}\n", result.summary);
 }
 
@@ -106,6 +108,12 @@ void add_import(CLI::App* app) {
       command->add_option("files", arguments->files, "Pictures, or directories that hold them");
   command->add_flag("--allow-missing", arguments->film.allow_missing,
                     "Import the matched pictures even if some stations or pictures have no match");
+  command
+      ->add_option("--station", arguments->first_station,
+                   "Assign the pictures, in order of their names and whatever their times, to the "
+                   "stations from this one on in the order of capture")
+      ->type_name("NAME")
+      ->needs(files);
   CLI::Option* video =
       command->add_option("--video", arguments->video, "A film shot while the slider moved slowly")
           ->excludes(files);
@@ -121,6 +129,7 @@ void add_import(CLI::App* app) {
       ->needs(video);
   command->footer(
       "Example:\n  raywalk-capture import hall /media/card/DCIM\n"
+      "  raywalk-capture import hall R0005.JPG --station x1_004\n"
       "  raywalk-capture import hall --video x0.mp4 --line x0\n"
       "The given files are not modified. The same command resumes an interrupted import.");
   command->callback([arguments] { import_files(*arguments); });

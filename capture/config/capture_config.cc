@@ -5,15 +5,13 @@
 #include <set>
 #include <system_error>
 
+#include "capture/base/http_url.h"
 #include "capture/config/capture_schema.h"
 #include "core/base/error.h"
 #include "core/files/shipped_configs.h"
 
 namespace raywalk::capture {
 namespace {
-
-constexpr int kLargestUnit = 247;  // Modbus over Serial Line 1.02, section 2.2
-constexpr int kTcpDevice = 255;    // Modbus Messaging on TCP/IP 1.0b, 4.4.2: the device itself
 
 void require_grid(const CaptureConfig& config) {
   const double overhang_mm = config.grid.overhang_mm;
@@ -44,20 +42,8 @@ void require_scene(const CaptureConfig& config) {
 }
 
 void require_connection(const CaptureConfig& config) {
-  const SliderConfig& slider = config.slider;
-  const bool serial = slider.connection == SliderConnection::kRtu;
-  if (serial && slider.device.empty()) {
-    refuse_setting(config, "slider.device",
-                   "is missing; name the serial port, preferably as /dev/serial/by-id/...");
-  }
-  if (!serial && slider.host.empty()) {
-    refuse_setting(config, "slider.host", "is missing; name the drive's address");
-  }
-  if (slider.unit > kLargestUnit && (serial || slider.unit != kTcpDevice)) {
-    refuse_setting(config, "slider.unit",
-                   fmt::format("is {}; it must lie between 1 and {}, or be {} on the network",
-                               slider.unit, kLargestUnit, kTcpDevice));
-  }
+  const auto impossible = impossible_connection(config.slider);
+  if (impossible) refuse_setting(config, impossible->key, impossible->what);
 }
 
 void require_register_map(const CaptureConfig& config) {
@@ -127,11 +113,9 @@ void require_exposure(const CaptureConfig& config) {
 }
 
 void require_url(const CaptureConfig& config, std::string_view key, const std::string& url) {
-  constexpr std::string_view kScheme = "http://";
-  if (!url.starts_with(kScheme) || url.size() == kScheme.size()) {
-    refuse_setting(config, key,
-                   fmt::format("is '{}'; it must be an address such as http://192.168.1.1", url));
-  }
+  if (is_http_url(url)) return;
+  refuse_setting(config, key,
+                 fmt::format("is '{}'; it must be an address such as http://192.168.1.1", url));
 }
 
 // Lines are identified by their numbers on the chip, so all must differ.

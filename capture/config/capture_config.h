@@ -7,11 +7,11 @@
 #include <array>
 #include <filesystem>
 #include <map>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "capture/base/word_of.h"
 #include "capture/camera/camera_config.h"
 #include "capture/slider/slider_config.h"
 #include "core/geometry/grid.h"
@@ -51,13 +51,7 @@ inline constexpr std::array kCaptureModes{CaptureMode::kStations, CaptureMode::k
 
 // The word of the configuration file and of the session's database: "stations" or "video".
 constexpr std::string_view name_of(CaptureMode mode) {
-  switch (mode) {
-    case CaptureMode::kStations:
-      return "stations";
-    case CaptureMode::kVideo:
-      return "video";
-  }
-  throw std::logic_error("unknown mode of a capture");
+  return word_of(mode, {"stations", "video"});
 }
 
 // How a capture is run.

@@ -10,6 +10,7 @@
 #include "capture/config/capture_config.h"
 #include "capture/config/capture_schema.h"
 #include "core/files/atomic_output.h"
+#include "core/files/shipped_configs.h"
 #include "core/files/test_yaml_keys.h"
 
 namespace raywalk::capture {
@@ -41,7 +42,9 @@ std::string without_examples(const std::string& yaml) {
 }
 
 TEST(ShippedCaptureConfigs, AreRead) {
-  for (const char* name : kFiles) EXPECT_NO_THROW(read_capture_config(shipped(name))) << name;
+  for (const std::string& name : shipped_config_names(ConfigKind::kCapture)) {
+    EXPECT_NO_THROW(read_capture_config(shipped(name + ".yaml"))) << name;
+  }
   EXPECT_EQ(read_capture_config(shipped("capture-osc.yaml")).camera.kind, CameraKind::kOsc);
   EXPECT_EQ(read_capture_config(shipped("capture-gpio.yaml")).camera.kind, CameraKind::kGpio);
   EXPECT_EQ(read_capture_config(shipped("capture-v4l2.yaml")).camera.kind, CameraKind::kV4l2);

@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -17,6 +18,10 @@ namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
+
+// Insta360 names its JPEG files .insp.
+constexpr std::array<std::string_view, 6> kExtensions = {".JPG",  ".JPEG", ".JPE",
+                                                         ".JFIF", ".INSP", ".PNG"};
 
 std::string upper_case(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -28,7 +33,7 @@ std::string upper_case(std::string text) {
 bool is_picture_name(const fs::path& file) {
   const std::string extension = upper_case(file.extension().string());
   const bool hidden = file.filename().string().starts_with('.');
-  return !hidden && (extension == ".JPG" || extension == ".JPEG" || extension == ".PNG");
+  return !hidden && std::ranges::find(kExtensions, extension) != kExtensions.end();
 }
 
 std::vector<fs::path> pictures_in(const fs::path& directory) {
@@ -44,7 +49,8 @@ std::vector<fs::path> pictures_in(const fs::path& directory) {
     throw Error(fmt::format("cannot read {}: {}", directory.string(), failed.message()));
   }
   if (pictures.empty()) {
-    throw UsageError(fmt::format("{}: no .jpg, .jpeg or .png files in it", directory.string()));
+    throw UsageError(
+        fmt::format("{}: no .jpg, .jpeg, .insp or .png files in it", directory.string()));
   }
   return pictures;
 }

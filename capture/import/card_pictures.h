@@ -28,11 +28,11 @@ struct CardPictures {
   std::vector<std::filesystem::path> unpaired;  // front without back, or back without front
 };
 
-// Groups the given files into shots. A directory is searched recursively for .jpg, .jpeg and .png
-// files, except hidden ones. GoPro's Fusion writes a front and a back file per shot, possibly in
-// separate folders: GPFR0012.JPG and GPBK0012.JPG, or GF010012.JPG and GB010012.JPG. Files are
-// paired if all of them follow this naming.
-// Throws UsageError if no picture is given or one is given twice, Error if a file cannot be read.
+// Groups the given files into shots. A directory is searched recursively for .jpg, .jpeg, .jpe,
+// .jfif, .insp and .png files, except hidden ones. GoPro's Fusion writes a front and a back file
+// per shot, possibly in separate folders: GPFR0012.JPG and GPBK0012.JPG, or GF010012.JPG and
+// GB010012.JPG. Files are paired if all of them follow this naming. Throws UsageError if no picture
+// is given or one is given twice, Error if a file cannot be read.
 CardPictures read_card(std::span<const std::filesystem::path> files_and_directories);
 
 }  // namespace raywalk::capture

@@ -95,7 +95,7 @@ void require_same(const std::string& station, const std::set<std::string>& check
       const std::string bytes = read_file(file.file);
       if (checksums.contains(sha256_hex(bytes))) continue;
       throw Error(fmt::format(
-          "{}: its time matches {}, which already has a different picture; was the card changed, "
+          "{}: is assigned to {}, which already has a different picture; was the card changed, "
           "or is the picture of another session?",
           file.file.string(), station));
     }
@@ -111,11 +111,16 @@ void require_complete(const PictureMatch& match, const SessionShots& shots,
 
 std::string summary_of(const PictureImport& result, const PictureMatch& match,
                        const SessionShots& shots, const CardPictures& card) {
-  std::string summary = fmt::format(
-      "{} stations imported, {} had been before; the camera's clock ({}) is off by {:+.1f} s, "
-      "RMS residual {:.1f} s, drift {:+.0f} ppm",
-      result.imported, result.already_there, name_of(card.source), match.clock_offset_s,
-      std::max(match.rms_s, 0.5 * card.resolution_s), 1e6 * match.clock_drift);
+  std::string summary = fmt::format("{} stations imported, {} had been before", result.imported,
+                                    result.already_there);
+  if (match.by_name) {
+    summary += "; assigned by the names of the pictures";
+  } else {
+    summary += fmt::format(
+        "; the camera's clock ({}) is off by {:+.1f} s, RMS residual {:.1f} s, drift {:+.0f} ppm",
+        name_of(card.source), match.clock_offset_s, std::max(match.rms_s, 0.5 * card.resolution_s),
+        1e6 * match.clock_drift);
+  }
   if (!match.from_failed.empty()) {
     summary += fmt::format("; pictures of failed attempts left out: {}", match.from_failed.size());
   }
@@ -127,12 +132,13 @@ std::string summary_of(const PictureImport& result, const PictureMatch& match,
 
 PictureImport import_pictures(const fs::path& session_directory,
                               std::span<const fs::path> files_and_directories, bool allow_missing,
-                              Clock* clock) {
+                              Clock* clock, const std::string& first_station) {
   const std::unique_ptr<Session> session = Session::open(session_directory, clock);
   SessionReader reader(session_directory);
   const SessionShots shots = read_session_shots(&reader);
   const CardPictures card = read_card(files_and_directories);
-  const PictureMatch match = match_pictures(shots, card);
+  const PictureMatch match = first_station.empty() ? match_pictures(shots, card)
+                                                   : assign_by_name(shots, card, first_station);
   if (!allow_missing) require_complete(match, shots, card);
 
   const auto checksums = checksums_by_station(&reader);

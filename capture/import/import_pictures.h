@@ -20,11 +20,13 @@ struct PictureImport {
 // resumed. The source files are not changed. Nothing is overwritten.
 //
 // Throws, with nothing imported: Error listing the mismatches if a station or picture has no
-// counterpart; with `allow_missing`, the complete stations are imported instead. Throws, with the
+// counterpart; with `allow_missing`, the complete stations are imported instead. With
+// `first_station` the pictures are assigned by name (assign_by_name). Throws, with the
 // preceding stations imported: Error naming a file that is not a complete picture, does not have
 // the session's size, or differs from the picture that its station already has; Interrupted.
 PictureImport import_pictures(const std::filesystem::path& session_directory,
                               std::span<const std::filesystem::path> files_and_directories,
-                              bool allow_missing, Clock* clock);
+                              bool allow_missing, Clock* clock,
+                              const std::string& first_station = "");
 
 }  // namespace raywalk::capture

@@ -125,6 +125,19 @@ TEST_F(ImportPicturesTest, AMissingPictureIsRefusedUnlessAllowed) {
   EXPECT_EQ(import().imported, 1U);
 }
 
+TEST_F(ImportPicturesTest, APictureIsAssignedByHandWhateverItsTime) {
+  write_picture("LATER.jpg", taken_[9].second + 12h);
+  fs::rename(card_ / "LATER.jpg", card_ / "LATER.insp");
+  const std::vector<fs::path> given{card_};
+  const PictureImport result =
+      import_pictures(capture_.directory, given, false, &capture_.clock, "x1_004");
+  EXPECT_THAT(result.summary, AllOf(HasSubstr("1 stations imported"), HasSubstr("by the names")));
+  const auto frames = SessionReader(capture_.directory).frames();
+  ASSERT_EQ(frames.size(), 1U);
+  EXPECT_EQ(frames[0].station, "x1_004");
+  EXPECT_TRUE(frames[0].file.ends_with(".jpg"));
+}
+
 TEST_F(ImportPicturesTest, APictureOfAnInterruptedAttemptIsLeftOut) {
   fill_card();
   {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "capture/import/align_times.h"
 #include "core/base/error.h"
@@ -43,9 +44,44 @@ std::string list_of(const std::vector<std::string>& names) {
   return list;
 }
 
+std::vector<std::size_t> by_name(const CardPictures& card) {
+  std::vector<std::size_t> order(card.shots.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {},
+                           [&](std::size_t shot) { return shot_name(card.shots[shot]); });
+  return order;
+}
+
+// Where the camera's clock was set between two pictures, if there are as many as the stations
+// expect and every other pair is as far apart by both clocks; else empty.
+std::string clock_jump(const SessionShots& session, const CardPictures& card) {
+  constexpr double kLeastJump_s = 60.0;
+  const std::vector<ShotSlot> slots = slots_of(session);
+  const std::vector<std::size_t> order = by_name(card);
+  if (order.size() != slots.size()) return "";
+  const auto ahead_s = [&](std::size_t i) {
+    return seconds_of(card.shots[order[i]].time) - slots[i].from_s;
+  };
+  std::string jump;
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    const double step_s = ahead_s(i) - ahead_s(i - 1);
+    if (std::abs(step_s) < 2.0 + 2.0 * card.resolution_s + slots[i].to_s - slots[i].from_s)
+      continue;
+    if (std::abs(step_s) < kLeastJump_s || !jump.empty()) return "";
+    jump = fmt::format(
+        "the camera's clock jumps by {:+.0f} s between {} and {}; if no picture is missing, "
+        "'--station {}' assigns them in order of their names",
+        step_s, shot_name(card.shots[order[i - 1]]), shot_name(card.shots[order[i]]),
+        session.stations.front().attempt.station);
+  }
+  return jump;
+}
+
 // The first slot to which the two alignments assign different pictures.
 [[noreturn]] void throw_ambiguous(const SessionShots& session, const CardPictures& card,
                                   const TimeAlignment& best, const TimeAlignment& rival) {
+  const std::string jump = clock_jump(session, card);
+  if (!jump.empty()) throw Error(jump);
   const auto per_station = static_cast<std::size_t>(session.exposures);
   for (std::size_t slot = 0; slot < best.picture_of_slot.size(); ++slot) {
     const auto& one = best.picture_of_slot[slot];
@@ -57,7 +93,8 @@ std::string list_of(const std::vector<std::string>& names) {
     };
     throw Error(fmt::format(
         "{} pictures for {}: the times do not determine the assignment ({} could have {} or {}); "
-        "add the missing pictures, remove those of no station, or capture the stations again",
+        "add the missing pictures, remove those of no station, or assign them by their names with "
+        "--station",
         card.shots.size(), best.picture_of_slot.size(), station, name(one), name(other)));
   }
   throw Error("the times do not determine which picture belongs to which station");
@@ -68,10 +105,11 @@ void require_same_session(const SessionShots& session, const CardPictures& card,
   const std::size_t slots = alignment.picture_of_slot.size();
   const std::size_t fewer = std::min(slots, card.shots.size());
   if (2 * alignment.matched >= fewer && alignment.matched > 0) return;
+  const std::string jump = clock_jump(session, card);
   throw Error(fmt::format(
-      "only {} of {} pictures match the {} expected of {} stations in order and time ({}); are "
-      "they of another session?",
-      alignment.matched, card.shots.size(), slots, session.stations.size(), name_of(card.source)));
+      "only {} of {} pictures match the {} expected of {} stations in order and time ({}); {}",
+      alignment.matched, card.shots.size(), slots, session.stations.size(), name_of(card.source),
+      jump.empty() ? "are they of another session?" : jump));
 }
 
 // The time of a picture by the session's clock, from the fitted offset and drift.
@@ -131,6 +169,32 @@ PictureMatch match_pictures(const SessionShots& session, const CardPictures& car
   return match;
 }
 
+PictureMatch assign_by_name(const SessionShots& session, const CardPictures& card,
+                            const std::string& first_station) {
+  const auto named =
+      std::ranges::find(session.stations, first_station,
+                        [](const ExposedStation& station) { return station.attempt.station; });
+  if (named == session.stations.end()) {
+    throw Error(fmt::format("--station: {} has no pictures on the card", excerpt(first_station)));
+  }
+  const auto first = static_cast<std::size_t>(named - session.stations.begin());
+  const auto each = static_cast<std::size_t>(session.exposures);
+  const std::size_t stations = card.shots.size() / each;
+  if (stations * each != card.shots.size() || first + stations > session.stations.size()) {
+    throw Error(fmt::format("{} pictures for the {} stations from {} on, {} of each",
+                            card.shots.size(), session.stations.size() - first, first_station,
+                            each));
+  }
+  PictureMatch match;
+  match.by_name = true;
+  const std::vector<std::size_t> order = by_name(card);
+  for (std::size_t i = 0; i < stations; ++i) {
+    const auto begin = order.begin() + static_cast<std::ptrdiff_t>(i * each);
+    match.complete.push_back({first + i, {begin, begin + static_cast<std::ptrdiff_t>(each)}});
+  }
+  return match;
+}
+
 bool is_complete(const PictureMatch& match, const CardPictures& card) {
   return match.incomplete.empty() && match.unassigned.empty() && card.unpaired.empty();
 }
@@ -158,6 +222,8 @@ std::string describe_mismatches(const PictureMatch& match, const SessionShots& s
     parts.push_back(fmt::format("{} of {} pictures belong to no station: {}", surplus.size(),
                                 card.shots.size(), list_of(surplus)));
   }
+  const std::string jump = lacking.empty() ? "" : clock_jump(session, card);
+  if (!jump.empty()) parts.push_back(jump);
   if (!single.empty()) {
     parts.push_back(fmt::format("front without back or back without front: {}", list_of(single)));
   }

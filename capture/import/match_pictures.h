@@ -36,6 +36,7 @@ struct StationPictures {
 };
 
 struct PictureMatch {
+  bool by_name = false;                     // not by time; nothing is known of the clocks
   std::vector<StationPictures> complete;    // all exposures found
   std::vector<StationPictures> incomplete;  // exposures missing, and not imported before
   std::vector<std::size_t> from_failed;     // shots of failed attempts
@@ -49,6 +50,12 @@ struct PictureMatch {
 // 1e-4 (align_times.h). Throws Error if the assignment is ambiguous, or if fewer than half of the
 // pictures and of the stations match, as with pictures of another session.
 PictureMatch match_pictures(const SessionShots& session, const CardPictures& card);
+
+// Assigns all pictures, in order of their names and whatever their times, to the stations from
+// `first_station` on in the order of capture. Throws Error if no picture of that station is on the
+// card, a bracket is not complete, or the stations are fewer.
+PictureMatch assign_by_name(const SessionShots& session, const CardPictures& card,
+                            const std::string& first_station);
 
 // Whether every picture and every station has a counterpart.
 bool is_complete(const PictureMatch& match, const CardPictures& card);

@@ -125,6 +125,34 @@ TEST_F(MatchPicturesTest, PicturesOfAnotherSessionAreRefused) {
   EXPECT_THAT([&] { match_pictures(session_, card_); }, ThrowsMessage<Error>(HasSubstr("0 pic")));
 }
 
+TEST_F(MatchPicturesTest, AClockThatJumpsIsNamed) {
+  for (CardShot& shot : card_.shots) {
+    const std::string name = shot.files[0].file.filename().string();
+    if (name <= "R0002.JPG") shot.time += 12h + 39min;
+  }
+  std::ranges::stable_sort(card_.shots, {}, &CardShot::time);
+  EXPECT_THAT([&] { match_pictures(session_, card_); },
+              ThrowsMessage<Error>(
+                  AllOf(HasSubstr("clock jumps by -45540 s between R0002.JPG and R0003.JPG"),
+                        HasSubstr("--station x0_000"))));
+  const PictureMatch named = assign_by_name(session_, card_, "x0_000");
+  ASSERT_EQ(named.complete.size(), 20U);
+  EXPECT_TRUE(is_complete(named, card_));
+  EXPECT_EQ(card_.shots[named.complete[1].shots[0]].files[0].file, "card/R0002.JPG");
+}
+
+TEST_F(MatchPicturesTest, PicturesAreAssignedByHandFromAStationOn) {
+  card_.shots.resize(2);
+  const PictureMatch match = assign_by_name(session_, card_, "x1_003");
+  ASSERT_EQ(match.complete.size(), 2U);
+  EXPECT_EQ(match.complete[0].station, 13U);
+  EXPECT_THAT(match.complete[1].shots, ElementsAre(1U));
+  EXPECT_THAT([&] { assign_by_name(session_, card_, "x1_009"); },
+              ThrowsMessage<Error>(HasSubstr("2 pictures for the 1 stations from x1_009 on")));
+  EXPECT_THAT([&] { assign_by_name(session_, card_, "x7"); },
+              ThrowsMessage<Error>(HasSubstr("'x7' has no pictures on the card")));
+}
+
 TEST_F(MatchPicturesTest, ALongListOfMismatchesIsShortened) {
   for (const std::size_t lost : {17, 15, 13, 12, 11, 6, 5, 4, 3}) lose_shot(lost);
   const PictureMatch match = match_pictures(session_, card_);

@@ -1,14 +1,9 @@
 #include "capture/import/unnamed_frames.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <set>
-#include <system_error>
 
-#include "capture/session/disk_layer.h"
 #include "capture/session/frame_files.h"
-#include "core/base/error.h"
 #include "core/files/atomic_output.h"
 
 namespace raywalk::capture {
@@ -39,13 +34,8 @@ std::optional<std::string> UnnamedFrames::find(const std::string& station,
   for (const std::string& file : files_) {
     const fs::path path = session_directory_ / file;
     if (!is_of_station(path, station) || read_file(path) != bytes) continue;
-    try {
-      // The file was synced before it was renamed; its directory may not have been.
-      system_disk().sync_directory(path.parent_path());
-    } catch (const std::system_error& error) {
-      throw Error(fmt::format("cannot sync {}: {}; check the disk", path.parent_path().string(),
-                              error.code().message()));
-    }
+    // The file was synced before it was renamed; its directory may not have been.
+    sync_directory(path.parent_path());
     return file;
   }
   return std::nullopt;

@@ -228,15 +228,13 @@ double rounded_m(double length_m) { return rounded(length_m, 1.0); }
 double rounded_mm(double length_mm) { return rounded(length_mm, kMillimetresPerMetre); }
 
 nlohmann::json json_of(const CaptureLine& line) {
-  nlohmann::json stations = nlohmann::json::array();
+  nlohmann::json stations = nlohmann::json::object();
   for (const CaptureStation& station : line.stations) {
-    stations.push_back({{"name", station.name},
-                        {"x_m", rounded_m(station.position_m.x_m)},
-                        {"z_m", rounded_m(station.position_m.z_m)},
-                        {"rail_mm", rounded_mm(station.rail_mm)}});
+    stations[station.name] = {{"x_m", rounded_m(station.position_m.x_m)},
+                              {"z_m", rounded_m(station.position_m.z_m)},
+                              {"rail_mm", rounded_mm(station.rail_mm)}};
   }
-  return {{"id", line.id},
-          {"axis", name_of(line.axis)},
+  return {{"axis", name_of(line.axis)},
           {"across_m", rounded_m(line.across_m)},
           {"validation", line.validation},
           {"stations", stations}};
@@ -308,8 +306,8 @@ CapturePlan plan_capture(const CaptureConfig& config) {
 }
 
 std::string plan_json(const CapturePlan& plan, const CameraConfig& camera) {
-  nlohmann::json lines = nlohmann::json::array();
-  for (const CaptureLine& line : plan.lines) lines.push_back(json_of(line));
+  nlohmann::json lines = nlohmann::json::object();
+  for (const CaptureLine& line : plan.lines) lines[line.id] = json_of(line);
   nlohmann::json json{{"frames", name_of(camera.frames)},
                       {"bracket_ev", camera.exposure.bracket_ev},
                       {"lines", lines}};

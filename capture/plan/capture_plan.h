@@ -71,10 +71,10 @@ double angle_reached_deg(const CaptureGrid& grid, double overhang_m);
 // over 100,000 stations, a validation line that overlaps another line.
 CapturePlan plan_capture(const CaptureConfig& config);
 
-// The plan as canonical JSON. A session stores it, and a run that resumes the session must have the
-// same. It depends only on lines, stations, rail positions, frame kind and bracketing, and on the
-// whole plan where this is a part of one. Lengths are
-// rounded to 1 nm, so that rounding errors do not change the text.
+// The plan as canonical JSON, lines and stations by their names. A run that resumes a session must
+// have the same. It depends only on lines, stations, rail positions, frame kind and bracketing, and
+// on the whole plan where this is a part of one. Lengths are rounded to 1 nm, so that rounding
+// errors do not change the text.
 std::string plan_json(const CapturePlan& plan, const CameraConfig& camera);
 
 }  // namespace raywalk::capture

@@ -46,7 +46,7 @@ export const report: Describe = (d) => ({
     ),
     section("Time", times(d)),
     section("On the spot", onTheSpot(d)),
-    section("Spacing", spacing(d), quality(d.quality)),
+    section("Spacing", spacing(d)),
   ],
 });
 
@@ -159,14 +159,6 @@ function spacing({ spacing }: Json): Content {
           ? "any spacing would do."
           : `${text(spacing.needed_mm)} mm would keep it ${within}.`),
   ];
-}
-
-function quality(quality: Json): string {
-  if (!quality) return "Set scene.nearest_m to compare the spacing with rooms that were measured.";
-  const share = `The stations are ${quality.spacing_over_nearest.toPrecision(2)} of the distance to the nearest surface apart;`;
-  if (quality.least_psnr_db === null)
-    return `${share} no room was measured like this (docs/spacing.md).`;
-  return `${share} two-sided views of rooms measured like this had ${quality.least_psnr_db.toFixed(1)} to ${quality.most_psnr_db.toFixed(1)} dB (docs/spacing.md). Yours may differ.`;
 }
 
 const size = (megabytes: number) =>

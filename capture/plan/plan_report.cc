@@ -3,7 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -17,12 +16,6 @@ namespace {
 // JPEG files of 360-degree cameras: 4 bits per pixel (8 to 9 MB at 6720 x 3360).
 constexpr double kJpegBytesPerPixel = 0.5;
 constexpr double kBytesPerMegabyte = 1e6;
-
-// Least and most PSNR in dB of two-sided views in docs/spacing.csv, for spacings from 0.025 to 0.05
-// of the distance of the nearest surfaces, from 0.05 to 0.1, and so on.
-constexpr double kLeastMeasuredShare = 0.025;
-constexpr std::array kLeastMeasured_db{35.02, 34.62, 33.07, 32.62, 32.07, 31.15, 26.40};
-constexpr std::array kMostMeasured_db{38.24, 38.09, 37.50, 37.57, 36.48, 31.15, 26.40};
 
 double along_m(const CaptureLine& line, const CaptureStation& station) {
   return line.axis == LineAxis::kX ? station.position_m.x_m : station.position_m.z_m;
@@ -124,19 +117,6 @@ PlanJson spacing_json(const CaptureScene& scene, int width_px, double spacing_mm
   return spacing;
 }
 
-PlanJson quality_json(double spacing_mm, double nearest_m) {
-  if (nearest_m == 0.0) return {};
-  const double share = spacing_mm / kMillimetresPerMetre / nearest_m;
-  PlanJson quality{
-      {"spacing_over_nearest", share}, {"least_psnr_db", nullptr}, {"most_psnr_db", nullptr}};
-  const double doublings = std::floor(std::log2(share / kLeastMeasuredShare));
-  if (doublings >= 0.0 && doublings < static_cast<double>(kLeastMeasured_db.size())) {
-    quality["least_psnr_db"] = kLeastMeasured_db.at(static_cast<std::size_t>(doublings));
-    quality["most_psnr_db"] = kMostMeasured_db.at(static_cast<std::size_t>(doublings));
-  }
-  return quality;
-}
-
 PlanJson warnings_json(const PlanJson& report) {
   PlanJson warnings = PlanJson::array();
   const double k_deg = report["overhang"]["k_deg"];
@@ -190,7 +170,6 @@ PlanJson plan_report(const CapturePlan& plan, const CaptureConfig& config) {
   report["work"] = field_work(plan, config, time, pictures, size_mb);
   report["spacing_mm"] = spacing_mm;
   report["spacing"] = spacing_json(config.scene, config.camera.width_px, spacing_mm);
-  report["quality"] = quality_json(spacing_mm, config.scene.nearest_m);
   report["warnings"] = warnings_json(report);
   report["lines"] = lines;
   return report;

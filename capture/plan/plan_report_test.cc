@@ -7,11 +7,9 @@
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <string>
 
 #include "capture/plan/test_plan.h"
-#include "core/files/csv.h"
 
 namespace raywalk::capture {
 namespace {
@@ -176,41 +174,6 @@ TEST(PlanReport, LinesSayWhereTheyRunAndWhereTheRailIsPlacedAgain) {
   EXPECT_TRUE(lines[4]["validation"].get<bool>());
   EXPECT_EQ(lines[4]["stations"], 4);
   EXPECT_EQ(lines[4]["overhang_m"], 0.0);
-}
-
-TEST(PlanReport, TheQuotedDecibelsAreThoseOfTheMeasuredRooms) {
-  const CsvTable rooms =
-      CsvTable::read(RAYWALK_DOCS "/spacing.csv", {"spacing_mm", "nearest_m", "two_sided_db"},
-                     {"room", "panorama_width_px", "stations", "median_m", "two_sided_worst_db",
-                      "hlf_vd_db", "hlf_vd_worst_db"});
-  std::set<double> measured, quoted;
-  for (std::size_t row = 0; row < rooms.rows(); ++row) {
-    CaptureConfig config = one_cell_config();
-    const double share = rooms.number(row, "spacing_mm") / 1e3 / rooms.number(row, "nearest_m");
-    config.scene.nearest_m = 0.05 / share;
-    const nlohmann::ordered_json quality = report_on(config)["quality"];
-    const double db = rooms.number(row, "two_sided_db");
-    EXPECT_LE(quality["least_psnr_db"].get<double>(), db) << share;
-    EXPECT_GE(quality["most_psnr_db"].get<double>(), db) << share;
-    measured.insert(db);
-    quoted.insert({quality["least_psnr_db"], quality["most_psnr_db"]});
-  }
-  EXPECT_TRUE(std::ranges::includes(measured, quoted));
-}
-
-TEST(PlanReport, QualityIsQuotedOnlyWhereRoomsWereMeasured) {
-  CaptureConfig config = one_cell_config();
-  EXPECT_TRUE(report_on(config)["quality"].is_null());
-  EXPECT_THAT(text_on(config), HasSubstr("quality:   set scene.nearest_m"));
-  config.scene.nearest_m = 0.8;
-  EXPECT_THAT(text_on(config),
-              HasSubstr("quality:   the stations are 0.062 of the distance to the nearest surface "
-                        "apart; two-sided views of rooms measured like this had 34.6 to 38.1 dB"));
-  for (const double nearest_m : {0.01, 4.0}) {
-    config.scene.nearest_m = nearest_m;
-    EXPECT_TRUE(report_on(config)["quality"]["most_psnr_db"].is_null());
-    EXPECT_THAT(text_on(config), HasSubstr("apart; no room was measured like this"));
-  }
 }
 
 TEST(PlanReport, JsonHoldsTheSameWithNullForTheUnknown) {

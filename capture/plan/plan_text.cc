@@ -146,21 +146,6 @@ std::string spacing_text(const PlanJson& spacing) {
                             number(spacing["ghost_px"], 2), needed);
 }
 
-std::string quality_text(const PlanJson& quality) {
-  if (quality.is_null()) {
-    return "set scene.nearest_m to compare the spacing with rooms that were measured\n";
-  }
-  const std::string views =
-      quality["least_psnr_db"].is_null()
-          ? "no room was measured like this (docs/spacing.md)"
-          : fmt::format(
-                "two-sided views of rooms measured like this had {:.1f} to {:.1f} dB "
-                "(docs/spacing.md); yours may differ",
-                quality["least_psnr_db"].get<double>(), quality["most_psnr_db"].get<double>());
-  return fmt::format("the stations are {:.2g} of the distance to the nearest surface apart; {}\n",
-                     quality["spacing_over_nearest"].get<double>(), views);
-}
-
 }  // namespace
 
 std::string plan_report_text(const PlanJson& report) {
@@ -170,8 +155,7 @@ std::string plan_report_text(const PlanJson& report) {
       "overhang:  " + overhang_text(report["overhang"]) + "time:      " + time_text(report) +
       "storage:   " + storage_text(report["storage"]) + "days:      " + days_text(work) +
       "cards:     " + cards_text(work, report["film"]) + "batteries: " + batteries_text(work) +
-      "spacing:   " + spacing_text(report["spacing"]) +
-      "quality:   " + quality_text(report["quality"]);
+      "spacing:   " + spacing_text(report["spacing"]);
   for (const PlanJson& warning : report["warnings"]) {
     text += "warning: " + warning.get<std::string>() + "\n";
   }

@@ -79,6 +79,7 @@ void CaptureSequence::capture_station(const CaptureStation& station) {
       if (!fault.is_retryable() || shot >= rules_.shots) throw;
       spdlog::warn("station {}: {}; shooting it again ({} of {})", station.name, fault.what(),
                    shot + 1, rules_.shots);
+      measured_until_ = parts_.clock->now();  // the camera's time, not the program's own
     }
   }
 }

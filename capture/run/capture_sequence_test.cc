@@ -16,11 +16,11 @@
 #include "capture/session/session_status.h"
 #include "capture/session/session_verify.h"
 #include "capture/session/test_session.h"
-#include "capture/slider/fake_slider.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/test_directory.h"
+#include "simulator/rig/test_slider.h"
 
 namespace raywalk::capture {
 namespace {
@@ -45,7 +45,7 @@ struct Capture {
   int shot = 1;
 };
 
-// Two lines of three stations at 50, 300 and 550 mm with a fake slider and camera.
+// Two lines of three stations at 50, 300 and 550 mm with the simulated drive and a fake camera.
 class CaptureSequenceTest : public ::testing::Test {
  protected:
   CaptureSequenceTest() {
@@ -54,19 +54,17 @@ class CaptureSequenceTest : public ::testing::Test {
     capture_.plan.lines.push_back(test_line("x0", LineAxis::kX, 0.5, -0.25, 0.25, 3));
     capture_.plan.lines.push_back(test_line("z0", LineAxis::kZ, 0.5, -0.25, 0.25, 3));
     rules_.approach_mm = 10.0;
-    use_slider("");
+    use_slider({});
     camera_.on_shot = [this] { shot_at_mm_.push_back(slider_->true_position_mm()); };
   }
 
-  void use_slider(const std::string& yaml) {
-    slider_.emplace(parse_fake_slider_config(yaml, "fake.yaml"), clock());
-  }
+  void use_slider(const TestSlider::Setup& setup) { slider_.emplace(setup, clock()); }
   ManualClock* clock() { return &capture_.clock; }
 
   // One run of the program, from opening the session to its end.
   void run() {
     const auto session = capture_.open();
-    Carriage carriage(&*slider_, clock(), limits_, motion_);
+    Carriage carriage(slider_->driver(), clock(), limits_, motion_);
     CaptureSequence({&carriage, &camera_, session.get(), &placer_, clock()}, rules_)
         .run(capture_.plan);
   }
@@ -149,7 +147,7 @@ class CaptureSequenceTest : public ::testing::Test {
   SoftLimits limits_{45.0, 600.0};
   MotionRules motion_;
   CaptureRules rules_;
-  std::optional<FakeSlider> slider_;
+  std::optional<TestSlider> slider_;
   FakeCamera camera_{&capture_.clock};
   std::vector<double> shot_at_mm_;  // where the carriage stood at each shot
   RecordingPlacer placer_;
@@ -171,13 +169,13 @@ TEST_F(CaptureSequenceTest, CapturesEveryStationOnceLineByLine) {
 }
 
 TEST_F(CaptureSequenceTest, ApproachesEveryStationFromBelowWithinTheLimits) {
-  use_slider("backlash_mm: 0.5");
+  use_slider({.backlash_mm = 0.5});
   run();
   for (const StationRecord& station : SessionReader(capture_.directory).stations()) {
     EXPECT_NEAR(*station.measured_mm, station.planned_mm, 0.1);
   }
   EXPECT_GE(slider_->lowest_mm(), 0.0);
-  EXPECT_NEAR(slider_->true_position_mm(), 550.0, 0.1);  // no play on the way up
+  EXPECT_NEAR(slider_->true_position_mm(), 549.5, 0.1);  // on the way up the play is ahead
 }
 
 TEST_F(CaptureSequenceTest, AFinishedSessionIsLeftAlone) {
@@ -288,7 +286,7 @@ TEST_F(CaptureSequenceTest, PicturesThatStayOnTheCardLeaveTheStationExposed) {
 }
 
 TEST_F(CaptureSequenceTest, ASliderFaultPausesAtItsStationAndIsNotRetried) {
-  use_slider("faults: [{kind: stall, at_mm: 200}]");
+  slider_->faults.add({.kind = RigFault::kStall, .after_ms = 4000.0});
   EXPECT_THAT(paused_message(), AllOf(HasSubstr("station x0_001"), HasSubstr("1 of 6")));
   EXPECT_THAT(attempts(), ElementsAre("x0_000 1: captured", "x0_001 1: failed, stall"));
   EXPECT_EQ(camera_.shots(), 1);
@@ -324,7 +322,7 @@ TEST_F(CaptureSequenceTest, FilmsEachLineWithAJournalOfThePass) {
   capture_.config.run.mode = CaptureMode::kVideo;
   const auto film = [&] {
     const auto session = capture_.open();
-    Carriage carriage(&*slider_, clock(), limits_, motion_);
+    Carriage carriage(slider_->driver(), clock(), limits_, motion_);
     film_lines(capture_.plan, {&carriage, &camera_, session.get(), &placer_, clock()},
                {.profile = {50.0, 200.0}, .approach_mm = 5.0, .still_ms = 1000.0});
   };
@@ -341,9 +339,9 @@ TEST_F(CaptureSequenceTest, FilmsEachLineWithAJournalOfThePass) {
 
 TEST_F(CaptureSequenceTest, AStallWhileFilmingEndsTheFilmAndKeepsNoJournal) {
   capture_.config.run.mode = CaptureMode::kVideo;
-  use_slider("faults: [{kind: stall, at_mm: 200}]");
+  slider_->faults.add({.kind = RigFault::kStall, .after_ms = 6000.0});
   const auto session = capture_.open();
-  Carriage carriage(&*slider_, clock(), limits_, motion_);
+  Carriage carriage(slider_->driver(), clock(), limits_, motion_);
   EXPECT_THROW(film_lines(capture_.plan, {&carriage, &camera_, session.get(), &placer_, clock()},
                           {.profile = {50.0, 200.0}}),
                Paused);

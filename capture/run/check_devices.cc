@@ -16,8 +16,6 @@ namespace {
 
 constexpr double kBytesOfGigabyte = 1e9;
 constexpr double kGigabytesOfMegabyte = 1e-3;
-// Pictures are matched to stations by time; beyond this offset the clock should be set.
-constexpr double kMaxClockOffset_s = 2.0;
 
 void append_flag(std::string* text, std::optional<bool> flag, const char* yes, const char* no) {
   if (flag) *text += std::string(", ") + (*flag ? yes : no);
@@ -48,10 +46,6 @@ std::string check_slider(const CaptureConfig& config, Clock* clock) {
 
 std::string report_text(const CameraReport& report) {
   std::string text = report.identity + ": " + report.state;
-  if (report.clock_offset_s) {
-    text += fmt::format(", clock {:+.1f} s from this machine's", *report.clock_offset_s);
-    if (std::abs(*report.clock_offset_s) > kMaxClockOffset_s) text += " (set it)";
-  }
   if (report.free_bytes) {
     text +=
         fmt::format(", {:.2f} GB free", static_cast<double>(*report.free_bytes) / kBytesOfGigabyte);

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "capture/base/http_url.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 
@@ -57,26 +58,13 @@ class PlacedAlready final : public RailPlacer {
   }
 };
 
-// A URL split for httplib: "http://host:port" and the path.
-struct SplitUrl {
-  std::string server;
-  std::string path;
-};
-
-SplitUrl split_url(const std::string& url) {
-  const std::size_t host = url.find("://");
-  const std::size_t slash = host == std::string::npos ? host : url.find('/', host + 3);
-  if (slash == std::string::npos) return {url, "/"};
-  return {url.substr(0, slash), url.substr(slash)};
-}
-
 class UrlPlacer final : public RailPlacer {
  public:
   UrlPlacer(std::string url, double timeout_ms) : url_(std::move(url)), timeout_ms_(timeout_ms) {}
 
   void place(const CaptureLine& line, int number, int count) override {
     spdlog::info("{}", placement_text(line, number, count));
-    const SplitUrl url = split_url(url_);
+    const HttpUrl url = split_url(url_);
     httplib::Client client(url.server);
     const auto timeout = std::chrono::milliseconds(static_cast<std::int64_t>(timeout_ms_));
     client.set_connection_timeout(timeout);

@@ -6,19 +6,25 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <map>
 #include <memory>
-#include <optional>
+#include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "capture/plan/line_selection.h"
-#include "capture/session/merged_files.h"
-#include "capture/session/merged_rows.h"
-#include "capture/session/session_part.h"
+#include "capture/session/frame_files.h"
+#include "capture/session/session_database.h"
+#include "capture/session/session_reader.h"
 #include "capture/session/session_times.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
+#include "core/base/interrupt.h"
 #include "core/base/number_text.h"
+#include "core/base/progress.h"
+#include "core/files/atomic_output.h"
 #include "core/files/file_lock.h"
+#include "core/files/fingerprint.h"
 #include "core/files/output_folder.h"
 #include "core/session/session_contents.h"
 #include "core/session/session_file.h"
@@ -28,97 +34,161 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const CapturedLine* find_line(const SessionPart& part, const std::string& id) {
-  const auto line = std::ranges::find(part.lines, id, &CapturedLine::id);
-  return line == part.lines.end() ? nullptr : &*line;
+// A session that is to be merged with others.
+struct Part {
+  explicit Part(const fs::path& session) : reader(session) {}
+
+  SessionReader reader;
+  fs::path directory{};  // absolute
+  std::string name{};    // of the directory, for events
+  SessionFacts facts{};
+  SessionContents contents{};
+  CapturePlan plan{};
+  CameraConfig camera{};     // kind, frames and bracketing only
+  WholePlan whole{};         // that of which it is a part, or its own
+  std::string frame_size{};  // "64 x 32"; empty if it has no frame
+};
+using Parts = std::vector<std::unique_ptr<Part>>;
+
+// A line and the session that it is taken from, which has captured a station of it or filmed it.
+struct MergedLine {
+  std::string id{};
+  const Part* part = nullptr;
+  int captured = 0;                     // stations, also with pictures still on the card
+  int planned = 0;                      // stations
+  std::int64_t ended_utc_us = 0;        // of its last captured station or its film
+  std::vector<const Part*> replaced{};  // sessions whose older line is not taken
+};
+
+std::unique_ptr<Part> read_part(const fs::path& session) {
+  auto part = std::make_unique<Part>(session);
+  part->directory = without_trailing_slash(fs::absolute(session).lexically_normal());
+  part->name = part->directory.filename().string();
+  part->facts = part->reader.facts();
+  part->contents = part->reader.contents();
+  require_no_faults(frame_faults(part->contents), session);
+  part->plan = plan_of(part->contents);
+  part->camera.kind = part->facts.camera;
+  part->camera.frames = part->facts.frames;
+  part->camera.exposure.bracket_ev = part->facts.bracket_ev;
+  const std::optional<WholePlan> whole = part->reader.part_of();
+  if (whole) {
+    part->whole = *whole;
+  } else {
+    part->whole.sha256 = grid_sha256(part->plan, part->camera);
+    for (const CaptureLine& line : part->plan.lines) part->whole.lines.push_back(line.id);
+  }
+  part->frame_size = part->reader.database().text(
+      "SELECT coalesce((SELECT width_px || ' x ' || height_px FROM frame LIMIT 1), '')");
+  return part;
 }
 
-// The part that a line is taken from: the one that captured it last.
-std::optional<MergedLine> choose(const std::vector<SessionPart>& parts, const std::string& id,
-                                 bool replace) {
-  std::optional<MergedLine> chosen;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    const CapturedLine* line = find_line(parts[i], id);
-    if (line == nullptr) continue;
-    if (!chosen) {
-      chosen = MergedLine{.id = id, .part = i, .captured = *line};
-      continue;
-    }
-    const bool is_newer = line->ended_utc_us > chosen->captured.ended_utc_us;
-    const fs::path& newer = parts[is_newer ? i : chosen->part].directory;
-    const fs::path& older = parts[is_newer ? chosen->part : i].directory;
-    if (!replace) {
-      throw Error(fmt::format(
-          "line {} is captured in {} and, later, in {}; leave one of them out, or take the later "
-          "one with --replace",
-          id, older.string(), newer.string()));
-    }
-    if (is_newer) {
-      chosen->replaced.push_back(chosen->part);
-      chosen->part = i;
-      chosen->captured = *line;
-    } else {
-      chosen->replaced.push_back(i);
+// Throws Error unless the sessions are of one camera, one mode and one plan.
+void require_same_capture(const Part& a, const Part& b) {
+  const auto refuse = [&](const std::string& what) {
+    throw Error(fmt::format("{} and {} cannot be merged: {}", a.directory.string(),
+                            b.directory.string(), what));
+  };
+  const auto require_same = [&](const char* what, std::string_view there, std::string_view here) {
+    if (there != here) refuse(fmt::format("{} is {} and {}", what, there, here));
+  };
+  require_same("the camera", name_of(a.facts.camera), name_of(b.facts.camera));
+  require_same("the mode", name_of(a.facts.mode), name_of(b.facts.mode));
+  require_same("frames", name_of(a.facts.frames), name_of(b.facts.frames));
+  if (!a.frame_size.empty() && !b.frame_size.empty()) {
+    require_same("the size of pictures", a.frame_size, b.frame_size);
+  }
+  if (a.whole.sha256 != b.whole.sha256) {
+    refuse("they are of different plans: other lines, stations or exposures");
+  }
+}
+
+std::vector<MergedLine> captured_lines(Part* part) {
+  SqliteStatement row = part->reader.query(
+      "SELECT line.name, count(attempt.id), count(*), max(coalesce(max(ended_utc_us), 0), "
+      "coalesce((SELECT max(at_utc_us) FROM journal WHERE line_id = line.id), 0)) AS last_utc_us "
+      "FROM line JOIN station ON line_id = line.id LEFT JOIN attempt ON station_id = station.id "
+      "AND outcome IN ('captured', 'exposed') GROUP BY line.id HAVING last_utc_us > 0",
+      "a captured line");
+  constexpr int kMostStations = 1 << 30;
+  std::vector<MergedLine> lines;
+  while (row.step()) {
+    lines.push_back({.id = row.name(0),
+                     .part = part,
+                     .captured = row.number(1, 0, kMostStations),
+                     .planned = row.number(2, 0, kMostStations),
+                     .ended_utc_us = row.utc_us(3)});
+  }
+  return lines;
+}
+
+// By id, each line of the session that captured it last.
+std::map<std::string, MergedLine> newest_lines(const Parts& parts, bool replace) {
+  std::map<std::string, MergedLine> newest;
+  for (const auto& part : parts) {
+    for (MergedLine& line : captured_lines(part.get())) {
+      const auto [known, is_first] = newest.try_emplace(line.id, line);
+      if (is_first) continue;
+      MergedLine& older = known->second;
+      if (line.ended_utc_us <= older.ended_utc_us) std::swap(line, older);
+      if (!replace) {
+        throw Error(fmt::format(
+            "line {} is captured in {} and, later, in {}; leave one of them out, or take the "
+            "later one with --replace",
+            line.id, older.part->directory.string(), line.part->directory.string()));
+      }
+      line.replaced.insert(line.replaced.end(), older.replaced.begin(), older.replaced.end());
+      line.replaced.push_back(older.part);
+      older = line;
     }
   }
-  return chosen;
+  return newest;
 }
 
-// The lines that the parts have, in the order of the whole plan.
-std::vector<MergedLine> lines_of(const std::vector<SessionPart>& parts,
-                                 const MergeOptions& options) {
+// The lines that the sessions have, in the order of the whole plan.
+std::vector<MergedLine> lines_of(const Parts& parts, const MergeOptions& options) {
+  const std::map<std::string, MergedLine> newest = newest_lines(parts, options.replace);
   std::vector<MergedLine> lines;
   std::vector<std::string> missing, unfinished;
-  for (const std::string& id : parts.front().whole.lines) {
-    const std::optional<MergedLine> line = choose(parts, id, options.replace);
-    if (!line) {
+  for (const std::string& id : parts.front()->whole.lines) {
+    const auto found = newest.find(id);
+    if (found == newest.end()) {
       missing.push_back(id);
       continue;
     }
-    if (!line->captured.finished() && parts[line->part].facts.mode == CaptureMode::kStations) {
-      unfinished.push_back(
-          fmt::format("{} ({} of {})", id, line->captured.captured, line->captured.planned));
+    const MergedLine& line = lines.emplace_back(found->second);
+    if (line.captured < line.planned && line.part->facts.mode == CaptureMode::kStations) {
+      unfinished.push_back(fmt::format("{} ({} of {})", id, line.captured, line.planned));
     }
-    lines.push_back(*line);
   }
   if (lines.empty()) throw Error("none of the sessions has captured a station");
   if (options.partial || (missing.empty() && unfinished.empty())) return lines;
-  std::string what;
+  std::vector<std::string> what;
   if (!missing.empty()) {
-    what = fmt::format("no session has {} of the plan: {}", counted(missing.size(), "line"),
-                       fmt::join(missing, ", "));
+    what.push_back(fmt::format("no session has {} of the plan: {}", counted(missing.size(), "line"),
+                               fmt::join(missing, ", ")));
   }
   if (!unfinished.empty()) {
-    what += fmt::format("{}{} not finished: {}", what.empty() ? "" : "; ",
-                        counted(unfinished.size(), "line"), fmt::join(unfinished, ", "));
+    what.push_back(fmt::format("{} not finished: {}", counted(unfinished.size(), "line"),
+                               fmt::join(unfinished, ", ")));
   }
-  throw Error(what + "; capture them, or merge what is there with --partial");
+  throw Error(fmt::format("{}; capture them, or merge what is there with --partial",
+                          fmt::join(what, "; ")));
 }
 
 // The merged plan: whole where no line is missing.
-CapturePlan plan_of_lines(const std::vector<SessionPart>& parts,
-                          const std::vector<MergedLine>& lines) {
+CapturePlan plan_of_lines(const Parts& parts, const std::vector<MergedLine>& lines) {
   CapturePlan plan;
   for (const MergedLine& line : lines) {
-    plan.lines.push_back(
-        *std::ranges::find(parts[line.part].plan.lines, line.id, &CaptureLine::id));
+    plan.lines.push_back(*std::ranges::find(line.part->plan.lines, line.id, &CaptureLine::id));
   }
-  const WholePlan& whole = parts.front().whole;
-  if (lines.size() < whole.lines.size()) plan.part_of = whole;
+  const WholePlan& whole = parts.front()->whole;
+  if (lines.size() < whole.lines.size()) {
+    plan.part_of = whole;
+  } else if (grid_sha256(plan, parts.front()->camera) != whole.sha256) {
+    throw Error("the lines of the sessions do not make up the plan that they were started with");
+  }
   return plan;
-}
-
-std::vector<MergedFrame> frames_of(const std::vector<SessionPart>& parts,
-                                   const std::vector<MergedLine>& lines) {
-  std::vector<MergedFrame> frames;
-  for (const MergedLine& line : lines) {
-    const SessionContents& contents = parts[line.part].contents;
-    for (const SessionFrame& frame : contents.frames) {
-      if (contents.line_of(contents.station_of(frame)).id != line.id) continue;
-      frames.push_back({parts[line.part].directory / frame.file, frame.file, frame.sha256});
-    }
-  }
-  return frames;
 }
 
 // Locks the sessions, so that none is captured meanwhile; those on read-only disks cannot be.
@@ -134,23 +204,158 @@ std::vector<std::unique_ptr<FileLock>> lock_sessions(const std::vector<fs::path>
   return locks;
 }
 
-void warn_of_exposures(const std::vector<SessionPart>& parts) {
-  std::set<std::string> exposures;
-  for (const SessionPart& part : parts) exposures.insert(part.facts.locked_exposure);
-  if (exposures.size() < 2) return;
+// Creates the folder that becomes the session, or goes on with one that a stopped merge left.
+void make_merged_folder(const fs::path& directory) {
+  const std::set<std::string> own = {"session.db", "session.db-wal", "session.db-shm",
+                                     "session.lock", "frames"};
+  make_directories(directory / kFramesDirectory);
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory)) {
+    const std::string name = entry.path().filename().string();
+    if (own.contains(name)) continue;
+    throw Error(
+        fmt::format("{}: holds {}, which no merge writes there; remove it or give another --out",
+                    directory.string(), excerpt(name)));
+  }
+}
+
+// Links or copies a frame, unless an earlier run did. A link is the same file; a copy is read.
+void take_frame(const fs::path& source, const std::string& sha256, const fs::path& target) {
+  std::error_code error;
+  if (fs::equivalent(source, target, error)) return;
+  if (fs::exists(target) && sha256_of_file(target) == sha256) return;
+  fs::remove(target);
+  fs::create_hard_link(source, target, error);
+  if (!error) return;
+  AtomicFile copy(target);
+  fs::copy_file(source, copy.temporary_path(), error);
+  if (error) {
+    throw Error(fmt::format("cannot copy {} to {}: {}; the same command goes on from here",
+                            source.string(), target.string(), error.message()));
+  }
+  copy.commit();
+}
+
+// Takes the frames of the lines and removes those of other merges; on the disk when it returns.
+// Returns their number.
+std::size_t take_frames(const std::vector<MergedLine>& lines, const fs::path& directory) {
+  std::map<std::string, std::pair<const Part*, const SessionFrame*>> wanted;
+  for (const MergedLine& line : lines) {
+    const SessionContents& contents = line.part->contents;
+    for (const SessionFrame& frame : contents.frames) {
+      if (contents.line_of(contents.station_of(frame)).id != line.id) continue;
+      if (wanted.try_emplace(frame.file, line.part, &frame).second) continue;
+      throw Error(
+          fmt::format("{}: another of the sessions has a frame of this name; it is not one that "
+                      "raywalk-capture wrote",
+                      (line.part->directory / frame.file).string()));
+    }
+  }
+  for (const std::string& file : list_frames(directory)) {
+    if (!wanted.contains(file)) fs::remove(directory / file);
+  }
+  Progress progress("merging", static_cast<std::int64_t>(wanted.size()), "frames");
+  for (const auto& [file, from] : wanted) {
+    throw_if_interrupted();
+    take_frame(from.first->directory / file, from.second->sha256, directory / file);
+    progress.advance();
+  }
+  sync_directory(directory / kFramesDirectory);
+  return wanted.size();
+}
+
+// Copies the rows of a session's lines, and all its events. An attempt that a killed run left open
+// is none.
+void copy_rows(SqliteConnection* database, Part* part, const std::vector<MergedLine>& lines) {
+  std::vector<std::string> ids;
+  for (const MergedLine& line : lines) {
+    if (line.part == part) ids.push_back(line.id);
+  }
+  const std::string taken = nlohmann::json(ids).dump();
+  const std::int64_t attempts = database->integer("SELECT max(id) FROM attempt");
+  database->attach(part->reader.database(), "part");
+  SqliteTransaction transaction(database);
+  const auto copy = [&](const std::string& sql, const auto&... values) {
+    SqliteStatement(database, sql).bind(values...).run();
+  };
+  copy(
+      "INSERT INTO attempt SELECT a.id + ?2, mine.id, a.number, outcome, begun_utc_us, "
+      "ended_utc_us, commanded_mm, measured_mm, moving_ms, settling_ms, triggered_utc_us, "
+      "exposed_utc_us, exposing_ms, transfer_ms, own_ms, fault, message FROM part.attempt AS a "
+      "JOIN part.station AS theirs ON theirs.id = a.station_id "
+      "JOIN part.line AS line ON line.id = theirs.line_id "
+      "JOIN main.station AS mine ON mine.name = theirs.name "
+      "WHERE line.name IN (SELECT value FROM json_each(?1)) AND outcome IS NOT NULL",
+      taken, attempts);
+  copy(
+      "INSERT INTO frame SELECT NULL, attempt_id + ?1, exposure, lens, file, bytes, sha256, "
+      "width_px, height_px, camera_name, settings FROM part.frame "
+      "WHERE attempt_id + ?1 IN (SELECT id FROM main.attempt) ORDER BY id",
+      attempts);
+  copy(
+      "INSERT INTO journal SELECT NULL, mine.id, at_utc_us, position_mm FROM part.journal "
+      "JOIN part.line AS theirs ON theirs.id = line_id "
+      "JOIN main.line AS mine ON mine.name = theirs.name "
+      "WHERE theirs.name IN (SELECT value FROM json_each(?1)) ORDER BY part.journal.id",
+      taken);
+  copy(
+      "INSERT INTO event SELECT NULL, at_utc_us, kind, ?1 || ': ' || text FROM part.event "
+      "ORDER BY id",
+      part->name);
+  transaction.commit();
+  database->execute("DETACH part");
+}
+
+// Writes session.db anew, session by session in the order of time. Exposure and configuration are
+// those of the session that captured last.
+void write_database(const fs::path& directory, const Parts& parts,
+                    const std::vector<MergedLine>& lines, const CapturePlan& plan,
+                    std::int64_t now_utc_us) {
+  for (const char* ending : {"", "-wal", "-shm"}) {  // of a merge that was stopped
+    fs::remove(session_database_path(directory).string() + ending);
+  }
+  std::vector<Part*> in_order;
+  for (const auto& part : parts) in_order.push_back(part.get());
+  std::ranges::stable_sort(in_order, {}, [](const Part* part) { return part->facts.created; });
+  SqliteConnection database = open_session_to_write(directory);
+  SessionFacts facts = std::ranges::max_element(lines, {}, &MergedLine::ended_utc_us)->part->facts;
+  facts.created = in_order.front()->facts.created;
+  SqliteTransaction creation(&database);
+  create_session(&database, facts, plan);
+  creation.commit();
+  for (Part* part : in_order) copy_rows(&database, part, lines);
+  SqliteTransaction last(&database);
+  SqliteStatement add(&database,
+                      "INSERT INTO event (at_utc_us, kind, text) VALUES (?1, 'merged', ?2)");
+  for (const MergedLine& line : lines) {
+    std::string text = fmt::format("{}: {} of {}", line.id,
+                                   counted(static_cast<std::size_t>(line.captured), "station"),
+                                   line.part->directory.string());
+    for (const Part* older : line.replaced) {
+      text += ", in place of that of " + older->directory.string();
+    }
+    add.bind(now_utc_us, text).run();
+  }
+  last.commit();
+}
+
+void warn_of_exposures(const Parts& parts) {
+  const auto differs = [&](const auto& part) {
+    return part->facts.locked_exposure != parts.front()->facts.locked_exposure;
+  };
+  if (std::ranges::none_of(parts, differs)) return;
   spdlog::warn(
       "the sessions have different exposures; raywalk-build-lf gains makes their stations agree");
 }
 
-std::string summary_of(const std::vector<SessionPart>& parts, const std::vector<MergedLine>& lines,
+std::string summary_of(const Parts& parts, const std::vector<MergedLine>& lines,
                        const CapturePlan& plan, std::size_t frames, const fs::path& out) {
   std::string text =
       fmt::format("{}: {} and {} of {}", escaped(out.string()), counted(frames, "frame"),
                   counted(lines.size(), "line"), counted(parts.size(), "session"));
   for (const MergedLine& line : lines) {
-    for (const std::size_t replaced : line.replaced) {
-      text += fmt::format("; {} of {} replaces that of {}", line.id, escaped(parts[line.part].name),
-                          escaped(parts[replaced].name));
+    for (const Part* replaced : line.replaced) {
+      text += fmt::format("; {} of {} replaces that of {}", line.id, escaped(line.part->name),
+                          escaped(replaced->name));
     }
   }
   if (plan.part_of) {
@@ -169,29 +374,26 @@ std::string merge_sessions(const MergeOptions& options, Clock* clock) {
   const fs::path out = without_trailing_slash(options.out);
   require_absent(out, "--out");
   const auto locks = lock_sessions(options.sessions);
-  std::vector<std::unique_ptr<SessionReader>> readers;
-  std::vector<SessionPart> parts;
+  Parts parts;
   for (const fs::path& directory : options.sessions) {
-    readers.push_back(std::make_unique<SessionReader>(directory));
-    parts.push_back(read_session_part(readers.back().get()));
+    parts.push_back(read_part(directory));
+    require_same_capture(*parts.front(), *parts.back());
   }
-  require_same_capture(parts);
   const std::vector<MergedLine> lines = lines_of(parts, options);
   const CapturePlan plan = plan_of_lines(parts, lines);
-  if (!plan.part_of && grid_sha256(plan, parts.front().camera) != parts.front().whole.sha256) {
-    throw Error("the lines of the sessions do not make up the plan that they were started with");
-  }
   warn_of_exposures(parts);
-  const std::vector<MergedFrame> frames = frames_of(parts, lines);
   const fs::path partial = out.string() + ".partial";
+  make_merged_folder(partial);
+  std::size_t frames = 0;
   {
-    const MergedFiles files(partial);
-    files.take(frames);
-    write_merged_database(partial, readers, parts, lines, plan, utc_us_from(clock->wall_now()));
+    const FileLock lock(partial / "session.lock",
+                        "another raywalk-capture merges sessions into it");
+    frames = take_frames(lines, partial);
+    write_database(partial, parts, lines, plan, utc_us_from(clock->wall_now()));
     require_no_faults(frame_faults(SessionReader(partial).contents()), partial);
   }
   move_into_place(partial, out);
-  return summary_of(parts, lines, plan, frames.size(), out);
+  return summary_of(parts, lines, plan, frames, out);
 }
 
 }  // namespace raywalk::capture

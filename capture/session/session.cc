@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
 
-#include "capture/session/plan_difference.h"
+#include "capture/session/frame_files.h"
 #include "capture/session/session_database.h"
 #include "capture/session/session_reader.h"
 #include "capture/session/session_times.h"
@@ -58,11 +59,11 @@ void require_session_or_empty(const fs::path& directory) {
   }
 }
 
-void make_durable_directory(const fs::path& directory, DiskLayer* disk) {
+void make_durable_directory(const fs::path& directory) {
   make_directories(directory);
   try {
-    disk->sync_directory(fs::canonical(directory).parent_path());
-  } catch (const std::system_error&) {
+    sync_directory(fs::canonical(directory).parent_path());
+  } catch (const Error&) {
     // A parent without read permission cannot be synced; the session below it is.
   }
 }
@@ -76,6 +77,20 @@ std::string frame_name(const AttemptId& attempt, int exposure_index, FrameLens l
   if (lens == FrameLens::kFront) name += "_front";
   if (lens == FrameLens::kBack) name += "_back";
   return name + "." + extension;
+}
+
+// "lines/x0/stations/x0_001/rail_mm is 800.0 there, 810.0 here"; empty where plans are the same.
+std::string plan_difference(const nlohmann::json& there, const nlohmann::json& here) {
+  const nlohmann::json differences = nlohmann::json::diff(there, here);
+  if (differences.empty()) return "";
+  const nlohmann::json::json_pointer place(differences[0]["path"].get<std::string>());
+  const auto value_in = [&](const nlohmann::json& plan) {
+    if (!plan.contains(place)) return std::string("not planned");
+    const nlohmann::json& value = plan[place];
+    return value.is_structured() ? std::string("planned") : value.dump();
+  };
+  return fmt::format("{} is {} there, {} here", place.to_string().substr(1), value_in(there),
+                     value_in(here));
 }
 
 // None for a time that the device did not report.
@@ -93,11 +108,10 @@ void require_changed(const SqliteConnection& database, const AttemptId& attempt)
 
 std::unique_ptr<Session> Session::open_or_create(const fs::path& directory, const CapturePlan& plan,
                                                  const CaptureConfig& config,
-                                                 const std::string& config_text, Clock* clock,
-                                                 DiskLayer* disk) {
+                                                 const std::string& config_text, Clock* clock) {
   require_session_or_empty(directory);
-  make_durable_directory(directory, disk);
-  std::unique_ptr<Session> session(new Session(directory, clock, disk));
+  make_durable_directory(directory);
+  std::unique_ptr<Session> session(new Session(directory, clock));
   if (is_empty_session(session->database_.get())) {
     require_no_frames(directory);
     session->create(plan, config, config_text);
@@ -108,20 +122,19 @@ std::unique_ptr<Session> Session::open_or_create(const fs::path& directory, cons
   return session;
 }
 
-std::unique_ptr<Session> Session::open(const fs::path& directory, Clock* clock, DiskLayer* disk) {
+std::unique_ptr<Session> Session::open(const fs::path& directory, Clock* clock) {
   open_session_to_read(directory);  // throws if there is none, before anything is created
-  std::unique_ptr<Session> session(new Session(directory, clock, disk));
+  std::unique_ptr<Session> session(new Session(directory, clock));
   session->contents();  // throws if a value is damaged
   session->clean_up();
   return session;
 }
 
-Session::Session(fs::path directory, Clock* clock, DiskLayer* disk)
+Session::Session(fs::path directory, Clock* clock)
     : directory_(std::move(directory)),
       clock_(clock),
       lock_(directory_ / "session.lock", kBusy),
-      database_(std::make_unique<SqliteConnection>(open_session_to_write(directory_))),
-      files_(directory_, disk) {}
+      database_(std::make_unique<SqliteConnection>(open_session_to_write(directory_))) {}
 
 Session::~Session() = default;
 
@@ -141,15 +154,15 @@ void Session::create(const CapturePlan& plan, const CaptureConfig& config,
 }
 
 void Session::require_plan(const CapturePlan& plan, const CaptureConfig& config) {
-  std::string difference = plan_difference(plan_of(contents()), plan);
-  const auto require_same = [&](const std::string& column, const std::string& here) {
-    const std::string there = database_->text("SELECT " + column + " FROM session");
-    if (!difference.empty() || there == here) return;
-    difference = fmt::format("{} is {} there, {} here", column, excerpt(there), excerpt(here));
-  };
-  require_same("frames", std::string(name_of(config.camera.frames)));
-  require_same("bracket_ev", bracket_text(config.camera.exposure.bracket_ev));
-  require_same("part_of", part_of_text(plan));
+  auto there = nlohmann::json::parse(plan_json(plan_of(contents()), config.camera));
+  auto here = nlohmann::json::parse(plan_json(plan, config.camera));
+  // As the columns have them.
+  there["frames"] = database_->text("SELECT frames FROM session");
+  for (const std::string column : {"bracket_ev", "part_of"}) {
+    there[column] = database_->text("SELECT " + column + " FROM session");
+    here[column] = here.contains(column) ? here[column].dump() : "";
+  }
+  const std::string difference = plan_difference(there, here);
   if (difference.empty()) return;
   throw Error(fmt::format(
       "{}: holds another plan: {}; use the configuration and the --lines it was started "
@@ -159,16 +172,19 @@ void Session::require_plan(const CapturePlan& plan, const CaptureConfig& config)
 
 void Session::require_frames_directory() {
   const std::int64_t frames = database_->integer("SELECT count(*) FROM frame");
-  if (frames > 0 && !fs::is_directory(files_.directory())) {
+  const fs::path directory = directory_ / kFramesDirectory;
+  if (fs::is_directory(directory)) return;
+  if (frames > 0) {
     throw Error(fmt::format("{} is missing, but the session names {} frames in it; restore it",
-                            files_.directory().string(), frames));
+                            directory.string(), frames));
   }
-  files_.make_directory();
+  make_directories(directory);
+  sync_directory(directory_);
 }
 
 void Session::clean_up() {
   require_frames_directory();
-  files_.remove_temporaries();
+  remove_temporary_frames(directory_);
   last_entry_us_ = database_->integer(
       "SELECT max(coalesce((SELECT max(created_utc_us) FROM session), 0),"
       " coalesce((SELECT max(begun_utc_us) FROM attempt), 0),"
@@ -236,8 +252,10 @@ AttemptId Session::begin_attempt(const std::string& station, double commanded_mm
 StoredFrame Session::store_frame(const AttemptId& attempt, int exposure_index,
                                  const Picture& picture, FrameLens lens) {
   const auto bytes = std::as_bytes(std::span(picture.bytes));
-  const std::string name = frame_name(attempt, exposure_index, lens, picture.extension);
-  return {.file = files_.store(name, bytes),
+  const fs::path file =
+      fs::path(kFramesDirectory) / frame_name(attempt, exposure_index, lens, picture.extension);
+  write_new_file(directory_ / file, bytes);
+  return {.file = file.string(),
           .bytes = static_cast<std::int64_t>(bytes.size()),
           .sha256 = sha256_hex(bytes),
           .exposure_index = exposure_index,

@@ -18,7 +18,6 @@
 #include "capture/base/clock.h"
 #include "capture/camera/camera.h"
 #include "capture/plan/capture_plan.h"
-#include "capture/session/frame_files.h"
 #include "capture/slider/carriage.h"
 #include "core/files/file_lock.h"
 #include "core/session/session_contents.h"
@@ -56,19 +55,17 @@ class Session {
   // Creates the directory, or opens an existing session to resume it. Throws Error: it holds
   // another plan, was written by a newer version, is in use by another process, is read-only, is
   // damaged, or its frames are missing; or it is a folder of other files, which stays as it is.
-  // `config_text` is stored for reference. `clock` and `disk` must outlive the session.
+  // `config_text` is stored for reference. `clock` must outlive the session.
   //
   // Opening cleans up after a killed run: its unfinished attempt becomes a failed one with the
   // fault "interrupted", and temporary files are removed. Complete files that no row names stay.
   static std::unique_ptr<Session> open_or_create(const std::filesystem::path& directory,
                                                  const CapturePlan& plan,
                                                  const CaptureConfig& config,
-                                                 const std::string& config_text, Clock* clock,
-                                                 DiskLayer* disk = &system_disk());
+                                                 const std::string& config_text, Clock* clock);
   // Opens an existing session, whatever its plan, to import pictures. Throws Error as above, and if
   // there is no session.
-  static std::unique_ptr<Session> open(const std::filesystem::path& directory, Clock* clock,
-                                       DiskLayer* disk = &system_disk());
+  static std::unique_ptr<Session> open(const std::filesystem::path& directory, Clock* clock);
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
@@ -117,7 +114,7 @@ class Session {
   void record_journal(const std::string& line, std::span<const JournalSample> samples);
 
  private:
-  Session(std::filesystem::path directory, Clock* clock, DiskLayer* disk);
+  Session(std::filesystem::path directory, Clock* clock);
 
   void create(const CapturePlan& plan, const CaptureConfig& config, const std::string& config_text);
   void require_plan(const CapturePlan& plan, const CaptureConfig& config);
@@ -134,7 +131,6 @@ class Session {
   Clock* clock_;
   FileLock lock_;
   std::unique_ptr<SqliteConnection> database_;
-  FrameFiles files_;
   std::int64_t last_entry_us_ = 0;
 };
 

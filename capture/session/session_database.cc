@@ -4,6 +4,7 @@
 #include <sqlite3.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "capture/session/session_times.h"
 #include "core/base/error.h"
@@ -25,14 +26,17 @@ void use_wal(SqliteConnection* connection, const fs::path& directory) {
 
 void write_session_row(SqliteConnection* connection, const SessionFacts& facts,
                        const CapturePlan& plan) {
-  const std::string part_of = part_of_text(plan);
+  std::optional<std::string> part_of;
+  if (const auto& whole = plan.part_of) {
+    part_of = nlohmann::json{{"lines", whole->lines}, {"sha256", whole->sha256}}.dump();
+  }
   SqliteStatement(connection,
                   "INSERT INTO session (id, created_utc_us, mode, camera, frames, bracket_ev, "
                   "locked_exposure, part_of, config_text) "
-                  "VALUES (1, ?1, ?2, ?3, ?4, ?5, ?6, nullif(?7, ''), ?8)")
+                  "VALUES (1, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)")
       .bind(utc_us_from(facts.created), name_of(facts.mode), name_of(facts.camera),
-            name_of(facts.frames), bracket_text(facts.bracket_ev), facts.locked_exposure, part_of,
-            facts.config_text)
+            name_of(facts.frames), nlohmann::json(facts.bracket_ev).dump(), facts.locked_exposure,
+            part_of, facts.config_text)
       .run();
 }
 
@@ -68,15 +72,6 @@ SqliteConnection open_session_to_write(const fs::path& directory) {
   connection.execute("PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON");
   if (!is_empty_session(&connection)) require_sound_session(&connection, directory);
   return connection;
-}
-
-std::string bracket_text(const std::vector<double>& bracket_ev) {
-  return nlohmann::json(bracket_ev).dump();
-}
-
-std::string part_of_text(const CapturePlan& plan) {
-  if (!plan.part_of) return "";
-  return nlohmann::json{{"lines", plan.part_of->lines}, {"sha256", plan.part_of->sha256}}.dump();
 }
 
 void create_session(SqliteConnection* connection, const SessionFacts& facts,

@@ -31,11 +31,6 @@ struct SessionFacts {
   int exposures() const { return static_cast<int>(bracket_ev.size()); }
 };
 
-// The values of the columns bracket_ev and part_of, JSON; of a plan that is no part, an empty text
-// in place of NULL.
-std::string bracket_text(const std::vector<double>& bracket_ev);
-std::string part_of_text(const CapturePlan& plan);
-
 // Creates the tables and writes the session's row and its plan, within the caller's transaction.
 void create_session(SqliteConnection* connection, const SessionFacts& facts,
                     const CapturePlan& plan);

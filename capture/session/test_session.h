@@ -80,11 +80,10 @@ struct TestCapture {
   CapturePlan plan = test_plan();
   CaptureConfig config{};
   ManualClock clock{};
-  DiskLayer* disk = &system_disk();
   double off_mm = 0.0;  // difference of the feedback from the planned position
 
   std::unique_ptr<Session> open() {
-    return Session::open_or_create(directory, plan, config, "camera:\n  kind: osc\n", &clock, disk);
+    return Session::open_or_create(directory, plan, config, "camera:\n  kind: osc\n", &clock);
   }
 
   Shot shoot(const std::string& station) {

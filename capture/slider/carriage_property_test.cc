@@ -8,7 +8,7 @@
 #include "capture/base/device_fault.h"
 #include "capture/base/manual_clock.h"
 #include "capture/slider/carriage.h"
-#include "capture/slider/fake_slider.h"
+#include "simulator/rig/test_slider.h"
 
 namespace raywalk::capture {
 namespace {
@@ -37,21 +37,19 @@ class RandomRig {
     rules.poll_ms = log_uniform(5.0, 60.0);
     return rules;
   }
-  FakeSliderConfig slider(const MotionRules& rules) {
-    FakeSliderConfig config;
-    config.seed = static_cast<int>(random_() % 1000000);
-    config.start_mm = uniform(0.0, kRail_mm);
-    config.reports_flags = chance(0.5);
-    config.noise_mm = chance(0.5) ? rules.settle_tolerance_mm * uniform(0.0, 0.2) : 0.0;
-    return config;
+  TestSlider::Setup slider(const MotionRules& rules) {
+    TestSlider::Setup setup;
+    setup.seed = static_cast<int>(random_() % 1000000);
+    setup.start_mm = uniform(0.0, kRail_mm);
+    setup.reports_flags = chance(0.5);
+    setup.noise_mm = chance(0.5) ? rules.settle_tolerance_mm * uniform(0.0, 0.2) : 0.0;
+    return setup;
   }
-  FakeSliderFault fault(SliderFaultKind kind) {
-    FakeSliderFault fault;
-    fault.kind = kind;
-    fault.at_ms = log_uniform(1.0, 20000.0);
-    return fault;
+  double fault_after_ms() { return log_uniform(1.0, 20000.0); }
+  // A whole step of the drive.
+  SafePosition target() {
+    return limits.require(1e-3 * std::round(1e3 * uniform(0.0, kRail_mm)), "test");
   }
-  SafePosition target() { return limits.require(uniform(0.0, kRail_mm), "test"); }
 
   const SoftLimits limits{-5.0, kRail_mm + 5.0};
 
@@ -64,8 +62,8 @@ TEST(CarriagePropertyTest, GoodDrivesAlwaysSettleWhereTheyTrulyAre) {
   for (int i = 0; i < 1500; ++i) {
     ManualClock clock;
     const MotionRules rules = rig.rules();
-    FakeSlider slider(rig.slider(rules), &clock);
-    Carriage carriage(&slider, &clock, rig.limits, rules);
+    TestSlider slider(rig.slider(rules), &clock);
+    Carriage carriage(slider.driver(), &clock, rig.limits, rules);
     for (int move = 0; move < 3; ++move) {
       const SafePosition target = rig.target();
       const SettledPosition settled = carriage.move_to(target);
@@ -82,17 +80,14 @@ TEST(CarriagePropertyTest, OutliersNeverStopAMoveNorSettleItElsewhere) {
   for (int i = 0; i < 1500; ++i) {
     ManualClock clock;
     const MotionRules rules = rig.rules();
-    FakeSliderConfig config = rig.slider(rules);
-    double at_ms = 0.0;
+    TestSlider slider(rig.slider(rules), &clock);
+    double after_ms = 0.0;
     for (int outlier = 0; outlier < 10; ++outlier) {
-      FakeSliderFault fault = rig.fault(SliderFaultKind::kOutlier);
-      at_ms += rig.uniform(2.0, 10.0) * (rules.poll_ms + 60.0);  // never two in a row
-      fault.at_ms = at_ms;
-      fault.size_mm = (rig.chance(0.5) ? 1.0 : -1.0) * rig.log_uniform(0.01, 1e5);
-      config.faults.push_back(fault);
+      after_ms += rig.uniform(2.0, 10.0) * (rules.poll_ms + 60.0);  // never two in a row
+      const double size_mm = (rig.chance(0.5) ? 1.0 : -1.0) * rig.log_uniform(0.01, 1e5);
+      slider.add(LineTrouble::kOutlier, after_ms, 0.0, size_mm);
     }
-    FakeSlider slider(config, &clock);
-    Carriage carriage(&slider, &clock, rig.limits, rules);
+    Carriage carriage(slider.driver(), &clock, rig.limits, rules);
     const SafePosition target = rig.target();
     const SettledPosition settled = carriage.move_to(target);
     ASSERT_NEAR(slider.true_position_mm(), target.mm(), rules.settle_tolerance_mm) << i;
@@ -104,29 +99,36 @@ TEST(CarriagePropertyTest, OutliersNeverStopAMoveNorSettleItElsewhere) {
 // that the stop is not confirmed.
 TEST(CarriagePropertyTest, FaultsNeverGiveAWrongPositionNorUnreportedMotion) {
   RandomRig rig(13);
-  const std::vector<SliderFaultKind> kinds{SliderFaultKind::kStall,     SliderFaultKind::kIgnore,
-                                           SliderFaultKind::kAlarm,     SliderFaultKind::kLowLimit,
-                                           SliderFaultKind::kHighLimit, SliderFaultKind::kNoContact,
-                                           SliderFaultKind::kDrift,     SliderFaultKind::kRunaway};
+  const std::vector<RigFault> of_drive{RigFault::kStall, RigFault::kAlarm, RigFault::kLowLimit,
+                                       RigFault::kHighLimit, RigFault::kFeedbackDrift};
+  const std::vector<LineTrouble> of_line{LineTrouble::kIgnore, LineTrouble::kNoContact,
+                                         LineTrouble::kRunaway};
   int faults = 0;
   for (int i = 0; i < 2000; ++i) {
     ManualClock clock;
     const MotionRules rules = rig.rules();
-    FakeSliderConfig config = rig.slider(rules);
-    FakeSliderFault fault = rig.fault(kinds[static_cast<std::size_t>(i) % kinds.size()]);
-    fault.for_ms = rig.chance(0.5) ? 0.0 : rig.log_uniform(10.0, 10000.0);
-    fault.size_mm = rig.uniform(20.0, 200.0);
-    config.faults.push_back(fault);
-    FakeSlider slider(config, &clock);
+    TestSlider slider(rig.slider(rules), &clock);
+    const double after_ms = rig.fault_after_ms();
+    const double for_ms = rig.chance(0.5) ? 0.0 : rig.log_uniform(10.0, 10000.0);
+    const std::size_t kind = static_cast<std::size_t>(i) % (of_drive.size() + of_line.size());
+    bool drifts = false;
+    if (kind < of_drive.size()) {
+      drifts = of_drive[kind] == RigFault::kFeedbackDrift;
+      slider.faults.add({.kind = of_drive[kind],
+                         .amount = rig.uniform(20.0, 200.0),
+                         .for_ms = of_drive[kind] == RigFault::kAlarm ? 0.0 : for_ms,
+                         .after_ms = after_ms});
+    } else {
+      slider.add(of_line[kind - of_drive.size()], after_ms, for_ms);
+    }
     const double start_mm = slider.true_position_mm();
-    Carriage carriage(&slider, &clock, rig.limits, rules);
+    Carriage carriage(slider.driver(), &clock, rig.limits, rules);
     const SafePosition target = rig.target();
     try {
       carriage.move_to(target);
       // A program cannot see the drift of an encoder.
-      const double tolerance =
-          fault.kind == SliderFaultKind::kDrift ? 20.0 : rules.settle_tolerance_mm;
-      ASSERT_NEAR(slider.true_position_mm(), target.mm(), tolerance) << i << name_of(fault.kind);
+      const double tolerance = drifts ? 20.0 : rules.settle_tolerance_mm;
+      ASSERT_NEAR(slider.true_position_mm(), target.mm(), tolerance) << i;
     } catch (const DeviceFault& error) {
       ++faults;
       const bool said = std::string(error.what()).find("NOT known") != std::string::npos;
@@ -144,11 +146,13 @@ TEST(CarriagePropertyTest, HomingEndsAtHomeOrThrows) {
   for (int i = 0; i < 500; ++i) {
     ManualClock clock;
     const MotionRules rules = rig.rules();
-    FakeSliderConfig config = rig.slider(rules);
-    config.homed = rig.chance(0.5);
-    if (rig.chance(0.3)) config.faults.push_back(rig.fault(SliderFaultKind::kStall));
-    FakeSlider slider(config, &clock);
-    Carriage carriage(&slider, &clock, rig.limits, rules);
+    TestSlider::Setup setup = rig.slider(rules);
+    setup.homed = rig.chance(0.5);
+    TestSlider slider(setup, &clock);
+    if (rig.chance(0.3)) {
+      slider.faults.add({.kind = RigFault::kStall, .after_ms = rig.fault_after_ms()});
+    }
+    Carriage carriage(slider.driver(), &clock, rig.limits, rules);
     try {
       carriage.home();
       ASSERT_NEAR(slider.true_position_mm(), 0.0, rules.settle_tolerance_mm) << i;

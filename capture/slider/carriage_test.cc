@@ -8,9 +8,9 @@
 
 #include "capture/base/manual_clock.h"
 #include "capture/base/test_fault.h"
-#include "capture/slider/fake_slider.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
+#include "simulator/rig/test_slider.h"
 
 namespace raywalk::capture {
 namespace {
@@ -19,13 +19,15 @@ using ::testing::HasSubstr;
 
 const SoftLimits kLimits(0.0, 1000.0);
 
-// A carriage on a fake slider, in simulated time.
+// A carriage on the simulated drive, in simulated time. At the default profile it passes 200 mm of
+// a longer move 2.25 s after the start.
 class CarriageTest : public ::testing::Test {
  protected:
-  void use(const std::string& yaml) {
-    slider_.emplace(parse_fake_slider_config(yaml, "fake.yaml"), &clock_);
-    carriage_.emplace(&*slider_, &clock_, kLimits, rules_);
+  void use(const TestSlider::Setup& setup = {}) {
+    slider_.emplace(setup, &clock_);
+    carriage_.emplace(slider_->driver(), &clock_, kLimits, rules_);
   }
+  void fail(const Fault& fault) { slider_->faults.add(fault); }
   SettledPosition go_to(double mm) { return carriage_->move_to(kLimits.require(mm, "test")); }
 
   void expect_fault(FaultKind kind, const std::string& message, double target_mm = 500.0) {
@@ -34,12 +36,12 @@ class CarriageTest : public ::testing::Test {
 
   ManualClock clock_;
   MotionRules rules_;
-  std::optional<FakeSlider> slider_;
+  std::optional<TestSlider> slider_;
   std::optional<Carriage> carriage_;
 };
 
 TEST_F(CarriageTest, SettlesAtTheTarget) {
-  use("noise_mm: 0.01");
+  use({.noise_mm = 0.01});
   const SettledPosition settled = go_to(500.0);
   EXPECT_EQ(settled.commanded_mm, 500.0);
   EXPECT_NEAR(settled.measured_mm, 500.0, 0.02);
@@ -51,13 +53,13 @@ TEST_F(CarriageTest, SettlesAtTheTarget) {
 }
 
 TEST_F(CarriageTest, SettlesWithoutFlagsFromTheDrive) {
-  use("reports_flags: false");
+  use({.reports_flags = false});
   EXPECT_NEAR(go_to(20.0).measured_mm, 20.0, 0.1);
   EXPECT_NEAR(go_to(20.05).measured_mm, 20.05, 0.1);
 }
 
 TEST_F(CarriageTest, EveryReadingIsWatched) {
-  use("");
+  use();
   std::vector<double> seen;
   carriage_->watch([&](WallTime /*time*/, double mm) { seen.push_back(mm); });
   go_to(10.0);
@@ -67,14 +69,15 @@ TEST_F(CarriageTest, EveryReadingIsWatched) {
 }
 
 TEST_F(CarriageTest, SlowPassIsNoStall) {
-  use("");
+  use();
   const SettledPosition settled =
       carriage_->move_to(kLimits.require(1.0, "test"), MotionProfile{0.05, 200.0});
   EXPECT_NEAR(settled.measured_mm, 1.0, 0.1);
 }
 
 TEST_F(CarriageTest, AlarmStops) {
-  use("faults: [{kind: alarm, at_mm: 200}]");
+  use();
+  fail({.kind = RigFault::kAlarm, .amount = 17.0, .after_ms = 2250.0});
   expect_fault(FaultKind::kAlarm, "alarm 17");
   EXPECT_FALSE(slider_->is_moving());
   expect_fault(FaultKind::kAlarm, "alarm 17", 100.0);
@@ -82,74 +85,86 @@ TEST_F(CarriageTest, AlarmStops) {
 }
 
 TEST_F(CarriageTest, LimitSwitchStops) {
-  use("faults: [{kind: high-limit, at_mm: 200}]");
+  use();
+  fail({.kind = RigFault::kHighLimit, .after_ms = 2250.0});
   expect_fault(FaultKind::kLimitSwitch, "high limit switch");
   EXPECT_FALSE(slider_->is_moving());
   EXPECT_LT(slider_->true_position_mm(), 300.0);
 }
 
 TEST_F(CarriageTest, LimitSwitchMayBeLeftButNotRunInto) {
-  use("start_mm: 300\nfaults: [{kind: high-limit, at_ms: 0, for_ms: 2000}]");
+  use({.start_mm = 300.0});
+  fail({.kind = RigFault::kHighLimit, .for_ms = 2000.0});
   expect_fault(FaultKind::kLimitSwitch, "high limit switch", 400.0);
-  use("start_mm: 300\nfaults: [{kind: high-limit, at_ms: 0, for_ms: 2000}]");
+  use({.start_mm = 300.0});
+  fail({.kind = RigFault::kHighLimit, .for_ms = 2000.0});
   EXPECT_NEAR(go_to(100.0).measured_mm, 100.0, 0.1);
 }
 
 TEST_F(CarriageTest, SwitchOnTheWrongSideStops) {
-  use("faults: [{kind: low-limit, at_mm: 200}]");
+  use();
+  fail({.kind = RigFault::kLowLimit, .after_ms = 2250.0});
   expect_fault(FaultKind::kLimitSwitch, "low limit switch");
 }
 
 TEST_F(CarriageTest, StallInMidMoveStops) {
-  use("faults: [{kind: stall, at_mm: 200}]");
+  use();
+  fail({.kind = RigFault::kStall, .after_ms = 2280.0});
   expect_fault(FaultKind::kStall, "stalled at 20");
 }
 
 TEST_F(CarriageTest, IgnoredCommandIsAStall) {
-  use("faults: [{kind: ignore, at_ms: 0}]");
+  use();
+  slider_->add(LineTrouble::kIgnore);
   expect_fault(FaultKind::kStall, "does not move");
   EXPECT_EQ(slider_->stops_commanded(), 1);
 }
 
 TEST_F(CarriageTest, DriftOffTheTargetNeverSettles) {
-  use("faults: [{kind: drift, at_mm: 499, size_mm: 1.5}]");
+  use();
+  fail({.kind = RigFault::kFeedbackDrift, .amount = 1.5, .after_ms = 5400.0});
   expect_fault(FaultKind::kFollowingError, "off its target 500.000 mm");
 }
 
 TEST_F(CarriageTest, JumpOfTheFeedbackStops) {
-  use("faults: [{kind: drift, at_mm: 10, size_mm: -10000}]");
+  use();
+  fail({.kind = RigFault::kFeedbackDrift, .amount = -10000.0, .after_ms = 320.0});
   expect_fault(FaultKind::kLimitSwitch, "outside the soft limits");
 }
 
 TEST_F(CarriageTest, OneWrongReadingNeitherStopsNorSettles) {
-  use("faults: [{kind: outlier, at_mm: 100, size_mm: 400}, {kind: outlier, at_ms: 1500, size_mm: "
-      "-900}]");
+  use();
+  slider_->add(LineTrouble::kOutlier, 1250.0, 0.0, 400.0);
+  slider_->add(LineTrouble::kOutlier, 1500.0, 0.0, -900.0);
   EXPECT_NEAR(go_to(500.0).measured_mm, 500.0, 0.1);
 }
 
 TEST_F(CarriageTest, WrongReadingRestartsTheDwell) {
-  use("");
+  use();
   const double undisturbed = go_to(500.0).settling_ms;
-  use("faults: [{kind: outlier, at_ms: 5700, size_mm: 0.5}]");
+  use();
+  slider_->add(LineTrouble::kOutlier, 5700.0, 0.0, 0.5);
   const SettledPosition settled = go_to(500.0);
   EXPECT_GT(settled.settling_ms, undisturbed + 150.0);
   EXPECT_NEAR(settled.measured_mm, 500.0, 1e-9);
 }
 
 TEST_F(CarriageTest, WrongFirstReadingDoesNotShiftThePath) {
-  use("faults: [{kind: outlier, at_ms: 0, size_mm: 800}]");
+  use();
+  slider_->add(LineTrouble::kOutlier, 0.0, 0.0, 800.0);
   EXPECT_NEAR(go_to(100.0).measured_mm, 100.0, 0.1);
 }
 
 TEST_F(CarriageTest, SlowDriveTimesOut) {
   rules_.profile = {100.0, 200.0};
-  use("most_speed_mm_s: 20");
+  use({.max_speed_mm_s = 20.0});
   expect_fault(FaultKind::kTimeout, "has not arrived");
   EXPECT_FALSE(slider_->is_moving());
 }
 
 TEST_F(CarriageTest, StopAfterLossOfContactIsNotConfirmed) {
-  use("faults: [{kind: no-contact, at_mm: 200}]");
+  use();
+  slider_->add(LineTrouble::kNoContact, 2250.0);
   expect_fault(FaultKind::kNoContact, "NOT known to have stopped: switch the drive off");
 }
 
@@ -157,7 +172,7 @@ TEST_F(CarriageTest, RestoredContactEndsInAConfirmedStop) {
   // The first stop command fails, the second one arrives.
   class Returning final : public Slider {
    public:
-    explicit Returning(FakeSlider* slider) : slider_(slider) {}
+    explicit Returning(Slider* slider) : slider_(slider) {}
     std::string description() const override { return slider_->description(); }
     SliderState read_state() override {
       if (++readings_ == 50) throw lost();
@@ -175,12 +190,12 @@ TEST_F(CarriageTest, RestoredContactEndsInAConfirmedStop) {
 
    private:
     static DeviceFault lost() { return {FaultKind::kNoContact, "no answer; check the cable"}; }
-    FakeSlider* slider_;
+    Slider* slider_;
     int readings_ = 0;
     int stops_ = 0;
   };
-  use("");
-  Returning returning(&*slider_);
+  use();
+  Returning returning(slider_->driver());
   Carriage carriage(&returning, &clock_, kLimits, rules_);
   try {
     carriage.move_to(kLimits.require(500.0, "test"));
@@ -193,16 +208,17 @@ TEST_F(CarriageTest, RestoredContactEndsInAConfirmedStop) {
 }
 
 TEST_F(CarriageTest, StopThatHasNoEffectIsReported) {
-  use("faults: [{kind: runaway, at_ms: 0}, {kind: high-limit, at_mm: 10}]");
   rules_.profile = {10.0, 200.0};
   rules_.settle_timeout_ms = 1000.0;
-  carriage_.emplace(&*slider_, &clock_, kLimits, rules_);
+  use();
+  slider_->add(LineTrouble::kRunaway);
+  fail({.kind = RigFault::kFeedbackJump, .amount = -500.0, .for_ms = 500.0, .after_ms = 1000.0});
   expect_fault(FaultKind::kLimitSwitch, "NOT known to have stopped", 900.0);
   EXPECT_THROW(carriage_->stop(), DeviceFault);
 }
 
 TEST_F(CarriageTest, ExceptionOfTheWatchStopsAndPassesThrough) {
-  use("");
+  use();
   int readings = 0;
   carriage_->watch([&](WallTime /*time*/, double /*mm*/) {
     if (++readings == 40) throw std::logic_error("journal");
@@ -213,25 +229,24 @@ TEST_F(CarriageTest, ExceptionOfTheWatchStopsAndPassesThrough) {
 }
 
 TEST_F(CarriageTest, StopWaitsForStandstill) {
-  use("");
-  slider_->start_move(kLimits.require(500.0, "test"), MotionProfile{});
+  use();
+  slider_->driver()->start_move(kLimits.require(500.0, "test"), MotionProfile{});
   clock_.sleep(duration_from_ms(1000.0));
   carriage_->stop();
   EXPECT_FALSE(slider_->is_moving());
-  EXPECT_NEAR(slider_->true_position_mm(), 100.0,
-              1.0);  // 75 mm and the distance of the deceleration
+  EXPECT_NEAR(slider_->true_position_mm(), 76.0, 1.0);  // 75 mm and 1 mm of deceleration
 }
 
 TEST_F(CarriageTest, MotionStartedByAnotherProgramIsStoppedFirst) {
-  use("");
-  slider_->start_move(kLimits.require(900.0, "test"), MotionProfile{});
+  use();
+  slider_->driver()->start_move(kLimits.require(900.0, "test"), MotionProfile{});
   clock_.sleep(duration_from_ms(2000.0));
   EXPECT_NEAR(go_to(50.0).measured_mm, 50.0, 0.1);
   EXPECT_EQ(slider_->stops_commanded(), 1);
 }
 
 TEST_F(CarriageTest, FindsHome) {
-  use("start_mm: 321\nhomed: false");
+  use({.start_mm = 321.0, .homed = false});
   expect_fault(FaultKind::kAlarm, "home first");
   EXPECT_EQ(slider_->moves_commanded(), 0);
   carriage_->home();
@@ -240,13 +255,13 @@ TEST_F(CarriageTest, FindsHome) {
 }
 
 TEST_F(CarriageTest, FindsHomeWithoutFlagsFromTheDrive) {
-  use("start_mm: 321\nhomed: false\nreports_flags: false");
+  use({.start_mm = 321.0, .homed = false, .reports_flags = false});
   carriage_->home();
   EXPECT_NEAR(slider_->true_position_mm(), 0.0, 1e-9);
 }
 
 TEST_F(CarriageTest, HomesAgain) {
-  use("start_mm: 400");
+  use({.start_mm = 400.0});
   carriage_->home();
   carriage_->home();
   EXPECT_NEAR(slider_->true_position_mm(), 0.0, 1e-9);
@@ -254,12 +269,14 @@ TEST_F(CarriageTest, HomesAgain) {
 
 // A drive that has just been switched on shows 0.
 TEST_F(CarriageTest, ZeroWithoutMotionIsNoHome) {
-  use("start_mm: 321\nhomed: false\nreports_flags: false\nfaults: [{kind: ignore, at_ms: 0}]");
+  use({.start_mm = 321.0, .homed = false, .reports_flags = false});
+  slider_->add(LineTrouble::kIgnore);
   EXPECT_THROW(carriage_->home(), DeviceFault);
 }
 
 TEST_F(CarriageTest, HomingThatStallsStops) {
-  use("start_mm: 321\nhomed: false\nfaults: [{kind: stall, at_mm: 200}]");
+  use({.start_mm = 321.0, .homed = false});
+  fail({.kind = RigFault::kStall, .after_ms = 1200.0});
   try {
     carriage_->home();
     ADD_FAILURE() << "homed";
@@ -272,7 +289,7 @@ TEST_F(CarriageTest, HomingThatStallsStops) {
 
 TEST_F(CarriageTest, HomingThatTakesTooLongStops) {
   rules_.homing_timeout_ms = 2000.0;
-  use("start_mm: 900\nhomed: false");
+  use({.start_mm = 900.0, .homed = false});
   try {
     carriage_->home();
     ADD_FAILURE() << "homed";
@@ -288,7 +305,7 @@ TEST_F(CarriageTest, InterruptDeceleratesAndWaitsForStandstill) {
   EXPECT_EXIT(
       {
         install_interrupt_handlers();
-        use("");
+        use();
         int readings = 0;
         carriage_->watch([&](WallTime /*time*/, double /*mm*/) {
           if (++readings == 100) std::raise(SIGTERM);

@@ -2,17 +2,31 @@
 // replies, unplugged adapters, reset connections.
 #pragma once
 
+#include <cstdint>
 #include <functional>
-#include <optional>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "capture/base/clock.h"
-#include "capture/slider/modbus_connection.h"
 #include "capture/slider/register_link.h"
 #include "capture/slider/slider_config.h"
 
 namespace raywalk::capture {
+
+enum class ExchangeOutcome {
+  kDone,
+  kUnanswered,  // no reply or only a damaged one before the timeout
+  kBroken,      // the connection is lost
+  kBusy,        // the device did not execute the request and asks to repeat it
+  kRefused      // the device rejects the request
+};
+
+struct Exchange {
+  ExchangeOutcome outcome = ExchangeOutcome::kDone;
+  std::string reason{};  // for people; empty for kDone
+};
 
 // A reply is not taken for the reply to another request, as far as the protocol allows:
 //  - before each request, received bytes are dropped and the line has been silent for a frame gap,
@@ -25,9 +39,10 @@ namespace raywalk::capture {
 //    one request where the drive allows it, and Carriage does not act on a single reading.
 class ModbusLink final : public RegisterLink {
  public:
-  // Opens no connection yet. Throws UsageError as check_connection_settings. Pauses before a
+  // Opens no connection yet. Throws UsageError for an impossible_connection(). Pauses before a
   // connection is reopened use the clock, which must outlive the link.
   ModbusLink(const SliderConfig& config, Clock* clock);
+  ~ModbusLink() override;
 
   std::string description() const override;
   int openings() const override { return openings_; }
@@ -41,7 +56,8 @@ class ModbusLink final : public RegisterLink {
     bool sent = false;
     Exchange exchange{};
   };
-  using Request = std::function<Exchange(ModbusConnection&)>;
+  class Connection;
+  using Request = std::function<Exchange(Connection&)>;
 
   Attempt attempt(const Request& request);
   void open();
@@ -51,7 +67,7 @@ class ModbusLink final : public RegisterLink {
 
   SliderConfig config_;
   Clock* clock_;
-  std::optional<ModbusConnection> connection_;
+  std::unique_ptr<Connection> connection_;
   int openings_ = 0;
 };
 

@@ -7,8 +7,7 @@
 #include <array>
 
 #include "capture/base/test_fault.h"
-#include "capture/slider/port_lock.h"
-#include "capture/slider/quiet_line.h"
+#include "capture/slider/serial_line.h"
 #include "capture/slider/test_modbus_peer.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"

@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <utility>
 
-#include "capture/slider/register_map_text.h"
 #include "core/base/error.h"
+#include "core/files/settings.h"
 #include "core/files/words.h"
 
 namespace raywalk::capture {
@@ -26,40 +27,81 @@ constexpr std::array kMeanings{NamedMeaning{"position_high", WordMeaning::kPosit
                                NamedMeaning{"deceleration", WordMeaning::kDeceleration}};
 // One request reads at most 125 registers (Modbus application protocol 1.1b3, 6.3).
 constexpr int kMaxReadAtOnce = 125;
+// Function 16 writes at most 123 (6.12).
+constexpr std::size_t kMaxWords = 123;
+constexpr int kNone = -1;  // an address or bit that the drive does not have
+constexpr int kLastAddress = 0xffff;
+// From one step per metre to steps of 0.1 nm; values outside are mistakes of units.
+constexpr double kMinScale = 1e-3;
+constexpr double kMaxScale = 1e7;
 
-// Converts the text of a file to a map; every error starts with the file's name.
-class MapBuilder {
+// A map's file: its keys, bound to the map. The words of writes are texts until they are parsed.
+// Every error starts with the file's name.
+class RegisterMapFile {
  public:
-  explicit MapBuilder(std::string source) : source_(std::move(source)) {}
+  explicit RegisterMapFile(std::string source) : source_(std::move(source)) {
+    map_.steps_per_mm = 0.0;  // until it is read
+    map_.speed_per_mm_s = 0.0;
+  }
+  RegisterMapFile(const RegisterMapFile&) = delete;
+  RegisterMapFile& operator=(const RegisterMapFile&) = delete;
 
-  RegisterMap build(const RegisterMapText& text) const {
-    RegisterMap map;
-    map.name = text.name;
-    map.steps_per_mm = text.steps_per_mm;
-    map.low_word_first = text.low_word_first;
-    map.input_registers = text.input_registers;
-    map.one_read = text.one_read;
-    map.position_address = text.position_address;
-    map.status_address = text.status_address;
-    map.alarm_address = text.alarm_address;
-    map.speed_per_mm_s = text.speed_per_mm_s;
-    map.acceleration_per_mm_s2 = text.acceleration_per_mm_s2;
-    map.acceleration_time_to_mm_s = text.acceleration_time_to_mm_s;
-    map.move = write("move", text.move);
-    map.start = optional_write("start", text.start);
-    map.home = write("home", text.home);
-    map.stop = write("stop", text.stop);
-    map.reset_alarm = optional_write("reset_alarm", text.reset_alarm);
-    map.alarm = bit(text.alarm);
-    map.enabled = bit(text.enabled);
-    map.homed = bit(text.homed);
-    map.moving = bit(text.moving);
-    map.in_position = bit(text.in_position);
-    map.at_low_limit = bit(text.at_low_limit);
-    map.at_high_limit = bit(text.at_high_limit);
-    map.identity_address = text.identity_address;
-    map.identity_value = text.identity_value;
-    return map;
+  SettingsSchema schema() {
+    SettingsSchema schema;
+    schema.text("name", &map_.name)
+        .number("steps_per_mm", &map_.steps_per_mm, kMinScale, kMaxScale)
+        .boolean("low_word_first", &map_.low_word_first)
+        .boolean("input_registers", &map_.input_registers)
+        .boolean("one_read", &map_.one_read)
+        .integer("position_address", &map_.position_address, kNone, kLastAddress - 1)
+        .integer("status_address", &map_.status_address, kNone, kLastAddress)
+        .integer("alarm_address", &map_.alarm_address, kNone, kLastAddress)
+        .number("speed_per_mm_s", &map_.speed_per_mm_s, kMinScale, kMaxScale)
+        .number("acceleration_per_mm_s2", &map_.acceleration_per_mm_s2, 0.0, kMaxScale)
+        .number("acceleration_time_to_mm_s", &map_.acceleration_time_to_mm_s, 0.0, kMaxScale)
+        .integer("identity.address", &map_.identity_address, kNone, kLastAddress)
+        .integer("identity.value", &map_.identity_value, 0, 0xffff);
+    for (WriteText* write : {&move_, &start_, &home_, &stop_, &reset_alarm_}) {
+      schema.integer(write->key + ".address", &write->address, kNone, kLastAddress)
+          .words(write->key + ".words", &write->words, kMaxWords);
+    }
+    for (BitText& each : bits_) {
+      schema.integer("status." + each.key + ".bit", &each.read.bit, kNone, 15)
+          .boolean("status." + each.key + ".active_low", &each.read.active_low);
+    }
+    return schema;
+  }
+
+  // Once the schema has read the file.
+  RegisterMap checked_map() {
+    map_.move = write(move_);
+    map_.start = optional_write(start_);
+    map_.home = write(home_);
+    map_.stop = write(stop_);
+    map_.reset_alarm = optional_write(reset_alarm_);
+    for (const BitText& each : bits_) {
+      if (each.read.bit >= 0) *each.bit = each.read;
+    }
+    check(map_);
+    return map_;
+  }
+
+ private:
+  struct WriteText {
+    std::string key;
+    int address = kNone;
+    std::vector<std::string> words{};  // numbers, or names such as "position_high"
+  };
+  struct BitText {
+    std::string key;
+    std::optional<StatusBit>* bit;
+    StatusBit read{.bit = kNone, .active_low = false};
+  };
+
+  [[noreturn]] void fail(const std::string& what) const { throw UsageError(source_ + ": " + what); }
+
+  void require_address(const char* key, int address) const {
+    if (address < 0) fail(fmt::format("'{}' is missing", key));
   }
 
   void check(const RegisterMap& map) const {
@@ -83,13 +125,6 @@ class MapBuilder {
     check_one_read(map);
   }
 
- private:
-  [[noreturn]] void fail(const std::string& what) const { throw UsageError(source_ + ": " + what); }
-
-  void require_address(const char* key, int address) const {
-    if (address < 0) fail(fmt::format("'{}' is missing", key));
-  }
-
   BlockWord word(const std::string& key, const std::string& text) const {
     for (const NamedMeaning& named : kMeanings) {
       if (text == named.name) return {named.meaning, 0};
@@ -106,25 +141,20 @@ class MapBuilder {
                      suggestion(text, names)));
   }
 
-  RegisterWrite write(const std::string& key, const WriteText& text) const {
-    if (text.address < 0) fail(fmt::format("'{}.address' is missing", key));
-    if (text.words.empty()) fail(fmt::format("'{}.words' is missing", key));
+  RegisterWrite write(const WriteText& text) const {
+    if (text.address < 0) fail(fmt::format("'{}.address' is missing", text.key));
+    if (text.words.empty()) fail(fmt::format("'{}.words' is missing", text.key));
     if (text.address + static_cast<int>(text.words.size()) - 1 > kLastAddress) {
-      fail(fmt::format("'{}' reaches beyond register 0xffff", key));
+      fail(fmt::format("'{}' reaches beyond register 0xffff", text.key));
     }
     RegisterWrite write{text.address, {}};
-    for (const std::string& each : text.words) write.words.push_back(word(key, each));
+    for (const std::string& each : text.words) write.words.push_back(word(text.key, each));
     return write;
   }
 
-  std::optional<RegisterWrite> optional_write(const std::string& key, const WriteText& text) const {
+  std::optional<RegisterWrite> optional_write(const WriteText& text) const {
     if (text.address < 0 && text.words.empty()) return std::nullopt;
-    return write(key, text);
-  }
-
-  static std::optional<StatusBit> bit(const StatusBitText& text) {
-    if (text.bit < 0) return std::nullopt;
-    return StatusBit{text.bit, text.active_low};
+    return write(text);
   }
 
   static auto count(const RegisterWrite& write, WordMeaning meaning) {
@@ -160,17 +190,31 @@ class MapBuilder {
   }
 
   std::string source_;
+  RegisterMap map_{};
+  WriteText move_{"move"}, start_{"start"}, home_{"home"}, stop_{"stop"};
+  WriteText reset_alarm_{"reset_alarm"};
+  std::array<BitText, 7> bits_{{{"alarm", &map_.alarm},
+                                {"enabled", &map_.enabled},
+                                {"homed", &map_.homed},
+                                {"moving", &map_.moving},
+                                {"in_position", &map_.in_position},
+                                {"at_low_limit", &map_.at_low_limit},
+                                {"at_high_limit", &map_.at_high_limit}}};
 };
 
 }  // namespace
 
 RegisterMap read_register_map(const std::filesystem::path& file) {
-  RegisterMapText text;
-  register_map_schema(&text).load(file);
-  const MapBuilder builder(file.string());
-  RegisterMap map = builder.build(text);
-  builder.check(map);
-  return map;
+  RegisterMapFile text(file.string());
+  text.schema().load(file);
+  return text.checked_map();
+}
+
+std::set<std::string> register_map_keys() {
+  RegisterMapFile text("");
+  std::set<std::string> keys;
+  for (const auto& [key, value] : text.schema().values()) keys.insert(key);
+  return keys;
 }
 
 }  // namespace raywalk::capture

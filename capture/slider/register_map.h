@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -71,5 +72,8 @@ struct RegisterMap {
 // for a map that cannot move a carriage: no position words, no stop, no scale of the acceleration,
 // an alarm code without an alarm bit, a word of a move in another write.
 RegisterMap read_register_map(const std::filesystem::path& file);
+
+// Every key that a map's file may have.
+std::set<std::string> register_map_keys();
 
 }  // namespace raywalk::capture

@@ -3,10 +3,11 @@
 
 #include <array>
 #include <filesystem>
-#include <stdexcept>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "capture/base/word_of.h"
 #include "capture/slider/carriage.h"
 
 namespace raywalk::capture {
@@ -21,24 +22,10 @@ inline constexpr std::array kSerialParities{SerialParity::kNone, SerialParity::k
 
 // The words of the configuration file.
 constexpr std::string_view name_of(SliderConnection connection) {
-  switch (connection) {
-    case SliderConnection::kRtu:
-      return "rtu";
-    case SliderConnection::kTcp:
-      return "tcp";
-  }
-  throw std::logic_error("unknown connection of a slider");
+  return word_of(connection, {"rtu", "tcp"});
 }
 constexpr std::string_view name_of(SerialParity parity) {
-  switch (parity) {
-    case SerialParity::kNone:
-      return "none";
-    case SerialParity::kEven:
-      return "even";
-    case SerialParity::kOdd:
-      return "odd";
-  }
-  throw std::logic_error("unknown parity");
+  return word_of(parity, {"none", "even", "odd"});
 }
 
 struct SliderConfig {
@@ -61,5 +48,13 @@ struct SliderConfig {
   int placements_per_line = 1;    // of the rail, at most: lines longer than the rail need several
   MotionRules motion{};
 };
+
+struct ImpossibleSetting {
+  std::string key{};   // "slider.host"
+  std::string what{};  // "is missing; name the drive's address"
+};
+
+// The first setting of the connection that cannot be; none if all can.
+std::optional<ImpossibleSetting> impossible_connection(const SliderConfig& config);
 
 }  // namespace raywalk::capture

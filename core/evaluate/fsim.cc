@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/median.h"
+#include "core/base/parallel.h"
 #include "core/evaluate/metrics.h"
 #include "core/geometry/sphere.h"
 
@@ -159,7 +160,7 @@ double noise_threshold(const Response& finest, double power_ratio) {
 //
 // Kovesi's measure (Image Features from Phase Congruency, Videre 1(3), 1999) with the settings of
 // FSIM: log-Gabor filters at 4 scales and 4 orientations, shortest wavelength 6 pixels, factor 2
-// between scales. The filters are built once for images of one size.
+// between scales. The filters are built once for both images.
 class PhaseCongruency {
  public:
   explicit PhaseCongruency(cv::Size size) {
@@ -243,18 +244,28 @@ class PhaseCongruency {
 
 }  // namespace
 
-double fsim(const cv::Mat& a, const cv::Mat& b) {
+FeatureSimilarity feature_similarity(const cv::Mat& a, const cv::Mat& b) {
   require_image_pair(a, b, kMinSide_px);
   const int factor =
       std::max(1, static_cast<int>(std::lround(std::min(a.rows, a.cols) / kWorkingSide_px)));
-  const cv::Mat luma_a = reduced(luma_of(a), factor), luma_b = reduced(luma_of(b), factor);
-  const PhaseCongruency congruency(luma_a.size());
-  const cv::Mat congruency_a = congruency(luma_a), congruency_b = congruency(luma_b);
-  const cv::Mat gradients = similarity(gradient_magnitude(luma_a), gradient_magnitude(luma_b), kT2);
-  const cv::Mat weight = cv::max(congruency_a, congruency_b);
-  const double weight_sum = cv::sum(weight)[0];
-  if (weight_sum == 0.0) return 1.0;
-  return gradients.mul(weight).dot(similarity(congruency_a, congruency_b, kT1)) / weight_sum;
+  const std::array images{reduced(luma_of(a), factor), reduced(luma_of(b), factor)};
+  const PhaseCongruency congruency_of(images[0].size());
+  std::array<cv::Mat, 2> congruency, gradient;
+  parallel_for(0, 2, 1, [&](int i, int) {
+    congruency.at(i) = congruency_of(images.at(i));
+    gradient.at(i) = gradient_magnitude(images.at(i));
+  });
+  const cv::Mat weight = cv::max(congruency[0], congruency[1]);
+  const cv::Mat similar =
+      similarity(gradient[0], gradient[1], kT2).mul(similarity(congruency[0], congruency[1], kT1));
+  return {similar.mul(weight), weight};
 }
+
+double fsim(const FeatureSimilarity& features) {
+  const double weight_sum = cv::sum(features.weight)[0];
+  return weight_sum == 0.0 ? 1.0 : cv::sum(features.weighted)[0] / weight_sum;
+}
+
+double fsim(const cv::Mat& a, const cv::Mat& b) { return fsim(feature_similarity(a, b)); }
 
 }  // namespace raywalk

@@ -17,9 +17,21 @@
 
 namespace raywalk {
 
+// What FSIM averages, of every pixel of the images averaged down: CV_64FC1 of their size.
+struct FeatureSimilarity {
+  cv::Mat weighted{};  // S_P S_G max(P_a, P_b)
+  cv::Mat weight{};    // max(P_a, P_b)
+};
+
+// Images are CV_8UC3 in BGR order, of equal size, at least 8x8; throws Error otherwise.
+FeatureSimilarity feature_similarity(const cv::Mat& a, const cv::Mat& b);
+
+// Of the images, or of the part of them that is given.
+double fsim(const FeatureSimilarity& features);
+
 // In (0, 1], 1 for equal images; also 1 where neither image has any feature to compare (two
-// constant images: FSIM does not see brightness). Symmetric. Images are CV_8UC3 in BGR order, of
-// equal size, at least 8x8; throws Error otherwise.
+// constant images: FSIM does not see brightness). Symmetric. Throws Error as feature_similarity
+// does.
 double fsim(const cv::Mat& a, const cv::Mat& b);
 
 }  // namespace raywalk

@@ -195,19 +195,22 @@ cv::Mat truth_completed_by(const cv::Mat& view, const TrueView& truth) {
 ordered_json quarter_scores_of(const Grid& grid, const cv::Mat& view, const TrueView& truth) {
   // Ray-space360's plan without a blend: straight ahead every side is read from its own line.
   const ViewPlan plan(grid, truth.viewpoint, {kHalfPi, 0.0});
+  const cv::Mat completed = truth_completed_by(view, truth);
+  const FeatureSimilarity features = feature_similarity(view, completed);
   ordered_json quarters = ordered_json::array();
   for (const Side side : {Side::kFront, Side::kRight, Side::kBack, Side::kLeft}) {
     const double theta_rad = side_normal_rad(side);
     const ColumnPlan ahead = plan.column(theta_rad);
     if (ahead.front_count == 0) continue;
-    TrueView quarter;
-    quarter.image = quarter_of(truth.image, theta_rad);
-    if (!truth.mask.empty()) quarter.mask = quarter_of(truth.mask, theta_rad);
-    if (!quarter.mask.empty() && cv::countNonZero(quarter.mask) == 0) continue;
-    ordered_json row{{"line_distance_m", ahead.front[0].d_p_m}};
-    row.update(scores_of(quarter_of(view, theta_rad), quarter));
-    row.erase("ws_psnr_db");  // of whole panoramas
-    quarters.push_back(std::move(row));
+    const auto quarter = [&](const cv::Mat& image) { return quarter_of(image, theta_rad); };
+    cv::Mat mask;
+    if (!truth.mask.empty()) mask = quarter(truth.mask);
+    if (!mask.empty() && cv::countNonZero(mask) == 0) continue;
+    const double psnr = psnr_db(quarter(view), quarter(truth.image), mask);
+    quarters.push_back({{"line_distance_m", ahead.front[0].d_p_m},
+                        {"psnr_db", std::min(kMaxPsnrDb, psnr)},
+                        {"ssim", ssim(quarter(view), quarter(completed))},
+                        {"fsim", fsim({quarter(features.weighted), quarter(features.weight)})}});
   }
   return quarters;
 }

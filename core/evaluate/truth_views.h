@@ -79,13 +79,13 @@ cv::Mat truth_completed_by(const cv::Mat& view, const TrueView& truth);
 // ahead: one view gives up to four points.
 //
 // A list of {"line_distance_m": from the viewpoint straight ahead to the line, "psnr_db", "ssim",
-// "fsim"}, one for every side that a line serves and that is not masked completely. FSIM assumes
-// that columns wrap around, which is not true of a quarter: the jump between its outermost columns
-// counts as a feature, in both images alike. Images are at least 32 pixels wide.
+// "fsim"}, one for every side that a line serves and that is not masked completely. FSIM is
+// averaged over the quarter from features of the whole panorama, whose columns wrap around. Images
+// are at least 32 pixels wide.
 nlohmann::ordered_json quarter_scores_of(const Grid& grid, const cv::Mat& view,
                                          const TrueView& truth);
 
-// The 90 degrees around longitude `theta_rad` of a panorama whose width is a multiple of 4.
+// The 90 degrees around longitude `theta_rad` of a panorama: a quarter of its columns, rounded down.
 cv::Mat quarter_of(const cv::Mat& panorama, double theta_rad);
 
 // Mean of a key over the rows where it is known; null where it is in none.

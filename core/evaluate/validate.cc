@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 // Increment when views or scores change: results of another version are not found.
-constexpr int kResultsVersion = 4;
+constexpr int kResultsVersion = 5;
 constexpr std::size_t kMostShown = 3;  // truths on the page
 constexpr int kPageWidth_px = 720;     // of an image on the page: sharp at half its width
 // Factor that makes absolute differences visible: 32 levels become 128.

@@ -38,7 +38,11 @@ struct Closer {
 using OpenFile = std::unique_ptr<std::FILE, Closer>;
 
 // The message of an errno value.
-std::string reason(int error_number) { return std::generic_category().message(error_number); }
+std::string reason(int error_number) {
+  const std::string message = std::generic_category().message(error_number);
+  const bool is_full = error_number == ENOSPC || error_number == EDQUOT;
+  return is_full ? message + "; free some space" : message;
+}
 
 [[noreturn]] void throw_write_error(const fs::path& target, const std::string& why) {
   throw Error("cannot write " + target.string() + ": " + why);
@@ -72,11 +76,28 @@ void check_target(const fs::path& target) {
   if (access(directory.c_str(), W_OK | X_OK) != 0) throw_write_error(target, reason(errno));
 }
 
+// Renames without replacing; 0 or an errno value (EEXIST). Some network file systems do not support
+// the flag (rename(2): EINVAL); link() also fails where the name exists.
+int rename_new(const fs::path& from, const fs::path& to) {
+  if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return 0;
+  if (errno != EINVAL && errno != ENOSYS) return errno;
+  return link(from.c_str(), to.c_str()) == 0 && unlink(from.c_str()) == 0 ? 0 : errno;
+}
+
 // fsync of a file or directory; 0 or an errno value. Some file systems cannot sync a directory and
 // return EINVAL (fsync(2)); no data is lost.
 int sync_to_disk(const fs::path& path) {
   const OpenFile file(std::fopen(path.c_str(), "re"));
   return file && (fsync(fileno(file.get())) == 0 || errno == EINVAL) ? 0 : errno;
+}
+
+// Writes a file that does not exist yet; 0 or an errno value.
+int write_bytes(const fs::path& path, std::span<const std::byte> bytes) {
+  OpenFile file(std::fopen(path.c_str(), "wxe"));
+  const bool written =
+      file && std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size() &&
+      std::fclose(file.release()) == 0;  // network file systems report failed writes here
+  return written ? 0 : errno;
 }
 
 // Process ids mean something only until the system is restarted, and only within one container (PID
@@ -173,12 +194,34 @@ void AtomicFile::commit() {
 
 void write_file_atomically(const fs::path& target, std::span<const std::byte> bytes) {
   AtomicFile output(target);
-  OpenFile file(std::fopen(output.temporary_path().c_str(), "wxe"));
-  if (!file || std::fwrite(bytes.data(), 1, bytes.size(), file.get()) != bytes.size() ||
-      std::fclose(file.release()) != 0) {  // network file systems report failed writes here
-    throw_write_error(target, reason(errno));
+  if (const int error = write_bytes(output.temporary_path(), bytes)) {
+    throw_write_error(target, reason(error));
   }
   output.commit();
+}
+
+void write_new_file(const fs::path& target, std::span<const std::byte> bytes) {
+  const fs::path temporary = temporary_beside(target);
+  fs::path made = temporary;
+  int error = write_bytes(temporary, bytes);
+  if (error == 0) error = sync_to_disk(temporary);
+  if (error == 0) error = rename_new(temporary, target);
+  if (error == 0) {
+    made = target;
+    error = sync_to_disk(directory_of(target));
+  }
+  if (error == 0) return;
+  std::error_code ignored;
+  fs::remove(made, ignored);
+  if (error == EEXIST) {
+    throw Error(target.string() + " already exists and is not overwritten; move it elsewhere");
+  }
+  throw_write_error(target, reason(error));
+}
+
+void sync_directory(const fs::path& directory) {
+  const int error = sync_to_disk(directory);
+  if (error != 0) throw Error("cannot sync " + directory.string() + ": " + reason(error));
 }
 
 void write_file_atomically(const fs::path& target, std::string_view text) {

@@ -38,6 +38,13 @@ class AtomicFile {
 void write_file_atomically(const std::filesystem::path& target, std::span<const std::byte> bytes);
 void write_file_atomically(const std::filesystem::path& target, std::string_view text);
 
+// Writes a new file: complete and on the disk when it returns, or not there at all. Throws Error
+// naming the target (its name is taken, also by a symbolic link; disk full).
+void write_new_file(const std::filesystem::path& target, std::span<const std::byte> bytes);
+
+// Returns once names made, changed or removed in the directory are on the disk. Throws Error.
+void sync_directory(const std::filesystem::path& directory);
+
 // The directory a file lies in; "." for a bare name.
 std::filesystem::path directory_of(const std::filesystem::path& file);
 

@@ -50,6 +50,24 @@ TEST(AtomicFile, WithoutCommitTheOldContentStaysAndNothingElse) {
   EXPECT_EQ(directory.entries(), 1U);
 }
 
+TEST(WriteNewFile, NeverOverwritesAFileOrALink) {
+  const TestDirectory directory;
+  const auto write = [&](const std::string& name, const std::string& text) {
+    write_new_file(directory / name, std::as_bytes(std::span(text)));
+  };
+  write("a.jpg", "first");
+  fs::create_symlink("elsewhere.jpg", directory / "b.jpg");
+  for (const char* name : {"a.jpg", "b.jpg"}) {
+    EXPECT_THAT(error_of([&] { write(name, "second"); }),
+                AllOf(HasSubstr(name), HasSubstr("already exists and is not overwritten")));
+  }
+  EXPECT_EQ(read_file(directory / "a.jpg"), "first");
+  EXPECT_TRUE(fs::is_symlink(directory / "b.jpg"));
+  EXPECT_EQ(directory.entries(), 2U);
+  EXPECT_THAT(error_of([&] { write("gone/c.jpg", "picture"); }),
+              AllOf(HasSubstr("cannot write"), HasSubstr("c.jpg"), HasSubstr("No such file")));
+}
+
 TEST(AtomicFile, LongestLegalNameCanBeWritten) {
   const TestDirectory directory;
   const fs::path target = directory / (std::string(251, 'x') + ".txt");

@@ -177,7 +177,7 @@ TEST(ShippedConfigs, AreSuggestedForWhatIsNeitherFileNorName) {
                     HasSubstr(shipped_configs(ConfigKind::kLens).string()),
                     HasSubstr("; did you mean 'theta-like'?")));
   EXPECT_THAT(missing_config_text("capture", ConfigKind::kCapture),
-              HasSubstr("valid are capture-gpio, capture-osc, capture-v4l2"));
+              HasSubstr("valid are capture-gpio, capture-insta360, capture-osc, "));
   const std::string here = (fs::current_path() / "b.yaml").string();
   EXPECT_THAT(missing_config_text("b.yaml", ConfigKind::kSlider),
               AllOf(HasSubstr("is '" + here + "'"), HasSubstr("leadshine-pr0")));

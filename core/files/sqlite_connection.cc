@@ -54,7 +54,9 @@ SQLite::Database opened(const fs::path& file, SqliteAccess access) {
   std::error_code none;
   if (fs::exists(file, none)) require_regular_file(file);  // SQLite would wait for a named pipe
   if (access == SqliteAccess::kReadWrite) {
-    return {file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, kBusyTimeout_ms};
+    // As a URI, which attach() needs.
+    return {uri_of(file, "mode=rwc"),
+            SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLITE_OPEN_URI, kBusyTimeout_ms};
   }
   try {
     SQLite::Database database(file.string(), SQLite::OPEN_READONLY, kBusyTimeout_ms);
@@ -105,6 +107,12 @@ void SqliteConnection::fail(const SQLite::Exception& error) const {
 
 void SqliteConnection::execute(const std::string& sql) {
   guarded([&] { database_.exec(sql); });
+}
+
+void SqliteConnection::attach(const SqliteConnection& other, const std::string& name) {
+  const bool is_immutable = other.database_.getFilename().starts_with("file:");
+  const std::string uri = uri_of(other.file_, is_immutable ? "immutable=1" : "mode=ro");
+  SqliteStatement(this, "ATTACH ?1 AS " + name).bind(uri).run();
 }
 
 std::int64_t SqliteConnection::integer(const std::string& sql) {

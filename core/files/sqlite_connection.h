@@ -33,6 +33,8 @@ class SqliteConnection {
 
   // Runs one or several statements that return nothing.
   void execute(const std::string& sql);
+  // Makes the tables of a database that was opened to read available as "name.table".
+  void attach(const SqliteConnection& other, const std::string& name);
   // The first value of the first row, as "PRAGMA user_version" gives it; 0 or "" for NULL. Throws
   // Error if there is no row.
   std::int64_t integer(const std::string& sql);

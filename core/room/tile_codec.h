@@ -7,8 +7,6 @@
 // much to undo.
 //
 // JPEG: the CRC-32 (zlib's, little-endian) of a JPEG file without subsampled colours, and the file.
-//
-// A plain library, as the filter that HDF5 loads into other programs (hdf5_filter.cc) has it too.
 #pragma once
 
 #include <cstddef>
@@ -30,9 +28,8 @@ struct TileSize {
   friend bool operator==(const TileSize&, const TileSize&) = default;
 };
 
-// The filter of encoded tiles for HDF5 (python/hdf5_filter.cc): one of the numbers that HDF5 leaves
-// for use outside its registry, and what it is told of them: the form (1: lossless, 2: JPEG), their
-// columns and rows.
+// The filter of encoded tiles for HDF5: one of the numbers that HDF5 leaves for use outside its
+// registry, and what it is told of them: the form (1: lossless, 2: JPEG), their columns and rows.
 inline constexpr int kTileFilter = 456;
 inline std::vector<unsigned> filter_values(RayForm::Kind kind, TileSize size) {
   return {kind == RayForm::Kind::kJpeg ? 2U : 1U, static_cast<unsigned>(size.columns),

@@ -84,9 +84,9 @@ def test_error_curves_are_those_of_the_program(render, tmp_path):
     for stated in report["curves"]:
         curve = error_model.connection_error_curve(stated["d_src_m"], step_m=0.15, viewpoints=9)
         assert curve.k_deg.tolist() == report["k_deg"]
-        assert curve.e_m_rad.tolist() == stated["e_m_rad"]
-        assert curve.e_b_rad.tolist() == stated["e_b_rad"]
-        assert curve.e_t.tolist() == stated["e_t"]
+        assert curve.e_m_rad == pytest.approx(stated["e_m_rad"], rel=1e-12, abs=1e-12)
+        assert curve.e_b_rad == pytest.approx(stated["e_b_rad"], rel=1e-12, abs=1e-12)
+        assert curve.e_t == pytest.approx(stated["e_t"], rel=1e-12, abs=1e-12)
         assert curve.optimum_k_deg == stated["optimum_k_deg"]
 
 

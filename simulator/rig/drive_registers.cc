@@ -4,112 +4,81 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <vector>
 
-#include "simulator/rig/modbus_frames.h"
+#include "core/base/error.h"
 
 namespace raywalk::capture {
 namespace {
 
-constexpr std::uint8_t kReadHolding = 3, kReadInput = 4, kWriteOne = 6, kWriteSeveral = 16;
-constexpr std::uint8_t kIllegalFunction = 1, kIllegalAddress = 2, kIllegalValue = 3;
+// The addresses from `first` up to but not including `end`.
+struct AddressRange {
+  int first = std::numeric_limits<int>::max();
+  int end = 0;
 
-ModbusBytes exception_reply(int function, std::uint8_t code) {
-  return {static_cast<std::uint8_t>(function | 0x80), code};
-}
-
-void append_word(std::uint16_t word, ModbusBytes* bytes) {
-  bytes->push_back(static_cast<std::uint8_t>(word >> 8));
-  bytes->push_back(static_cast<std::uint8_t>(word & 0xff));
-}
+  void add(int address, int count) {
+    if (address < 0) return;
+    first = std::min(first, address);
+    end = std::max(end, address + count);
+  }
+  void add(const RegisterWrite& block) { add(block.address, static_cast<int>(block.words.size())); }
+  unsigned begin() const { return end > 0 ? static_cast<unsigned>(first) : 0; }
+  unsigned size() const { return static_cast<unsigned>(end) - begin(); }
+};
 
 // Saturates to the signed 32 bits of the feedback registers.
-std::uint32_t steps_from_mm(double mm, double steps_per_mm) {
+std::int32_t saturated_steps(double steps) {
   constexpr double kMin = std::numeric_limits<std::int32_t>::min();
   constexpr double kMax = std::numeric_limits<std::int32_t>::max();
-  const double steps = std::clamp(std::round(mm * steps_per_mm), kMin, kMax);
-  return static_cast<std::uint32_t>(static_cast<std::int32_t>(steps));
+  return static_cast<std::int32_t>(std::clamp(std::round(steps), kMin, kMax));
 }
 
 }  // namespace
 
 DriveRegisters::DriveRegisters(const RegisterMap& map, SimulatedDrive* drive)
-    : map_(map), drive_(drive) {}
+    : map_(map), drive_(drive) {
+  AddressRange holding, input;
+  AddressRange& state = map.input_registers ? input : holding;
+  state.add(map.position_address, 2);
+  for (const int address : {map.status_address, map.alarm_address, map.identity_address}) {
+    state.add(address, 1);
+  }
+  for (const RegisterWrite* block : {&map.move, &map.home, &map.stop}) holding.add(*block);
+  if (map.start) holding.add(*map.start);
+  if (map.reset_alarm) holding.add(*map.reset_alarm);
+  mapping_.reset(modbus_mapping_new_start_address(0, 0, 0, 0, holding.begin(), holding.size(),
+                                                  input.begin(), input.size()));
+  if (!mapping_) throw Error("no memory for the registers of the simulated drive");
+}
 
-ModbusBytes DriveRegisters::answer(std::span<const std::uint8_t> pdu) {
-  const int function = pdu.empty() ? 0 : pdu[0];
-  const bool reads = function == kReadHolding || function == kReadInput;
-  if (!reads && function != kWriteOne && function != kWriteSeveral) {
-    return exception_reply(function, kIllegalFunction);
-  }
-  if (pdu.size() < 5) return exception_reply(function, kIllegalValue);
-  const int address = word_at(pdu, 1), count = word_at(pdu, 3);
-  if (reads) {
-    if (pdu.size() != 5 || count < 1 || count > 125) {
-      return exception_reply(function, kIllegalValue);
-    }
-    return read(function, address, count);
-  }
-  std::vector<std::uint16_t> words;
-  if (function == kWriteOne) {
-    if (pdu.size() != 5) return exception_reply(function, kIllegalValue);
-    words.push_back(word_at(pdu, 3));
+std::uint16_t& DriveRegisters::word_at(int address) const {
+  return mapping_->tab_registers[address - mapping_->start_registers];
+}
+
+void DriveRegisters::set_state(int address, int value) const {
+  if (address < 0) return;
+  const auto word = static_cast<std::uint16_t>(value & 0xffff);
+  if (map_.input_registers) {
+    mapping_->tab_input_registers[address - mapping_->start_input_registers] = word;
   } else {
-    const auto bytes = 2 * static_cast<std::size_t>(count);
-    if (count < 1 || count > 123 || pdu.size() != 6 + bytes || pdu[5] != bytes) {
-      return exception_reply(function, kIllegalValue);
-    }
-    for (std::size_t i = 0; i < bytes; i += 2) words.push_back(word_at(pdu, 6 + i));
+    word_at(address) = word;
   }
-  ModbusBytes reply = write(function, address, words);
-  // The reply to both functions is the beginning of the request.
-  if (reply.empty()) reply.assign(pdu.begin(), pdu.begin() + 5);
-  return reply;
 }
 
-// Registers in gaps of the map read as 0. Reading beyond its ends is an error.
-ModbusBytes DriveRegisters::read(int function, int address, int count) {
-  const bool holds_state = (function == kReadInput) == map_.input_registers;
-  std::map<int, std::uint16_t> words;
-  if (holds_state) words = state_words();
-  const int last_address = address + count - 1;
-  const bool in_state =
-      !words.empty() && address >= words.begin()->first && last_address <= words.rbegin()->first;
-  bool in_blocks = function == kReadHolding;
-  for (int at = address; at <= last_address; ++at) in_blocks = in_blocks && is_writable(at);
-  if (!in_state && !in_blocks) return exception_reply(function, kIllegalAddress);
-  ModbusBytes reply{static_cast<std::uint8_t>(function), static_cast<std::uint8_t>(2 * count)};
-  for (int at = address; at <= last_address; ++at) {
-    std::uint16_t word = 0;
-    if (const auto kept = written_.find(at); kept != written_.end()) word = kept->second;
-    if (const auto state = words.find(at); state != words.end()) word = state->second;
-    append_word(word, &reply);
-  }
-  return reply;
-}
-
-std::map<int, std::uint16_t> DriveRegisters::state_words() {
+modbus_mapping_t* DriveRegisters::refreshed() {
   const DriveState state = drive_->state();
-  const std::uint32_t steps = steps_from_mm(state.feedback_mm, map_.steps_per_mm);
-  const auto high = static_cast<std::uint16_t>(steps >> 16);
-  const auto low = static_cast<std::uint16_t>(steps & 0xffff);
-  std::map<int, std::uint16_t> words;
-  words[map_.position_address] = map_.low_word_first ? low : high;
-  words[map_.position_address + 1] = map_.low_word_first ? high : low;
-  words[map_.status_address] = status_word(state);
-  if (map_.alarm_address >= 0) {
-    words[map_.alarm_address] = static_cast<std::uint16_t>(state.alarm_code);
-  }
-  if (map_.identity_address >= 0) {
-    words[map_.identity_address] = static_cast<std::uint16_t>(map_.identity_value);
-  }
-  return words;
+  const std::int32_t steps = saturated_steps(state.feedback_mm * map_.steps_per_mm);
+  set_state(map_.position_address, map_.low_word_first ? steps : steps >> 16);
+  set_state(map_.position_address + 1, map_.low_word_first ? steps >> 16 : steps);
+  set_state(map_.status_address, status_word(state));
+  set_state(map_.alarm_address, state.alarm_code);
+  set_state(map_.identity_address, map_.identity_value);
+  return mapping_.get();
 }
 
-std::uint16_t DriveRegisters::status_word(const DriveState& state) const {
-  unsigned word = 0;
+int DriveRegisters::status_word(const DriveState& state) const {
+  int word = 0;
   const auto set = [&word](const std::optional<StatusBit>& bit, bool value) {
-    if (bit && value != bit->active_low) word |= 1U << bit->bit;
+    if (bit && value != bit->active_low) word |= 1 << bit->bit;
   };
   set(map_.alarm, state.alarm);
   set(map_.enabled, state.enabled);
@@ -118,44 +87,25 @@ std::uint16_t DriveRegisters::status_word(const DriveState& state) const {
   set(map_.in_position, state.in_position);
   set(map_.at_low_limit, state.at_low_limit);
   set(map_.at_high_limit, state.at_high_limit);
-  return static_cast<std::uint16_t>(word);
+  return word;
 }
 
-bool DriveRegisters::is_writable(int address) const {
-  const auto holds = [address](const RegisterWrite& block) {
-    return address >= block.address &&
-           address < block.address + static_cast<int>(block.words.size());
-  };
-  return holds(map_.move) || holds(map_.home) || holds(map_.stop) ||
-         (map_.start && holds(*map_.start)) || (map_.reset_alarm && holds(*map_.reset_alarm));
-}
-
-// Whether a write of `count` words covered the block and its constants match the map.
-bool DriveRegisters::was_written(const RegisterWrite& block, int address, std::size_t count) const {
-  const int end = address + static_cast<int>(count);
+// Whether the write covered the block and its constants match the map.
+bool DriveRegisters::was_written(const RegisterWrite& block, int address, int count) const {
   const auto size = static_cast<int>(block.words.size());
-  if (size == 0 || address > block.address || end < block.address + size) return false;
+  if (address > block.address || address + count < block.address + size) return false;
   for (int i = 0; i < size; ++i) {
     const BlockWord& word = block.words[static_cast<std::size_t>(i)];
-    if (word.meaning == WordMeaning::kConstant && written_.at(block.address + i) != word.constant) {
-      return false;
-    }
+    const bool matches =
+        word.meaning != WordMeaning::kConstant || word_at(block.address + i) == word.constant;
+    if (!matches) return false;
   }
-  return true;
+  return size > 0;
 }
 
-// Returns an exception, or nothing on success.
-ModbusBytes DriveRegisters::write(int function, int address, std::span<const std::uint16_t> words) {
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (!is_writable(address + static_cast<int>(i))) {
-      return exception_reply(function, kIllegalAddress);
-    }
-  }
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    written_[address + static_cast<int>(i)] = words[i];
-  }
+bool DriveRegisters::execute(int address, int count) {
   const auto written = [&](const std::optional<RegisterWrite>& block) {
-    return block && was_written(*block, address, words.size());
+    return block && was_written(*block, address, count);
   };
   if (written(map_.stop)) {
     drive_->stop();
@@ -163,73 +113,57 @@ ModbusBytes DriveRegisters::write(int function, int address, std::span<const std
     drive_->reset_alarm();
   } else if (written(map_.home)) {
     drive_->home();
-  } else if (map_.start ? written(map_.start) : written(map_.move)) {
-    if (!start_move(command_of(map_.move))) return exception_reply(function, kIllegalValue);
+  } else if (written(map_.start ? map_.start : map_.move)) {
+    return start_move();
   }
-  return {};
+  return true;
 }
 
-DriveRegisters::Command DriveRegisters::command_of(const RegisterWrite& block) const {
-  Command command;
+double DriveRegisters::acceleration_of(std::uint16_t units) const {
+  // Some drives take the milliseconds to reach a speed.
+  return map_.acceleration_time_to_mm_s > 0.0 ? map_.acceleration_time_to_mm_s / (1e-3 * units)
+                                              : units / map_.acceleration_per_mm_s2;
+}
+
+// What the block does not hold is the drive's maximum.
+bool DriveRegisters::start_move() const {
+  const DriveSettings& settings = drive_->settings();
   std::uint32_t position = 0;
-  bool has_high = false;
-  for (std::size_t i = 0; i < block.words.size(); ++i) {
-    const auto kept = written_.find(block.address + static_cast<int>(i));
-    const std::uint16_t word = kept == written_.end() ? std::uint16_t{0} : kept->second;
-    switch (block.words[i].meaning) {
+  std::uint32_t speed = 0;
+  bool has_speed = false;
+  std::optional<double> acceleration, deceleration;
+  for (std::size_t i = 0; i < map_.move.words.size(); ++i) {
+    const std::uint16_t word = word_at(map_.move.address + static_cast<int>(i));
+    const WordMeaning meaning = map_.move.words[i].meaning;
+    switch (meaning) {
       case WordMeaning::kConstant:
         break;
       case WordMeaning::kPositionHigh:
         position |= static_cast<std::uint32_t>(word) << 16;
-        has_high = true;
         break;
       case WordMeaning::kPositionLow:
         position |= word;
         break;
       case WordMeaning::kSpeed:
       case WordMeaning::kSpeedLow:
-        command.speed |= word;
-        command.has_speed = true;
-        break;
       case WordMeaning::kSpeedHigh:
-        command.speed |= static_cast<std::int64_t>(word) << 16;
+        speed |= static_cast<std::uint32_t>(word) << (meaning == WordMeaning::kSpeedHigh ? 16 : 0);
+        has_speed = true;
         break;
       case WordMeaning::kAcceleration:
-        command.acceleration = word;
-        command.has_acceleration = true;
+        acceleration = acceleration_of(word);
         break;
       case WordMeaning::kDeceleration:
-        command.deceleration = word;
-        command.has_deceleration = true;
+        deceleration = acceleration_of(word);
         break;
     }
   }
-  command.position_steps = has_high
-                               ? static_cast<std::int32_t>(position)
-                               : static_cast<std::int16_t>(static_cast<std::uint16_t>(position));
-  return command;
-}
-
-double DriveRegisters::acceleration_of(std::int64_t units) const {
-  const auto value = static_cast<double>(units);
-  if (map_.acceleration_time_to_mm_s > 0.0) {
-    // Milliseconds to reach that speed.
-    return map_.acceleration_time_to_mm_s / (1e-3 * value);
-  }
-  return value / map_.acceleration_per_mm_s2;
-}
-
-// Values that the block does not hold default to the drive's maximum.
-bool DriveRegisters::start_move(const Command& command) {
-  MotionBounds bounds{drive_->settings().max_speed_mm_s, drive_->settings().max_acceleration_mm_s2,
-                      drive_->settings().max_acceleration_mm_s2};
-  if (command.has_speed)
-    bounds.speed_mm_s = static_cast<double>(command.speed) / map_.speed_per_mm_s;
-  if (command.has_acceleration) {
-    bounds.acceleration_mm_s2 = bounds.deceleration_mm_s2 = acceleration_of(command.acceleration);
-  }
-  if (command.has_deceleration) bounds.deceleration_mm_s2 = acceleration_of(command.deceleration);
-  return drive_->move_to(static_cast<double>(command.position_steps) / map_.steps_per_mm, bounds);
+  const auto steps = static_cast<std::int32_t>(position);
+  MotionBounds bounds;
+  bounds.speed_mm_s = has_speed ? speed / map_.speed_per_mm_s : settings.max_speed_mm_s;
+  bounds.acceleration_mm_s2 = acceleration.value_or(settings.max_acceleration_mm_s2);
+  bounds.deceleration_mm_s2 = deceleration.value_or(bounds.acceleration_mm_s2);
+  return drive_->move_to(steps / map_.steps_per_mm, bounds);
 }
 
 }  // namespace raywalk::capture

@@ -6,9 +6,13 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
 #include <vector>
 
 #include "capture/base/manual_clock.h"
@@ -20,17 +24,17 @@ namespace {
 
 using Json = nlohmann::json;
 
+// A grey picture whose brightness is proportional to the exposure: level 64 at gain 1.
+std::string grey_picture(const ExposureNow& exposure) {
+  const cv::Mat image(32, 64, CV_8UC3, cv::Scalar::all(std::min(64.0 * exposure.gain, 255.0)));
+  std::vector<unsigned char> bytes;
+  cv::imencode(".jpg", image, bytes);
+  return {bytes.begin(), bytes.end()};
+}
+
 class OscServerTest : public testing::Test {
  protected:
-  OscServerTest()
-      : camera_(settings(), clock_, [](const ExposureNow&) { return std::string("a picture"); }),
-        server_(camera_, 0),
-        client_(server_.url()) {
-    server_.on_post("/rig/echo", [](const std::string& body) {
-      if (body.empty()) throw Error("nothing to echo");
-      return body;
-    });
-    server_.start();
+  OscServerTest() : camera_(settings(), &clock_, &faults_, grey_picture), client_(server_.url()) {
     client_.set_read_timeout(std::chrono::milliseconds(200));
   }
 
@@ -50,14 +54,31 @@ class OscServerTest : public testing::Test {
     return reply ? Json::parse(reply->body) : Json();
   }
 
+  // The picture of a new trigger; empty if there is none.
+  cv::Mat shoot() {
+    const Json id = execute("camera.takePicture", Json::object()).value("id", Json());
+    clock_.sleep(duration_from_ms(200.0));
+    const Json done = Json::parse(post("/osc/commands/status", {{"id", id}})->body);
+    const std::string url = done["results"].value("fileUrl", "");
+    const auto file = client_.Get("/files/" + url.substr(url.rfind('/') + 1));
+    if (url.empty() || !file || file->body.empty()) return {};
+    const std::vector<unsigned char> bytes(file->body.begin(), file->body.end());
+    return cv::imdecode(bytes, cv::IMREAD_COLOR);
+  }
+  static std::string echo(const std::string& body) {
+    if (body.empty()) throw Error("nothing to echo");
+    return body;
+  }
+
   TestDirectory directory_;
   ManualClock clock_;
+  Faults faults_{&clock_};
   SimulatedCamera camera_;
-  OscServer server_;
+  OscServer server_{&camera_, &faults_, 0, {{"/rig/echo", echo}}};
   httplib::Client client_;
 };
 
-TEST_F(OscServerTest, TakesListsFetchesAndDeletesAPicture) {
+TEST_F(OscServerTest, TakesAndFetchesAPicture) {
   const Json begun = execute("camera.takePicture", Json::object());
   EXPECT_EQ(begun.at("state"), "inProgress");
   clock_.sleep(duration_from_ms(200.0));
@@ -67,11 +88,8 @@ TEST_F(OscServerTest, TakesListsFetchesAndDeletesAPicture) {
   EXPECT_EQ(url, server_.url() + "/files/R0010001.JPG");
   const auto file = client_.Get("/files/R0010001.JPG");
   ASSERT_TRUE(file);
-  EXPECT_EQ(file->body, "a picture");
-  const Json list = execute("camera.listFiles", {{"fileType", "image"}, {"entryCount", 5}});
-  EXPECT_EQ(list.at("results").at("entries").at(0).at("fileUrl"), url);
-  EXPECT_EQ(execute("camera.delete", {{"fileUrls", {url}}}).at("state"), "done");
-  EXPECT_EQ(client_.Get("/files/R0010001.JPG")->status, 404);
+  EXPECT_TRUE(file->body.starts_with("\xFF\xD8"));
+  EXPECT_EQ(client_.Get("/files/R0010002.JPG")->status, 404);
 }
 
 TEST_F(OscServerTest, RefusesAsTheApiDocuments) {
@@ -99,33 +117,53 @@ TEST_F(OscServerTest, AdditionalHandlersAreServed) {
   EXPECT_EQ(Json::parse(refused->body).at("error").at("message"), "nothing to echo");
 }
 
-TEST_F(OscServerTest, ASilentCameraExecutesTheRequestWithoutAReply) {
-  camera_.faults().inject(CameraFault::kSilent);
-  EXPECT_FALSE(post("/osc/commands/execute", {{"name", "camera.takePicture"}}));
-  EXPECT_EQ(camera_.pictures_taken(), 1U);
-  EXPECT_TRUE(client_.Get("/osc/info"));
-}
-
-TEST_F(OscServerTest, WhileDownThePortIsClosed) {
-  camera_.faults().inject(CameraFault::kDown, 60000.0);
-  EXPECT_FALSE(client_.Get("/osc/info"));
-  httplib::Result reply = client_.Get("/osc/info");
-  EXPECT_FALSE(reply);
-  clock_.sleep(std::chrono::minutes(2));
-  for (int attempt = 0; attempt < 1000 && !reply; ++attempt) {
-    reply = client_.Get("/osc/info");
-    if (!reply) SystemClock().sleep(duration_from_ms(5.0));
+TEST_F(OscServerTest, OptionsAreThoseOfTheTable) {
+  const auto set = [this](const Json& options) {
+    return execute("camera.setOptions", {{"options", options}});
+  };
+  EXPECT_EQ(set({{"exposureProgram", 1}, {"iso", 200}}).at("state"), "done");
+  EXPECT_EQ(camera_.options().at("shutterSpeed"), 0.01666666) << "the metered one";
+  const cv::Mat twice = shoot();
+  EXPECT_EQ(set({{"iso", 100}}).at("state"), "done");
+  EXPECT_NEAR(cv::mean(twice)[0], 2.0 * cv::mean(shoot())[0], 2.5);
+  const Json before = camera_.options();
+  for (const Json& wrong : {Json{{"iso", 101}}, Json{{"shutterSpeed", 0.0123}},
+                            Json{{"_colorTemperature", 5050}}, Json{{"captureMode", "video"}}}) {
+    EXPECT_EQ(set(wrong).at("error").at("code"), "invalidParameterValue") << wrong;
   }
-  ASSERT_TRUE(reply);
-  EXPECT_EQ(reply->status, 200);
+  EXPECT_EQ(set({{"iso", 200}, {"_none", 1}}).at("error").at("code"), "invalidParameterName");
+  EXPECT_EQ(camera_.options(), before) << "a refused command changes nothing";
+  EXPECT_EQ(set({{"exposureProgram", 2}}).at("state"), "done");
+  EXPECT_EQ(camera_.options().at("iso"), 0);
 }
 
-TEST_F(OscServerTest, CanBeStoppedWithAWaitingClientAndRestarted) {
-  camera_.faults().inject(CameraFault::kSilent);
+TEST_F(OscServerTest, NamesContinueAfterTheFilesOnTheCard) {
+  shoot();
+  const SimulatedCamera again(settings(), &clock_, &faults_, grey_picture);
+  EXPECT_EQ(again.file("R0010001.JPG"), camera_.file("R0010001.JPG"));
+  std::ofstream(directory_ / "card/R0010007.JPG") << "a picture";
+  SimulatedCamera third(settings(), &clock_, &faults_, grey_picture);
+  third.execute(R"({"name": "camera.takePicture"})");
+  EXPECT_NO_THROW(third.file("R0010008.JPG"));
+}
+
+TEST_F(OscServerTest, FaultsOccurAtTheirPicture) {
+  faults_.add({.kind = RigFault::kEmptyPicture, .at_picture = 2});
+  EXPECT_EQ(shoot().cols, 64);
+  EXPECT_TRUE(shoot().empty());
+  EXPECT_EQ(shoot().cols, 64);
+  faults_.add({.kind = RigFault::kMissingPicture, .for_ms = 300.0});
+  EXPECT_TRUE(shoot().empty());
+  EXPECT_TRUE(shoot().empty());
+  EXPECT_EQ(shoot().cols, 64);
+}
+
+TEST_F(OscServerTest, WhileDownNothingOfTheCameraIsAnswered) {
+  faults_.add({.kind = RigFault::kDown, .for_ms = 60000.0});
   EXPECT_FALSE(client_.Get("/osc/info"));
-  server_.stop();
   EXPECT_FALSE(client_.Get("/osc/info"));
-  server_.start();
+  EXPECT_TRUE(client_.Post("/rig/echo", "{}", "application/json"));
+  clock_.sleep(std::chrono::minutes(2));
   EXPECT_TRUE(client_.Get("/osc/info"));
 }
 
@@ -170,7 +208,7 @@ TEST_F(OscServerTest, SilentClientsKeepNobodyWaiting) {
 }
 
 TEST_F(OscServerTest, PortInUseIsAnError) {
-  EXPECT_THROW(OscServer(camera_, server_.port()), Error);
+  EXPECT_THROW(OscServer(&camera_, &faults_, server_.port()), Error);
 }
 
 }  // namespace

@@ -1,11 +1,7 @@
 // A pseudo-terminal that serves as a simulated serial port.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
-#include <span>
-
-#include "simulator/rig/link_faults.h"
 
 namespace raywalk::capture {
 
@@ -22,18 +18,13 @@ class PseudoTerminal {
   PseudoTerminal(const PseudoTerminal&) = delete;
   PseudoTerminal& operator=(const PseudoTerminal&) = delete;
 
-  int descriptor() const { return master_; }  // for poll(); non-blocking
-  // The bytes that a client has written; empty if none.
-  ModbusBytes read();
-  // Bytes that do not fit the buffer are lost, as on a serial line without flow control.
-  void write(std::span<const std::uint8_t> bytes);
+  // Non-blocking: bytes that do not fit its buffer are lost, as on a serial line.
+  int descriptor() const { return master_; }
   // Clears the exclusive mode (TIOCEXCL) set by a client. As the terminal stays open here, it would
   // otherwise outlast the client and lock out the next one.
-  void lift_exclusion();
+  void lift_exclusion() const;
 
  private:
-  void make_link();
-
   std::filesystem::path link_;
   std::filesystem::path terminal_;
   int master_ = -1;

@@ -1,9 +1,7 @@
 #include "simulator/rig/render_ahead.h"
 
-#include <spdlog/spdlog.h>
-
+#include <chrono>
 #include <cmath>
-#include <exception>
 #include <utility>
 
 #include "capture/base/units.h"
@@ -23,65 +21,33 @@ bool is_same(const Attitude& a, const Attitude& b) {
 }  // namespace
 
 RenderAhead::RenderAhead(Render render, double tolerance_mm)
-    : render_(std::move(render)), tolerance_mm_(tolerance_mm), worker_([this] { work(); }) {}
-
-RenderAhead::~RenderAhead() {
-  {
-    const std::lock_guard lock(mutex_);
-    ended_ = true;
-  }
-  changed_.notify_all();
-  worker_.join();
-}
+    : render_(std::move(render)), tolerance_mm_(tolerance_mm) {}
 
 void RenderAhead::expect(const CameraPose& pose) {
   if (tolerance_mm_ <= 0.0) return;
-  {
-    const std::lock_guard lock(mutex_);
-    expected_ = pose;
-    image_.release();
-    wanted_ = true;
-  }
-  changed_.notify_all();
+  const std::lock_guard lock(mutex_);
+  std::erase_if(images_, [](const Image& image) {
+    return image.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  });
+  expected_ = pose;
+  images_.push_back(std::async(std::launch::async, render_, pose).share());
 }
 
-bool RenderAhead::is_expected_locked(const CameraPose& pose) const {
-  return expected_ && is_same(expected_->attitude, pose.attitude) &&
-         kMillimetresPerMetre * (expected_->position_m - pose.position_m).norm() <= tolerance_mm_;
+bool RenderAhead::is_expected(const CameraPose& pose) const {
+  return !images_.empty() && is_same(expected_.attitude, pose.attitude) &&
+         kMillimetresPerMetre * (expected_.position_m - pose.position_m).norm() <= tolerance_mm_;
 }
 
 SceneView RenderAhead::view(const CameraPose& pose) {
-  {
-    std::unique_lock lock(mutex_);
-    if (is_expected_locked(pose)) {
-      changed_.wait(lock, [&] { return !image_.empty() || !is_expected_locked(pose); });
-      if (is_expected_locked(pose)) return {*expected_, image_};
-    }
-  }
-  return {pose, render_(pose)};
-}
-
-void RenderAhead::work() {
   std::unique_lock lock(mutex_);
-  while (true) {
-    changed_.wait(lock, [&] { return wanted_ || ended_; });
-    if (ended_) return;
-    wanted_ = false;
-    const CameraPose pose = *expected_;
+  if (!is_expected(pose)) {
     lock.unlock();
-    cv::Mat image;
-    try {
-      image = render_(pose);
-    } catch (const std::exception& e) {
-      spdlog::debug("nothing can be rendered ahead: {}", e.what());
-    }
-    lock.lock();
-    if (!wanted_) {
-      image_ = image;
-      if (image.empty()) expected_.reset();  // the camera meets the error itself
-    }
-    changed_.notify_all();
+    return {pose, render_(pose)};
   }
+  const CameraPose expected = expected_;
+  const Image image = images_.back();
+  lock.unlock();
+  return {expected, image.get()};
 }
 
 }  // namespace raywalk::capture

@@ -1,12 +1,11 @@
 // Renders what the camera will see at the end of a move while the carriage is still on its way.
 #pragma once
 
-#include <condition_variable>
 #include <functional>
+#include <future>
 #include <mutex>
 #include <opencv2/core/mat.hpp>
-#include <optional>
-#include <thread>
+#include <vector>
 
 #include "simulator/room/cameras.h"
 
@@ -19,19 +18,14 @@ struct SceneView {
   cv::Mat image{};  // as rendered: size and type are those of Render's result
 };
 
-// Thread-safe. One thread of its own renders the latest expected pose.
+// Thread-safe.
 class RenderAhead {
  public:
   using Render = std::function<cv::Mat(const CameraPose&)>;
 
   // An expected pose is as good as the true one if its position is at most `tolerance_mm` away (0:
-  // never) and its attitude the same. `render` is called from two threads, possibly at once; what
-  // it throws while rendering ahead is dropped, as view() then calls it again.
+  // never) and its attitude the same. `render` is called from several threads, possibly at once.
   RenderAhead(Render render, double tolerance_mm);
-  // Waits for a picture in progress.
-  ~RenderAhead();
-  RenderAhead(const RenderAhead&) = delete;
-  RenderAhead& operator=(const RenderAhead&) = delete;
 
   // Starts rendering; replaces the pose expected before. Returns at once.
   void expect(const CameraPose& pose);
@@ -40,18 +34,17 @@ class RenderAhead {
   SceneView view(const CameraPose& pose);
 
  private:
-  void work();
-  bool is_expected_locked(const CameraPose& pose) const;
+  using Image = std::shared_future<cv::Mat>;
+
+  bool is_expected(const CameraPose& pose) const;
 
   const Render render_;
   const double tolerance_mm_;
   std::mutex mutex_;
-  std::condition_variable changed_;
-  std::optional<CameraPose> expected_;
-  cv::Mat image_;        // from the expected pose; empty until rendered
-  bool wanted_ = false;  // the expected pose is still to be rendered
-  bool ended_ = false;
-  std::thread worker_;  // last, as it uses all of the above
+  CameraPose expected_;
+  // Of the expected pose, the last one, and of earlier ones that are not complete yet: releasing
+  // such a future would wait for it. The destructor does.
+  std::vector<Image> images_;
 };
 
 }  // namespace raywalk::capture

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -17,8 +19,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// Of one line; as many as a configuration may have.
-constexpr double kMaxPlacements = 1000.0;
+// The target is rounded to whole steps, so it may differ slightly from the station.
+constexpr double kSamePlace_mm = 0.1;
 
 fs::path made(const fs::path& directory) {
   make_directories(directory);
@@ -70,43 +72,6 @@ json range_of(const Extremes& extremes) {
   return extremes.any ? json{extremes.low_mm, extremes.high_mm} : json(nullptr);
 }
 
-json parsed_request(const std::string& body) {
-  json request = json::parse(body, nullptr, false);
-  if (!request.is_object()) throw Error("the request is not a JSON object: " + excerpt(body));
-  return request;
-}
-
-double number_in(const json& request, const char* key, double otherwise) {
-  const auto found = request.find(key);
-  if (found == request.end()) return otherwise;
-  if (!found->is_number()) throw Error(fmt::format("'{}' must be a number", key));
-  return found->get<double>();
-}
-
-std::string word_in(const json& request, const char* key) {
-  const auto found = request.find(key);
-  if (found == request.end() || !found->is_string()) {
-    throw Error(fmt::format("'{}' is missing or not a string", key));
-  }
-  return found->get<std::string>();
-}
-
-FaultRequest fault_in(const json& request) {
-  for (const auto& [key, value] : request.items()) {
-    if (key != "kind" && key != "for_ms" && key != "after_ms" && key != "amount" &&
-        key != "requests") {
-      throw Error("unknown key " + excerpt(key));
-    }
-  }
-  FaultRequest fault;
-  fault.kind = word_in(request, "kind");
-  fault.for_ms = number_in(request, "for_ms", 0.0);
-  fault.after_ms = number_in(request, "after_ms", 0.0);
-  fault.amount = number_in(request, "amount", 0.0);
-  fault.requests = static_cast<int>(number_in(request, "requests", 1.0));
-  return fault;
-}
-
 }  // namespace
 
 Rig::Rig(const RigConfig& config, const fs::path& directory, Clock* clock)
@@ -125,49 +90,83 @@ Rig::Rig(const RigConfig& config, const CaptureConfig& capture, const fs::path& 
              config.camera.render_ahead_within_mm),
       truth_(&room_, truth_size(config), directory / "truth"),
       line_(plan_.lines.front().id),
-      drive_(config.slider, clock),
-      link_(config.link),
-      camera_(camera_settings(config.camera, frame_, directory / "card"), *clock,
-              [this](const ExposureNow& exposure) { return take_picture(exposure); }),
-      faults_(&drive_, &link_, &camera_),
-      registers_(read_register_map(capture.slider.register_map), &drive_),
-      osc_(camera_, config.camera.port) {
+      faults_(clock, config.link),
+      drive_(config.slider, clock, &faults_),
+      camera_(camera_settings(config.camera, frame_, directory / "card"), clock, &faults_,
+              [this](const ExposureNow& exposure) { return take_picture(exposure); }) {
+  schedule_faults();
   if (config.truth.views > 0) truth_.write_views(config.truth.views);
-  drive_.on_move([this](double target_mm) {
-    const std::string placed_at = line();
-    ahead_.expect(rail_.carriage_pose(placed_at, target_mm, Duration::max()));
-    faults_.move_commanded(placed_at, target_mm);
-  });
-  for (const ScheduledFault& fault : config.faults) faults_.schedule(fault, plan_);
-  answer_http();
-  osc_.start();
-  modbus_.emplace(ModbusServerSettings{capture.slider.unit, slider_device(), config.tcp_port},
-                  &registers_, &link_);
+  drive_.on_move([this](double target_mm) { move_commanded(target_mm); });
+  osc_.emplace(&camera_, &faults_, config.camera.port, endpoints());
+  modbus_.emplace(DriveServerSettings{capture.slider.unit, slider_device(), config.tcp_port},
+                  read_register_map(capture.slider.register_map), &drive_, &faults_);
 }
 
 // Stops the servers before the devices that they use are destroyed.
 Rig::~Rig() {
   modbus_.reset();
-  osc_.stop();
+  osc_.reset();
 }
 
-void Rig::answer_http() {
-  osc_.on_get("/rig/state", [this](const std::string&) { return state().dump(); });
-  osc_.on_post("/rig/place", [this](const std::string& body) {
-    const json request = parsed_request(body);
-    const double number = std::clamp(number_in(request, "placement", 1.0), 1.0, kMaxPlacements);
-    place(placement_id(
-        {.id = word_in(request, "line"), .stations = {}, .placement = static_cast<int>(number)}));
+void Rig::schedule_faults() {
+  for (const Fault& fault : config_.faults) {
+    const bool is_in_plan =
+        fault.at_station.empty() ||
+        std::any_of(plan_.lines.begin(), plan_.lines.end(), [&](const CaptureLine& line) {
+          return std::any_of(line.stations.begin(), line.stations.end(),
+                             [&](const CaptureStation& s) { return s.name == fault.at_station; });
+        });
+    if (!is_in_plan) {
+      throw UsageError(fmt::format("fault '{}': the plan has no station {}", name_of(fault.kind),
+                                   excerpt(fault.at_station)));
+    }
+    faults_.add(fault);
+  }
+}
+
+void Rig::move_commanded(double target_mm) {
+  const std::string placed_at = line();
+  ahead_.expect(rail_.carriage_pose(placed_at, target_mm, Duration::max()));
+  for (const CaptureLine& placement : placements_of(plan_)) {
+    if (placement_id(placement) != placed_at) continue;
+    for (const CaptureStation& station : placement.stations) {
+      if (std::abs(station.rail_mm - target_mm) <= kSamePlace_mm) {
+        faults_.move_commanded(station.name);
+      }
+    }
+  }
+}
+
+std::map<std::string, OscServer::Handler> Rig::endpoints() {
+  const auto placed = [this](const std::string& body) {
+    const json request = json::parse(body, nullptr, false);
+    const bool is_valid = request.is_object() && request.value("line", json()).is_string() &&
+                          request.value("placement", json(1)).is_number_integer();
+    if (!is_valid) {
+      throw Error("the request must be a JSON object with a 'line': " + excerpt(body));
+    }
+    CaptureLine placement;
+    placement.id = request["line"].get<std::string>();
+    placement.placement = request.value("placement", 1);
+    place(placement_id(placement));
     return state().dump();
-  });
-  osc_.on_post("/rig/fault", [this](const std::string& body) {
-    faults_.inject(fault_in(parsed_request(body)));
+  };
+  const auto failing = [this](const std::string& body) {
+    Fault fault;
+    fault_schema(&fault).parse(body, "request");  // JSON is YAML
+    faults_.add(fault);
     return state().dump();
-  });
-  osc_.on_post("/rig/mend", [this](const std::string&) {
+  };
+  const auto mended = [this](const std::string&) {
     faults_.clear();
+    drive_.reset_alarm();
+    camera_.restart();
     return state().dump();
-  });
+  };
+  return {{"/rig/state", [this](const std::string&) { return state().dump(); }},
+          {"/rig/place", placed},
+          {"/rig/fault", failing},
+          {"/rig/mend", mended}};
 }
 
 void Rig::place(const std::string& line_id) {
@@ -211,10 +210,9 @@ json Rig::state() {
           {"commanded_mm", range_of(slider.commanded)},
           {"visited_mm", range_of(slider.visited)},
           {"moves", slider.moves},
-          {"requests", link_.requests()},
-          {"link_faults", link_.faults()},
+          {"requests", faults_.exchanges()},
           {"pictures", camera_.pictures_taken()},
-          {"camera_faults", camera_.faults().occurred()}};
+          {"faults", faults_.occurred()}};
 }
 
 }  // namespace raywalk::capture

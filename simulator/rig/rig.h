@@ -1,20 +1,20 @@
-// The simulated rig: a slider with a Modbus server, a rail with placement errors, and a camera with
-// the Open Spherical Camera API that takes pictures of a virtual room.
+// The simulated rig: a drive on Modbus, a rail with placement errors, and a camera with the Open
+// Spherical Camera API that takes pictures of a virtual room.
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
-#include "simulator/rig/drive_registers.h"
-#include "simulator/rig/modbus_server.h"
+#include "simulator/rig/drive_server.h"
+#include "simulator/rig/faults.h"
 #include "simulator/rig/osc_server.h"
 #include "simulator/rig/rail.h"
 #include "simulator/rig/render_ahead.h"
 #include "simulator/rig/rig_config.h"
-#include "simulator/rig/rig_faults.h"
 #include "simulator/rig/rig_optics.h"
 #include "simulator/rig/truth_recorder.h"
 #include "simulator/room/virtual_room.h"
@@ -30,31 +30,27 @@ namespace raywalk::capture {
 // In addition to the camera's API, its HTTP server has these endpoints (JSON):
 //   POST /rig/place {"line": "x0"}   places the rail at that line; other keys are ignored, as the
 //                                    capture's run.place_url sends more
-//   POST /rig/fault {"kind": "stall", "for_ms": 2000, "after_ms": 0, "amount": 0, "requests": 1}
-//                                    injects a fault; all keys but kind are optional
+//   POST /rig/fault {"kind": "stall", "for_ms": 2000}   adds a fault, with the keys of the
+//                                    configuration's `faults`; without a trigger it begins at once
 //   POST /rig/mend                   ends all faults
 //   GET  /rig/state                  returns state(), as do the other three
 class Rig {
  public:
   // Creates the directory if missing, furnishes the room and writes the true views, which takes
-  // seconds. `clock` is used by slider and camera and must outlive the rig; link faults and network
-  // use the system clock. Throws UsageError for an invalid configuration (see read_capture_config,
-  // plan_capture, read_register_map, VirtualRoom, RigOptics), Error if a port or the directory
-  // cannot be used.
+  // seconds. `clock` must outlive the rig; the network uses the system clock. Throws UsageError for
+  // an invalid configuration (see read_capture_config, plan_capture, read_register_map,
+  // VirtualRoom, RigOptics), Error if a port or the directory cannot be used.
   Rig(const RigConfig& config, const std::filesystem::path& directory, Clock* clock);
   ~Rig();
   Rig(const Rig&) = delete;
   Rig& operator=(const Rig&) = delete;
 
-  const CapturePlan& plan() const { return plan_; }
   std::filesystem::path slider_device() const { return directory_ / "slider"; }
   int modbus_port() const { return modbus_->tcp_port(); }
-  std::string camera_url() const { return osc_.url(); }
+  std::string camera_url() const { return osc_->url(); }
 
   SimulatedDrive& drive() { return drive_; }
-  LinkFaults& link() { return link_; }
   SimulatedCamera& camera() { return camera_; }
-  RigFaults& faults() { return faults_; }
 
   // Throws Error if the plan does not have the line or the carriage is moving.
   void place(const std::string& line_id);
@@ -62,14 +58,16 @@ class Rig {
 
   // {"line", "carriage_mm" (true), "moving", "homed", "alarm_code",
   //  "commanded_mm": [lowest, highest] or null, "visited_mm": [lowest, highest] since homing,
-  //  "moves", "requests" (Modbus), "link_faults", "pictures", "camera_faults"}
+  //  "moves", "requests" (Modbus), "pictures", "faults" (that occurred)}
   nlohmann::json state();
 
  private:
   Rig(const RigConfig& config, const CaptureConfig& capture, const std::filesystem::path& directory,
       Clock* clock);
+  void schedule_faults();
+  void move_commanded(double target_mm);
   std::string take_picture(const ExposureNow& exposure);
-  void answer_http();
+  std::map<std::string, OscServer::Handler> endpoints();
 
   const RigConfig config_;
   const std::filesystem::path directory_;
@@ -82,13 +80,11 @@ class Rig {
   TruthRecorder truth_;
   mutable std::mutex mutex_;
   std::string line_;
+  Faults faults_;
   SimulatedDrive drive_;
-  LinkFaults link_;
   SimulatedCamera camera_;
-  RigFaults faults_;
-  DriveRegisters registers_;
-  OscServer osc_;
-  std::optional<ModbusServer> modbus_;
+  std::optional<OscServer> osc_;
+  std::optional<DriveServer> modbus_;
 };
 
 }  // namespace raywalk::capture

@@ -30,7 +30,7 @@ void bind_slider(SettingsSchema* schema, RigConfig* config) {
       .number("slider.feedback_noise_mm", &slider->feedback_noise_mm, 0.0, 100.0);
 }
 
-void bind_link(SettingsSchema* schema, LinkFaultRates* link) {
+void bind_link(SettingsSchema* schema, LinkSettings* link) {
   schema->integer("link.seed", &link->seed, 0, kAnySeed)
       .number("link.late", &link->late, 0.0, 1.0)
       .number("link.lost", &link->lost, 0.0, 1.0)
@@ -73,20 +73,6 @@ void bind_camera(SettingsSchema* schema, RigCameraSettings* camera) {
       .number("camera.shot_noise", &camera->sensor.shot_noise, 0.0, 16.0);
 }
 
-SettingsSchema fault_schema(ScheduledFault* scheduled) {
-  FaultRequest* fault = &scheduled->fault;
-  SettingsSchema schema;
-  schema.choice("kind", &fault->kind, rig_fault_kinds())
-      .integer("at_request", &scheduled->at_request, 1, std::numeric_limits<int>::max())
-      .integer("at_picture", &scheduled->at_picture, 1, std::numeric_limits<int>::max())
-      .text("at_station", &scheduled->at_station)
-      .number("at_s", &scheduled->at_s, 0.0, 1e6)
-      .number("after_ms", &fault->after_ms, 0.0, kLongest_ms)
-      .number("for_ms", &fault->for_ms, 0.0, kLongest_ms)
-      .number("amount", &fault->amount, -1e6, 1e6);
-  return schema;
-}
-
 void require_valid(const RigConfig& config, const std::string& source) {
   const auto refuse = [&source](const std::string& what) {
     throw UsageError(source + ": " + what);
@@ -99,7 +85,7 @@ void require_valid(const RigConfig& config, const std::string& source) {
     refuse(fmt::format("'slider.power_on_mm' is {}; it must lie between the switches at {} and {}",
                        slider.power_on_mm, slider.low_switch_mm, slider.high_switch_mm));
   }
-  const LinkFaultRates& link = config.link;
+  const LinkSettings& link = config.link;
   if (link.late + link.lost + link.corrupted + link.duplicated > 1.0) {
     refuse("the shares of 'link' (late, lost, corrupted, duplicated) add up to more than 1");
   }
@@ -117,7 +103,9 @@ void require_valid(const RigConfig& config, const std::string& source) {
         "'camera.layout: dual-fisheye'");
   }
   for (std::size_t i = 0; i < config.faults.size(); ++i) {
-    require_valid(config.faults[i], fmt::format("{}: faults[{}]", source, i));
+    if (triggers_of(config.faults[i]) == 1) continue;
+    refuse(fmt::format("faults[{}] needs exactly one of at_request, at_picture, at_station or at_s",
+                       i));
   }
 }
 

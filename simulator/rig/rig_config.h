@@ -9,9 +9,8 @@
 
 #include "capture/camera/camera_config.h"
 #include "core/files/settings.h"
-#include "simulator/rig/link_faults.h"
+#include "simulator/rig/faults.h"
 #include "simulator/rig/rail.h"
-#include "simulator/rig/rig_faults.h"
 #include "simulator/rig/simulated_drive.h"
 #include "simulator/room/dolly.h"
 #include "simulator/room/lens_light.h"
@@ -47,10 +46,10 @@ struct RigConfig {
   DriveSettings slider{};
   int tcp_port = 0;  // of Modbus TCP; 0: any free port
   RailSettings rail{};
-  LinkFaultRates link{};
+  LinkSettings link{};
   RigCameraSettings camera{};
   DollySettings dolly{};
-  std::vector<ScheduledFault> faults{};
+  std::vector<Fault> faults{};
   RigTruthSettings truth{};
 };
 

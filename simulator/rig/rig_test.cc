@@ -38,9 +38,14 @@ class RigTest : public ::testing::Test {
   }
   // The picture's name on the card.
   std::string shoot(Rig* rig) {
-    const std::string id = rig->camera().take_picture();
+    const auto run = [rig](const char* path, const json& request) {
+      return json::parse(
+          httplib::Client(rig->camera_url()).Post(path, request.dump(), "text/json")->body);
+    };
+    const json id = run("/osc/commands/execute", {{"name", "camera.takePicture"}})["id"];
     clock_.sleep(std::chrono::seconds(1));
-    return rig->camera().progress_of(id).camera_name;
+    const json url = run("/osc/commands/status", {{"id", id}})["results"]["fileUrl"];
+    return std::filesystem::path(url.get<std::string>()).filename().string();
   }
   CsvTable true_poses() const {
     return CsvTable::read(directory_ / "rig/truth/true_poses.csv",
@@ -200,25 +205,30 @@ TEST_F(RigTest, WrongRequestsAreRefused) {
   EXPECT_EQ(rig->line(), "x0");
 }
 
+// Also at a station of a line's second placement, where positions on the rail repeat.
 TEST_F(RigTest, ScheduledFaultOccursDuringTheMoveToItsStation) {
-  ScheduledFault stall;
-  stall.fault.kind = "stall";
-  stall.fault.after_ms = 1000.0;
-  stall.at_station = "x0_002";
-  config_.faults.push_back(stall);
-  const auto rig = this->rig();
-  home(rig.get());
-  go(rig.get(), 350.0);
-  EXPECT_NEAR(rig->drive().state().feedback_mm, 350.0, 1e-6);
-  go(rig.get(), 600.0);
-  EXPECT_NEAR(rig->drive().state().feedback_mm, 350.0 + 75.0, 1e-6);
+  std::string capture = read_file(config_.capture_config);
+  const std::string limit = "high_limit_mm: 1200";
+  capture.replace(capture.find(limit), limit.size(),
+                  "high_limit_mm: 700\n  placements_per_line: 2");
+  write_file_atomically(config_.capture_config, capture);
+  for (const auto& [line, station] : {std::pair{"x0", "x0_002"}, std::pair{"x0-2", "x0_004"}}) {
+    config_.faults = {{.kind = RigFault::kStall, .after_ms = 1000.0, .at_station = station}};
+    const auto rig = this->rig();
+    home(rig.get());
+    rig->place(line == std::string("x0") ? "x0-2" : "x0");
+    go(rig.get(), 100.0);
+    rig->place(line);
+    const double before_mm = line == std::string("x0") ? 350.0 : 100.0;
+    go(rig.get(), before_mm);
+    EXPECT_NEAR(rig->drive().state().feedback_mm, before_mm, 1e-6);
+    go(rig.get(), before_mm + 250.0);
+    EXPECT_NEAR(rig->drive().state().feedback_mm, before_mm + 75.0, 1e-6) << line;
+  }
 }
 
 TEST_F(RigTest, InvalidConfigurationsAreRefused) {
-  ScheduledFault stall;
-  stall.fault.kind = "stall";
-  stall.at_station = "x0_099";
-  config_.faults.push_back(stall);
+  config_.faults = {{.kind = RigFault::kStall, .at_station = "x0_099"}};
   EXPECT_THROW(rig(), UsageError);
   config_.faults.clear();
   config_.capture_config = directory_ / "missing.yaml";

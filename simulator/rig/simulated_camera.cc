@@ -1,139 +1,283 @@
 #include "simulator/rig/simulated_camera.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
+#include <fstream>
+#include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "core/base/error.h"
+#include "core/files/atomic_output.h"
 #include "simulator/rig/exif_segment.h"
 #include "simulator/room/hash_random.h"
 
 namespace raywalk::capture {
 namespace {
 
-constexpr int kManual = 1;
+using Json = nlohmann::json;
+
+constexpr int kManual = 1;  // exposureProgram
 constexpr int kAutomatic = 2;
 constexpr double kKeptShare = 0.6;  // of a truncated picture's bytes
-constexpr int kMinTemperature_k = 2500;
-constexpr int kMaxTemperature_k = 10000;
-constexpr int kTemperatureStep_k = 100;
+// The metered exposure, which gives gain 1.
+constexpr double kMeteredShutter_s = 1.0 / 60.0;
+constexpr int kMeteredIso = 100;
+constexpr const char* kModel = "simulated";
+// DCF (JEITA CP-3461): eight characters and an extension. Ricoh writes R001 and four digits, then R
+// and seven digits once those are exhausted.
+constexpr int kFirstNumber = 10001;
 
-// Tolerates the rounding of numbers that clients send back in decimal.
-bool same_number(double a, double b) { return std::abs(a - b) <= 1e-6 * std::abs(b); }
+// A command that the camera refuses, with the API's error code.
+class CommandRefused : public std::runtime_error {
+ public:
+  CommandRefused(std::string code, const std::string& message)
+      : std::runtime_error(message), code_(std::move(code)) {}
+  const std::string& code() const { return code_; }
 
-double nearest(const std::vector<double>& values, double wanted) {
-  return *std::min_element(values.begin(), values.end(), [&](double a, double b) {
-    return std::abs(std::log(a / wanted)) < std::abs(std::log(b / wanted));
+ private:
+  std::string code_;
+};
+
+// What `make` answers to a request, or the API's error.
+OscReply answered(const std::string& body, const std::function<Json(const Json&)>& make) {
+  std::string code = "invalidParameterValue";
+  std::string message;
+  try {
+    return {200, make(Json::parse(body))};
+  } catch (const CommandRefused& refused) {
+    code = refused.code();
+    message = refused.what();
+  } catch (const Json::out_of_range& missing) {
+    code = "missingParameter";
+    message = missing.what();
+  } catch (const Json::exception& wrong) {
+    message = wrong.what();
+  }
+  return {code == "disabledCommand" ? 403 : 400,
+          {{"state", "error"}, {"error", {{"code", code}, {"message", message}}}}};
+}
+
+Json color_temperatures() {
+  Json kelvins = Json::array();
+  for (int kelvin = 2500; kelvin <= 10000; kelvin += 100) kelvins.push_back(kelvin);
+  return kelvins;
+}
+
+// The options that can be set, with their supported values: those of the Ricoh Theta V and Z1 (Web
+// API v2.1); exposures longer than a second are left out.
+const std::map<std::string, Json>& supported_values() {
+  static const std::map<std::string, Json> values{
+      {"captureMode", Json::array({"image"})},
+      {"exposureProgram", Json::array({kManual, kAutomatic})},
+      {"shutterSpeed", {0.00004, 0.00005,    0.0000625, 0.00008, 0.0001,     0.000125,   0.00015625,
+                        0.0002,  0.00025,    0.0003125, 0.0004,  0.0005,     0.000625,   0.0008,
+                        0.001,   0.00125,    0.0015625, 0.002,   0.0025,     0.003125,   0.004,
+                        0.005,   0.00625,    0.008,     0.01,    0.0125,     0.01666666, 0.02,
+                        0.025,   0.03333333, 0.04,      0.05,    0.06666666, 0.07692307, 0.1,
+                        0.125,   0.16666666, 0.2,       0.25,    0.33333333, 0.4,        0.5,
+                        0.625,   0.76923076, 1.0}},
+      {"iso",
+       {80, 100, 125, 160, 200, 250, 320, 400, 500, 640, 800, 1000, 1250, 1600, 2000, 2500, 3200}},
+      {"exposureCompensation",
+       {-2.0, -1.7, -1.3, -1.0, -0.7, -0.3, 0.0, 0.3, 0.7, 1.0, 1.3, 1.7, 2.0}},
+      {"whiteBalance",
+       {"auto", "daylight", "shade", "cloudy-daylight", "incandescent", "fluorescent",
+        "_colorTemperature"}},
+      {"_colorTemperature", color_temperatures()}};
+  return values;
+}
+
+Json initial_options() {
+  return {{"captureMode", "image"},      {"exposureProgram", kAutomatic},
+          {"shutterSpeed", 0},           {"iso", 0},
+          {"exposureCompensation", 0.0}, {"whiteBalance", "auto"},
+          {"_colorTemperature", 5000}};
+}
+
+// Numbers that clients send back in decimal are rounded.
+bool is_same(const Json& a, const Json& b) {
+  if (!a.is_number() || !b.is_number()) return a == b;
+  return std::abs(a.get<double>() - b.get<double>()) <= 1e-6 * std::abs(b.get<double>());
+}
+
+double nearest_shutter(double wanted_s) {
+  const auto values = supported_values().at("shutterSpeed").get<std::vector<double>>();
+  return *std::min_element(values.begin(), values.end(), [wanted_s](double a, double b) {
+    return std::abs(std::log(a / wanted_s)) < std::abs(std::log(b / wanted_s));
   });
 }
 
-CommandRefused unsupported(const std::string& option) {
-  return {"invalidParameterValue", "The value of " + option + " is not supported."};
-}
-
-void check_exposure(const CameraOptions& options) {
-  const CameraSupport& support = camera_support();
-  const auto has_shutter = [&](double value) { return same_number(value, options.shutter_s); };
-  if (std::none_of(support.shutter_s.begin(), support.shutter_s.end(), has_shutter)) {
-    throw unsupported("shutterSpeed");
-  }
-  if (std::find(support.iso.begin(), support.iso.end(), options.iso) == support.iso.end()) {
-    throw unsupported("iso");
-  }
-}
-
-void check_white_balance(const CameraOptions& options) {
-  const std::vector<std::string>& known = camera_support().white_balance;
-  if (std::find(known.begin(), known.end(), options.white_balance) == known.end()) {
-    throw unsupported("whiteBalance");
-  }
-  const int temperature_k = options.color_temperature_k;
-  if (temperature_k < kMinTemperature_k || temperature_k > kMaxTemperature_k ||
-      temperature_k % kTemperatureStep_k != 0) {
-    throw unsupported("_colorTemperature");
-  }
-}
-
-std::string at_half_size(const std::string& jpeg) {
-  const cv::Mat bytes(1, static_cast<int>(jpeg.size()), CV_8UC1,
-                      const_cast<char*>(jpeg.data()));  // OpenCV does not write to it
-  const cv::Mat image = cv::imdecode(bytes, cv::IMREAD_COLOR);
-  if (image.empty()) return jpeg;
-  cv::Mat half;
-  cv::resize(image, half, cv::Size(std::max(1, image.cols / 2), std::max(1, image.rows / 2)));
-  std::vector<unsigned char> encoded;
-  cv::imencode(".jpg", half, encoded);
-  return {encoded.begin(), encoded.end()};
+// The number in "R0010001.JPG"; 0 for another file.
+int number_in(const std::string& name) {
+  if (name.size() != 12 || name.front() != 'R' || name.substr(8) != ".JPG") return 0;
+  return parse_whole_number(name.substr(1, 7)).value_or(0);
 }
 
 }  // namespace
 
-const CameraSupport& camera_support() {
-  // Of the Ricoh Theta V and Z1 (Web API v2.1, shutterSpeed, iso, exposureCompensation); slower
-  // than a second is left out.
-  static const CameraSupport support{
-      {0.00004, 0.00005,    0.0000625, 0.00008, 0.0001,     0.000125,   0.00015625,
-       0.0002,  0.00025,    0.0003125, 0.0004,  0.0005,     0.000625,   0.0008,
-       0.001,   0.00125,    0.0015625, 0.002,   0.0025,     0.003125,   0.004,
-       0.005,   0.00625,    0.008,     0.01,    0.0125,     0.01666666, 0.02,
-       0.025,   0.03333333, 0.04,      0.05,    0.06666666, 0.07692307, 0.1,
-       0.125,   0.16666666, 0.2,       0.25,    0.33333333, 0.4,        0.5,
-       0.625,   0.76923076, 1.0},
-      {80, 100, 125, 160, 200, 250, 320, 400, 500, 640, 800, 1000, 1250, 1600, 2000, 2500, 3200},
-      {-2.0, -1.7, -1.3, -1.0, -0.7, -0.3, 0.0, 0.3, 0.7, 1.0, 1.3, 1.7, 2.0},
-      {"auto", "daylight", "shade", "cloudy-daylight", "incandescent", "fluorescent",
-       "_colorTemperature"}};
-  return support;
-}
-
-SimulatedCamera::SimulatedCamera(SimulatedCameraSettings settings, const Clock& clock,
-                                 PictureSource source)
+SimulatedCamera::SimulatedCamera(SimulatedCameraSettings settings, const Clock* clock,
+                                 Faults* faults, PictureSource source)
     : settings_(std::move(settings)),
       clock_(clock),
+      faults_(faults),
       source_(std::move(source)),
-      faults_(clock),
-      card_(settings_.card_directory, settings_.card_bytes) {}
+      last_number_(kFirstNumber - 1),
+      options_(initial_options()) {
+  make_directories(settings_.card_directory);
+  for (const auto& entry : std::filesystem::directory_iterator(settings_.card_directory)) {
+    const std::string name = entry.path().filename().string();
+    if (!entry.is_regular_file() || number_in(name) == 0) continue;
+    used_bytes_ += static_cast<std::int64_t>(entry.file_size());
+    last_number_ = std::max(last_number_, number_in(name));
+  }
+}
 
-CameraOptions SimulatedCamera::options() const {
+// --- Answers
+// --------------------------------------------------------------------------------------
+
+OscReply SimulatedCamera::info() {
+  return {200,
+          {{"manufacturer", "Raywalk"},
+           {"model", kModel},
+           {"serialNumber", "00000001"},
+           {"firmwareVersion", "1.0"},
+           {"api", {"/osc/info", "/osc/state", "/osc/commands/execute", "/osc/commands/status"}},
+           {"apiLevel", Json::array({2})}}};
+}
+
+OscReply SimulatedCamera::state() const {
+  const std::lock_guard lock(mutex_);
+  const bool full = pictures_left_locked() < 1;
+  const Json state = {{"batteryLevel", settings_.battery_share},
+                      {"_captureStatus", is_exposing_locked() ? "shooting" : "idle"},
+                      {"_apiVersion", 2},
+                      {"_cameraError", full ? Json::array({"NO_MEMORY"}) : Json::array()}};
+  return {200, {{"fingerprint", fmt::format("FIG_{}", triggers_)}, {"state", state}}};
+}
+
+OscReply SimulatedCamera::execute(const std::string& body) {
+  return answered(body, [this](const Json& request) {
+    const auto name = request.at("name").get<std::string>();
+    Json reply = {{"name", name}, {"state", "done"}};
+    reply.update(run(name, request.value("parameters", Json::object())));
+    return reply;
+  });
+}
+
+// What the reply holds in addition to the command's name and "done".
+Json SimulatedCamera::run(const std::string& command, const Json& parameters) {
+  if (command == "camera.getOptions") {
+    Json options = Json::object();
+    for (const Json& name : parameters.at("optionNames")) {
+      options[name.get<std::string>()] = option(name.get<std::string>());
+    }
+    return {{"results", {{"options", options}}}};
+  }
+  if (command == "camera.setOptions") {
+    set_options(parameters.at("options").get<Json::object_t>());
+    return Json::object();
+  }
+  if (command == "camera.takePicture") return take_picture();
+  throw CommandRefused("unknownCommand", "Command executed is unknown.");
+}
+
+// The progress of the last trigger.
+OscReply SimulatedCamera::status(const std::string& body, const std::string& base_url) const {
+  return answered(body, [&](const Json& request) -> Json {
+    const std::lock_guard lock(mutex_);
+    if (trigger_.number == 0 || request.at("id") != std::to_string(trigger_.number)) {
+      throw CommandRefused("invalidParameterValue", "There is no command with this id.");
+    }
+    if (is_exposing_locked()) {
+      const double passed_ms = ms_from_duration(clock_->now() - trigger_.started);
+      const double share = std::min(passed_ms / std::max(settings_.exposure_ms, 1.0), 0.99);
+      return {{"name", "camera.takePicture"},
+              {"id", request.at("id")},
+              {"state", "inProgress"},
+              {"progress", {{"completion", share}}}};
+    }
+    // A camera that failed to take the picture reports done without a file.
+    Json results = Json::object();
+    if (!trigger_.camera_name.empty()) {
+      results["fileUrl"] = base_url + "/files/" + trigger_.camera_name;
+    }
+    return {{"name", "camera.takePicture"}, {"state", "done"}, {"results", results}};
+  });
+}
+
+Json SimulatedCamera::options() const {
   const std::lock_guard lock(mutex_);
   return options_;
 }
 
-void SimulatedCamera::set_options(const CameraOptions& options) {
+Json SimulatedCamera::option(const std::string& name) const {
   const std::lock_guard lock(mutex_);
-  if (is_exposing_locked()) {
-    throw CommandRefused("disabledCommand", "The camera is shooting.");
+  Json format = {
+      {"type", "jpeg"}, {"width", settings_.frame.width}, {"height", settings_.frame.height}};
+  if (name == "fileFormat") return format;
+  if (name == "fileFormatSupport") return Json::array({format});
+  if (name == "dateTimeZone") {
+    const auto now = std::chrono::system_clock::to_time_t(wall_now());
+    return fmt::format("{:%Y:%m:%d %H:%M:%S}+00:00", fmt::gmtime(now));
   }
-  CameraOptions taken = options;
-  check_white_balance(options);
-  if (options.exposure_program == kManual) {
+  if (name == "remainingPictures") return pictures_left_locked();
+  if (name == "remainingSpace") return free_bytes_locked();
+  if (name == "totalSpace") return settings_.card_bytes;
+  if (const auto value = options_.find(name); value != options_.end()) return *value;
+  const std::string supported_name = name.substr(0, name.rfind("Support"));
+  const auto supported = supported_values().find(supported_name);
+  if (supported_name == name || supported == supported_values().end()) {
+    throw CommandRefused("invalidParameterName", "Option " + name + " is not supported.");
+  }
+  // With an automatic exposure program the Theta only supports 0 (automatic).
+  const bool is_chosen = name == "shutterSpeedSupport" || name == "isoSupport";
+  if (is_chosen && options_["exposureProgram"] != kManual) return Json::array({0});
+  return supported->second;
+}
+
+void SimulatedCamera::set_options(const Json& wanted) {
+  const std::lock_guard lock(mutex_);
+  require_idle_locked();
+  Json options = options_;
+  for (const auto& [name, value] : wanted.items()) {
+    const auto supported = supported_values().find(name);
+    if (supported == supported_values().end()) {
+      throw CommandRefused("invalidParameterName", "Option " + name + " cannot be set.");
+    }
+    const bool is_left_to_camera = (name == "shutterSpeed" || name == "iso") && value == 0;
+    const auto is_wanted = [&value = value](const Json& other) { return is_same(other, value); };
+    if (!is_left_to_camera &&
+        std::none_of(supported->second.begin(), supported->second.end(), is_wanted)) {
+      throw CommandRefused("invalidParameterValue", "The value of " + name + " is not supported.");
+    }
+    options[name] = value;
+  }
+  if (options["exposureProgram"] == kManual) {
     // On leaving automatic exposure, unset values start from the metered ones.
-    if (taken.shutter_s == 0.0) {
-      taken.shutter_s = nearest(camera_support().shutter_s, settings_.metered_shutter_s);
-    }
-    if (taken.iso == 0) taken.iso = settings_.metered_iso;
-    check_exposure(taken);
-    taken.compensation_ev = 0.0;
-  } else if (options.exposure_program == kAutomatic) {
-    taken.shutter_s = 0.0;
-    taken.iso = 0;
-    const std::vector<double>& known = camera_support().compensation_ev;
-    if (std::find(known.begin(), known.end(), options.compensation_ev) == known.end()) {
-      throw unsupported("exposureCompensation");
-    }
+    if (options["shutterSpeed"] == 0) options["shutterSpeed"] = nearest_shutter(kMeteredShutter_s);
+    if (options["iso"] == 0) options["iso"] = kMeteredIso;
+    options["exposureCompensation"] = 0.0;
   } else {
-    throw unsupported("exposureProgram");
+    options["shutterSpeed"] = options["iso"] = 0;
   }
-  options_ = taken;
+  options_ = options;
+}
+
+// --- Pictures
+// -------------------------------------------------------------------------------------
+
+void SimulatedCamera::require_idle_locked() const {
+  if (is_exposing_locked()) throw CommandRefused("disabledCommand", "The camera is shooting.");
 }
 
 bool SimulatedCamera::is_exposing_locked() const {
   if (trigger_.number == 0) return false;
-  return rendering_ || trigger_.stuck || (trigger_.held && faults_.lasts(CameraFault::kBusy)) ||
-         clock_.now() < trigger_.started + duration_from_ms(settings_.exposure_ms);
+  return rendering_ || (trigger_.busy && faults_->lasting(RigFault::kBusy)) ||
+         clock_->now() < trigger_.started + duration_from_ms(settings_.exposure_ms);
 }
 
 bool SimulatedCamera::is_exposing() const {
@@ -142,97 +286,79 @@ bool SimulatedCamera::is_exposing() const {
 }
 
 SimulatedCamera::Trigger SimulatedCamera::begin_locked() {
-  if (is_exposing_locked()) {
-    throw CommandRefused("disabledCommand", "The camera is shooting.");
-  }
-  const std::uint64_t number = triggers_ + 1;
-  if (pictures_left() < 1 || faults_.occurs_at_picture(CameraFault::kCardFull, number)) {
+  require_idle_locked();
+  faults_->picture_triggered(triggers_ + 1);
+  if (pictures_left_locked() < 1 || faults_->occurs(RigFault::kCardFull)) {
     throw CommandRefused("disabledCommand", "There is no room for another picture.");
   }
-  triggers_ = number;
-  if (faults_.occurs_at_picture(CameraFault::kForgetsExposure, number)) options_ = CameraOptions{};
-  Trigger trigger;
-  trigger.number = number;
-  trigger.started = clock_.now();
-  const bool lasting = faults_.lasts(CameraFault::kBusy);
-  if (faults_.occurs_at_picture(CameraFault::kBusy, number)) {
-    (lasting ? trigger.held : trigger.stuck) = true;
-  }
-  if (!faults_.occurs_at_picture(CameraFault::kMissingPicture, number)) {
-    trigger.camera_name = card_.next_name();
+  if (faults_->occurs(RigFault::kForgetsExposure)) options_ = initial_options();
+  Trigger trigger{++triggers_, clock_->now(), faults_->occurs(RigFault::kBusy).has_value(), {}};
+  if (!faults_->occurs(RigFault::kMissingPicture)) {
+    trigger.camera_name = fmt::format("R{:07}.JPG", ++last_number_);
   }
   return trigger;
 }
 
-ExposureNow SimulatedCamera::exposure_locked(const Trigger& trigger) const {
+ExposureNow SimulatedCamera::exposure_locked() const {
   ExposureNow now;
-  now.camera_name = trigger.camera_name;
-  now.number = trigger.number;
-  const double asked = settings_.metered_shutter_s * settings_.metered_iso;
-  if (options_.exposure_program == kManual) {
-    now.shutter_s = options_.shutter_s;
-    now.iso = options_.iso;
+  now.camera_name = trigger_.camera_name;
+  now.number = trigger_.number;
+  if (options_["exposureProgram"] == kManual) {
+    now.shutter_s = options_["shutterSpeed"].get<double>();
+    now.iso = options_["iso"].get<int>();
   } else {
-    const double wander = 2.0 * uniform_from_bits(hash_bits(trigger.number)) - 1.0;
-    const double ev = options_.compensation_ev + wander * settings_.automatic_wander_ev;
-    now.iso = settings_.metered_iso;
-    now.shutter_s =
-        nearest(camera_support().shutter_s, settings_.metered_shutter_s * std::exp2(ev));
+    const double wander = 2.0 * uniform_from_bits(hash_bits(trigger_.number)) - 1.0;
+    const double ev =
+        options_["exposureCompensation"].get<double>() + wander * settings_.automatic_wander_ev;
+    now.iso = kMeteredIso;
+    now.shutter_s = nearest_shutter(kMeteredShutter_s * std::exp2(ev));
   }
-  now.gain = now.shutter_s * now.iso / asked;
-  now.white_balance_k = options_.white_balance == "_colorTemperature"
-                            ? options_.color_temperature_k
-                            : settings_.metered_white_balance_k;
+  now.gain = now.shutter_s * now.iso / (kMeteredShutter_s * kMeteredIso);
   return now;
 }
 
-std::string SimulatedCamera::damaged(const std::string& jpeg, std::uint64_t number) {
-  if (faults_.occurs_at_picture(CameraFault::kEmptyPicture, number)) return {};
-  if (faults_.occurs_at_picture(CameraFault::kTruncatedPicture, number)) {
-    return jpeg.substr(0, static_cast<std::size_t>(kKeptShare * static_cast<double>(jpeg.size())));
-  }
-  if (faults_.occurs_at_picture(CameraFault::kWrongSize, number)) return at_half_size(jpeg);
-  return jpeg;
-}
-
-bool SimulatedCamera::expose(const ExposureNow& exposure) {
-  const WallTime taken_at = wall_now();
-  const bool automatic = options().exposure_program != kManual;
+// The file appears on the card, damaged where a fault says so. False: there is none.
+bool SimulatedCamera::expose(const ExposureNow& exposure, bool automatic) {
+  const PictureExif exif{kModel, wall_now(), exposure.shutter_s, exposure.iso, automatic};
   try {
-    const PictureExif exif{settings_.model, taken_at, exposure.shutter_s, exposure.iso, automatic};
-    card_.write(exposure.camera_name, damaged(with_exif(source_(exposure), exif), exposure.number));
+    std::string jpeg = with_exif(source_(exposure), exif);
+    if (faults_->occurs(RigFault::kEmptyPicture)) {
+      jpeg.clear();
+    } else if (faults_->occurs(RigFault::kTruncatedPicture)) {
+      jpeg.resize(static_cast<std::size_t>(kKeptShare * static_cast<double>(jpeg.size())));
+    }
+    std::ofstream out(settings_.card_directory / exposure.camera_name, std::ios::binary);
+    out.write(jpeg.data(), static_cast<std::streamsize>(jpeg.size()));
+    out.close();
+    if (!out) return false;
+    const std::lock_guard lock(mutex_);
+    used_bytes_ += static_cast<std::int64_t>(jpeg.size());
     return true;
   } catch (const std::exception&) {
     return false;
   }
 }
 
-std::string SimulatedCamera::take_picture() {
+// Starts an exposure: the scene is that of now; the file can be fetched after exposure_ms.
+Json SimulatedCamera::take_picture() {
   ExposureNow exposure;
+  bool automatic = false;
   {
     const std::lock_guard lock(mutex_);
     const Trigger trigger = begin_locked();
-    if (!trigger_.camera_name.empty()) file_before_ = trigger_.camera_name;
     trigger_ = trigger;
-    exposure = exposure_locked(trigger);
+    exposure = exposure_locked();
+    automatic = options_["exposureProgram"] != kManual;
     rendering_ = true;
   }
   // Rendering takes long; the mutex is released so that the camera's state can be queried.
-  const bool written = !exposure.camera_name.empty() && expose(exposure);
+  const bool written = !exposure.camera_name.empty() && expose(exposure, automatic);
   const std::lock_guard lock(mutex_);
   rendering_ = false;
   if (!written) trigger_.camera_name.clear();
-  return std::to_string(exposure.number);
-}
-
-PictureProgress SimulatedCamera::progress_of(const std::string& id) const {
-  const std::lock_guard lock(mutex_);
-  if (trigger_.number == 0 || id != std::to_string(trigger_.number)) {
-    throw CommandRefused("invalidParameterValue", "There is no command with this id.");
-  }
-  if (!is_exposing_locked()) return {true, 1.0, trigger_.camera_name};
-  const double passed_ms = ms_from_duration(clock_.now() - trigger_.started);
-  return {false, std::clamp(passed_ms / std::max(settings_.exposure_ms, 1.0), 0.0, 0.99), {}};
+  return {{"state", "inProgress"},
+          {"id", std::to_string(exposure.number)},
+          {"progress", {{"completion", 0.0}}}};
 }
 
 std::uint64_t SimulatedCamera::pictures_taken() const {
@@ -240,29 +366,37 @@ std::uint64_t SimulatedCamera::pictures_taken() const {
   return triggers_;
 }
 
-std::string SimulatedCamera::last_file() const {
-  const std::lock_guard lock(mutex_);
-  return is_exposing_locked() || trigger_.camera_name.empty() ? file_before_ : trigger_.camera_name;
-}
-
-int SimulatedCamera::pictures_left() const {
-  if (faults_.lasts(CameraFault::kCardFull)) return 0;
-  const std::int64_t left =
-      card_.free_bytes() / std::max<std::int64_t>(settings_.typical_picture_bytes, 1);
-  return static_cast<int>(std::min<std::int64_t>(left, 999'999));
-}
-
 void SimulatedCamera::restart() {
   const std::lock_guard lock(mutex_);
-  faults_.clear();
-  if (!trigger_.camera_name.empty()) file_before_ = trigger_.camera_name;
   trigger_ = Trigger{};
-  options_ = CameraOptions{};
+  options_ = initial_options();
 }
 
 WallTime SimulatedCamera::wall_now() const {
-  return clock_.wall_now() + std::chrono::duration_cast<WallTime::duration>(
-                                 duration_from_ms(1000.0 * settings_.clock_offset_s));
+  return clock_->wall_now() + std::chrono::duration_cast<WallTime::duration>(
+                                  duration_from_ms(1000.0 * settings_.clock_offset_s));
+}
+
+// --- The card
+// -------------------------------------------------------------------------------------
+
+std::int64_t SimulatedCamera::free_bytes_locked() const {
+  return std::max<std::int64_t>(settings_.card_bytes - used_bytes_, 0);
+}
+
+int SimulatedCamera::pictures_left_locked() const {
+  if (faults_->lasting(RigFault::kCardFull)) return 0;
+  const std::int64_t left = free_bytes_locked() / settings_.typical_picture_bytes;
+  return static_cast<int>(std::min<std::int64_t>(left, 999'999));
+}
+
+int SimulatedCamera::pictures_left() const {
+  const std::lock_guard lock(mutex_);
+  return pictures_left_locked();
+}
+
+std::string SimulatedCamera::file(const std::string& name) const {
+  return read_file(settings_.card_directory / name);
 }
 
 }  // namespace raywalk::capture

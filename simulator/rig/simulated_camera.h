@@ -1,22 +1,21 @@
-// The rig's camera without the network: card, exposure, clock and faults.
+// The rig's camera without the network: card, exposure, clock, and its answers to the Open
+// Spherical Camera API, level 2.
 //
-// It behaves as documented in the Ricoh Theta Web API v2.1: it refuses commands while exposing, and
-// reports values chosen by automatic exposure only in the picture's Exif data, not in its options.
+// It behaves as documented in the Ricoh Theta Web API v2.1 (github.com/ricohapi/theta-api-specs):
+// it refuses commands while exposing, and reports values chosen by automatic exposure only in the
+// picture's Exif data, not in its options.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <mutex>
-#include <stdexcept>
+#include <nlohmann/json.hpp>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "capture/base/clock.h"
 #include "core/geometry/sphere.h"
-#include "simulator/rig/camera_faults.h"
-#include "simulator/rig/simulated_card.h"
+#include "simulator/rig/faults.h"
 
 namespace raywalk::capture {
 
@@ -27,7 +26,6 @@ struct ExposureNow {
   double gain = 1.0;         // of linear light, relative to the metered exposure
   double shutter_s = 0.0;    // as used, automatic or not
   int iso = 0;               // as used
-  int white_balance_k = 0;   // as used
 };
 
 // Returns an encoded JPEG file of the scene at the time of the call. Called from a server thread,
@@ -35,117 +33,82 @@ struct ExposureNow {
 using PictureSource = std::function<std::string(const ExposureNow&)>;
 
 struct SimulatedCameraSettings {
-  std::string model = "simulated";
-  std::string serial_number = "00000001";
-  std::string firmware_version = "1.0";
   std::filesystem::path card_directory;            // holds the pictures; created if missing
   std::int64_t card_bytes = 32'000'000'000;        // capacity
   std::int64_t typical_picture_bytes = 4'000'000;  // for the number of pictures left
-  PanoramaSize frame{};                            // reported as file format; 0 x 0: not reported
+  PanoramaSize frame{};                            // reported as file format
   double exposure_ms = 200.0;                      // from the trigger until the file is on the card
   double clock_offset_s = 0.0;                     // the camera's clock minus `clock`
   double battery_share = 1.0;                      // 0 to 1
-  // The metered exposure, which gives gain 1. Automatic exposure deviates from it by up to
-  // +- automatic_wander_ev, differently for each picture, so that a missing exposure lock shows.
-  double metered_shutter_s = 1.0 / 60.0;
-  int metered_iso = 100;
-  int metered_white_balance_k = 5000;
+  // Automatic exposure deviates from the metered one by up to this, differently for each picture,
+  // so that a missing exposure lock shows.
   double automatic_wander_ev = 0.3;
 };
 
-// Shooting options as the Open Spherical Camera API names them.
-struct CameraOptions {
-  int exposure_program = 2;            // 1 manual, 2 automatic
-  double shutter_s = 0.0;              // shutterSpeed; 0 while automatic
-  int iso = 0;                         // 0 while automatic
-  double compensation_ev = 0.0;        // exposureCompensation; 0 while manual
-  std::string white_balance = "auto";  // or "_colorTemperature", "daylight", ...
-  int color_temperature_k = 5000;      // 2500 to 10000 in steps of 100
+struct OscReply {
+  int http_status = 200;
+  nlohmann::json json{};
 };
 
-// Supported values, as those of the Ricoh Theta.
-struct CameraSupport {
-  std::vector<double> shutter_s;
-  std::vector<int> iso;
-  std::vector<double> compensation_ev;
-  std::vector<std::string> white_balance;
-};
-const CameraSupport& camera_support();
-
-// A command that the camera refuses: what() is the API's message, code its error code
-// ("disabledCommand", "invalidParameterValue", "serviceUnavailable", ...).
-class CommandRefused : public std::runtime_error {
- public:
-  CommandRefused(std::string code, const std::string& message)
-      : std::runtime_error(message), code_(std::move(code)) {}
-  const std::string& code() const { return code_; }
-
- private:
-  std::string code_;
-};
-
-// Progress of a trigger.
-struct PictureProgress {
-  bool done = false;
-  double completion = 0.0;  // 0 to 1
-  std::string camera_name;  // once done; empty if there is no file
-};
-
-// Thread-safe. All durations are measured on the given clock.
+// Thread-safe. All durations are measured on the given clock. `base_url` is the address of the
+// camera's files: "http://127.0.0.1:8080".
 class SimulatedCamera {
  public:
-  // Throws Error if the card directory cannot be created.
-  SimulatedCamera(SimulatedCameraSettings settings, const Clock& clock, PictureSource source);
+  // Files already on the card are kept, and numbering continues after them. Clock and faults must
+  // outlive the camera. Throws Error if the card's directory cannot be created.
+  SimulatedCamera(SimulatedCameraSettings settings, const Clock* clock, Faults* faults,
+                  PictureSource source);
   SimulatedCamera(const SimulatedCamera&) = delete;
   SimulatedCamera& operator=(const SimulatedCamera&) = delete;
 
-  const SimulatedCameraSettings& settings() const { return settings_; }
-  CameraOptions options() const;
-  // Throws CommandRefused while exposing, and for values not in camera_support().
-  void set_options(const CameraOptions& options);
+  static OscReply info();                     // GET /osc/info
+  OscReply state() const;                     // POST /osc/state
+  OscReply execute(const std::string& body);  // POST /osc/commands/execute
+  // POST /osc/commands/status
+  OscReply status(const std::string& body, const std::string& base_url) const;
+  // The bytes of a file on the card. Throws Error if there is none of that name.
+  std::string file(const std::string& name) const;
 
-  // Starts an exposure: calls the source immediately; the file is on the card after exposure_ms.
-  // Returns the command's id. Throws CommandRefused while exposing and if the card is full.
-  std::string take_picture();
-  // Progress of the last trigger. Throws CommandRefused for any other id.
-  PictureProgress progress_of(const std::string& id) const;
-  bool is_exposing() const;
-  std::uint64_t pictures_taken() const;  // accepted triggers, including failed ones
-  std::string last_file() const;         // empty before the first
-
-  SimulatedCard& card() { return card_; }
-  int pictures_left() const;
-  CameraFaults& faults() { return faults_; }
-  // Power cycle: removes all faults, aborts the exposure and resets the options.
+  // Power cycle: aborts the exposure and resets the options.
   void restart();
-  WallTime wall_now() const;  // by the camera's own clock
+  nlohmann::json options() const;        // those that can be set, by their names in the API
+  std::uint64_t pictures_taken() const;  // accepted triggers, including failed ones
+  int pictures_left() const;
+  bool is_exposing() const;
 
  private:
+  using Json = nlohmann::json;
   struct Trigger {
     std::uint64_t number = 0;
     SteadyTime started{};
-    bool stuck = false;       // until a restart, by kBusy without a duration
-    bool held = false;        // while kBusy lasts
+    bool busy = false;        // as long as the fault of that name lasts
     std::string camera_name;  // empty if there will be no file
   };
 
-  bool is_exposing_locked() const;
+  Json run(const std::string& command, const Json& parameters);
+  Json option(const std::string& name) const;
+  void set_options(const Json& wanted);
+  Json take_picture();
   Trigger begin_locked();
-  ExposureNow exposure_locked(const Trigger& trigger) const;
-  bool expose(const ExposureNow& exposure);
-  std::string damaged(const std::string& jpeg, std::uint64_t number);
+  ExposureNow exposure_locked() const;
+  bool expose(const ExposureNow& exposure, bool automatic);
+  bool is_exposing_locked() const;
+  std::int64_t free_bytes_locked() const;
+  int pictures_left_locked() const;
+  void require_idle_locked() const;
+  WallTime wall_now() const;
 
   const SimulatedCameraSettings settings_;
-  const Clock& clock_;
+  const Clock* clock_;
+  Faults* faults_;
   const PictureSource source_;
-  CameraFaults faults_;
-  SimulatedCard card_;
   mutable std::mutex mutex_;
-  CameraOptions options_;
+  std::int64_t used_bytes_ = 0;  // of the card
+  int last_number_;
+  Json options_;
   std::uint64_t triggers_ = 0;
   Trigger trigger_;  // the last one
   bool rendering_ = false;
-  std::string file_before_;  // the last one on the card before the trigger
 };
 
 }  // namespace raywalk::capture

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <utility>
 
 namespace raywalk::capture {
 namespace {
@@ -21,9 +23,10 @@ void Extremes::add(double mm) {
   any = true;
 }
 
-SimulatedDrive::SimulatedDrive(const DriveSettings& settings, const Clock* clock)
+SimulatedDrive::SimulatedDrive(const DriveSettings& settings, const Clock* clock, Faults* faults)
     : settings_(settings),
       clock_(clock),
+      faults_(faults),
       noise_(hash_bits(static_cast<std::uint64_t>(settings.seed), 0xd21fe)),
       now_(clock->now()),
       motion_(settings.power_on_mm),
@@ -80,8 +83,8 @@ void SimulatedDrive::start(const Trajectory& motion) {
 
 // A triggered limit switch refuses moves towards it.
 bool SimulatedDrive::refuses(double motor_mm) const {
-  const bool at_low = low_limit_ || carriage_mm_ <= settings_.low_switch_mm;
-  const bool at_high = high_limit_ || carriage_mm_ >= settings_.high_switch_mm;
+  const bool at_low = low_pressed_ || carriage_mm_ <= settings_.low_switch_mm;
+  const bool at_high = high_pressed_ || carriage_mm_ >= settings_.high_switch_mm;
   return (at_low && motor_mm < motor_mm_) || (at_high && motor_mm > motor_mm_);
 }
 
@@ -96,7 +99,7 @@ void SimulatedDrive::run_to(double motor_mm, const MotionBounds& bounds) {
 }
 
 void SimulatedDrive::resume() {
-  if (goal_motor_mm_ && !stall_) start(Trajectory::to(*goal_motor_mm_, motor(), goal_bounds_));
+  if (goal_motor_mm_ && !stalled_) start(Trajectory::to(*goal_motor_mm_, motor(), goal_bounds_));
 }
 
 void SimulatedDrive::end_motion(SteadyTime time) {
@@ -121,13 +124,13 @@ void SimulatedDrive::end_motion(SteadyTime time) {
 // where homing may continue, and the start and end of faults.
 void SimulatedDrive::advance() {
   const SteadyTime now = clock_->now();
-  while (const auto event = next_event()) {
-    if (*event > now) break;
-    advance_to(*event);
-    expire_faults();
-    begin_due_faults();
+  for (auto change = faults_->next_change(now_); change && *change <= now;
+       change = faults_->next_change(now_)) {
+    advance_to(*change);
+    obey_faults();
   }
   advance_to(now);
+  obey_faults();  // also those that were ended before their time
 }
 
 void SimulatedDrive::advance_to(SteadyTime time) {
@@ -153,38 +156,36 @@ void SimulatedDrive::advance_to(SteadyTime time) {
   now_ = std::max(now_, time);
 }
 
-std::optional<SteadyTime> SimulatedDrive::next_event() const {
-  std::optional<SteadyTime> next;
-  if (!pending_.empty()) next = pending_.begin()->first;
-  for (const auto* fault : {&stall_, &low_limit_, &high_limit_, &jump_, &drift_}) {
-    if (*fault && (*fault)->until && (!next || *(*fault)->until < *next)) next = (*fault)->until;
+// Begins and ends what the faults at now_ do to the motor.
+void SimulatedDrive::obey_faults() {
+  if (const auto code = faults_->occurs(RigFault::kAlarm, now_)) {
+    alarm_code_ = std::max(1, static_cast<int>(*code));
+    decelerate();
   }
-  return next;
-}
-
-void SimulatedDrive::expire_faults() {
-  const auto is_over = [this](const std::optional<ActiveFault>& fault) {
-    return fault && fault->until && *fault->until <= now_;
+  const auto press = [this](RigFault kind, bool* pressed) {
+    const bool was_pressed = std::exchange(*pressed, faults_->lasting(kind, now_).has_value());
+    if (*pressed && !was_pressed) block();
   };
-  for (auto* fault : {&low_limit_, &high_limit_, &jump_, &drift_}) {
-    if (is_over(*fault)) fault->reset();
+  press(RigFault::kLowLimit, &low_pressed_);
+  press(RigFault::kHighLimit, &high_pressed_);
+  const bool was_stalled =
+      std::exchange(stalled_, faults_->lasting(RigFault::kStall, now_).has_value());
+  if (stalled_ && !was_stalled) {
+    // The command is kept and resumes when the motor is freed.
+    const auto goal = goal_motor_mm_;
+    const Homing homing = homing_;
+    block();
+    goal_motor_mm_ = goal;
+    homing_ = homing;
   }
-  if (is_over(stall_)) {
-    stall_.reset();
-    resume();
-  }
-}
-
-void SimulatedDrive::begin_due_faults() {
-  while (!pending_.empty() && pending_.begin()->first <= now_) {
-    begin_fault(pending_.begin()->second);
-    pending_.erase(pending_.begin());
-  }
+  if (was_stalled && !stalled_) resume();
 }
 
 double SimulatedDrive::feedback_error_mm() const {
-  double error_mm = jump_ ? jump_->amount : 0.0;
-  if (drift_) error_mm += drift_->amount * seconds_of(now_ - drift_->since);
+  const auto jump = faults_->lasting(RigFault::kFeedbackJump, now_);
+  const auto drift = faults_->lasting(RigFault::kFeedbackDrift, now_);
+  double error_mm = jump ? jump->amount : 0.0;
+  if (drift) error_mm += drift->amount * seconds_of(now_ - drift->since);
   return error_mm;
 }
 
@@ -248,8 +249,8 @@ DriveState SimulatedDrive::state() {
   state.homed = homed_;
   state.moving = moving_ || goal_motor_mm_.has_value();
   state.in_position = !state.moving && !state.alarm;
-  state.at_low_limit = low_limit_ || carriage_mm_ <= settings_.low_switch_mm;
-  state.at_high_limit = high_limit_ || carriage_mm_ >= settings_.high_switch_mm;
+  state.at_low_limit = low_pressed_ || carriage_mm_ <= settings_.low_switch_mm;
+  state.at_high_limit = high_pressed_ || carriage_mm_ >= settings_.high_switch_mm;
   return state;
 }
 
@@ -260,66 +261,6 @@ DriveTruth SimulatedDrive::truth() {
   truth.carriage_mm = carriage_mm_;
   if (!moving_) truth.still_for = now_ - stopped_at_;
   return truth;
-}
-
-void SimulatedDrive::inject(DriveFault fault, double amount, Duration lasting, Duration delay) {
-  const std::lock_guard lock(mutex_);
-  advance();
-  pending_.emplace(now_ + delay, PendingFault{fault, amount, lasting});
-  begin_due_faults();
-}
-
-void SimulatedDrive::begin_fault(const PendingFault& pending) {
-  ActiveFault active{now_, std::nullopt, pending.amount};
-  if (pending.lasting > Duration::zero()) active.until = now_ + pending.lasting;
-  switch (pending.fault) {
-    case DriveFault::kStall:
-      stall(active);
-      break;
-    case DriveFault::kAlarm:
-      alarm_code_ = std::max(1, static_cast<int>(pending.amount));
-      decelerate();
-      break;
-    case DriveFault::kLowLimit:
-      block();
-      low_limit_ = active;
-      break;
-    case DriveFault::kHighLimit:
-      block();
-      high_limit_ = active;
-      break;
-    case DriveFault::kFeedbackJump:
-      jump_ = active;
-      break;
-    case DriveFault::kFeedbackDrift:
-      drift_ = active;
-      break;
-  }
-}
-
-// Unlike block(), keeps the command, which resumes when the motor is freed.
-void SimulatedDrive::stall(const ActiveFault& fault) {
-  const auto goal = goal_motor_mm_;
-  const Homing homing = homing_;
-  block();
-  goal_motor_mm_ = goal;
-  homing_ = homing;
-  stall_ = fault;
-}
-
-void SimulatedDrive::clear_faults() {
-  const std::lock_guard lock(mutex_);
-  advance();
-  pending_.clear();
-  low_limit_.reset();
-  high_limit_.reset();
-  jump_.reset();
-  drift_.reset();
-  alarm_code_ = 0;
-  if (stall_) {
-    stall_.reset();
-    resume();
-  }
 }
 
 }  // namespace raywalk::capture

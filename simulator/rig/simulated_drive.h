@@ -6,14 +6,13 @@
 // what the drive reports, DriveTruth the true state.
 #pragma once
 
-#include <cstdint>
 #include <functional>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <utility>
 
 #include "capture/base/clock.h"
+#include "simulator/rig/faults.h"
 #include "simulator/rig/trajectory.h"
 #include "simulator/room/hash_random.h"
 
@@ -30,15 +29,6 @@ struct DriveSettings {
   double homing_speed_mm_s = 50.0;
   double backlash_mm = 0.02;       // full play between motor and carriage
   double feedback_noise_mm = 0.0;  // standard deviation of one reading
-};
-
-enum class DriveFault {
-  kStall,     // the motor is blocked while the drive reports motion
-  kAlarm,     // amount: alarm code; lasts until it is reset
-  kLowLimit,  // the limit switch reads as pressed: the motor stops and refuses moves that way
-  kHighLimit,
-  kFeedbackJump,   // amount: constant feedback error in millimetres
-  kFeedbackDrift,  // amount: growth of the feedback error in millimetres per second
 };
 
 // What the drive reports.
@@ -76,7 +66,8 @@ struct DriveTruth {
 // the second one.
 class SimulatedDrive {
  public:
-  SimulatedDrive(const DriveSettings& settings, const Clock* clock);
+  // Clock and faults must outlive the drive.
+  SimulatedDrive(const DriveSettings& settings, const Clock* clock, Faults* faults);
 
   const DriveSettings& settings() const { return settings_; }
 
@@ -91,37 +82,18 @@ class SimulatedDrive {
   DriveState state();
   DriveTruth truth();
 
-  // Starts the fault after `delay`, for `lasting`; zero: until clear_faults() (an alarm: until it
-  // is reset).
-  void inject(DriveFault fault, double amount, Duration lasting, Duration delay = {});
-  // Removes active and pending faults.
-  void clear_faults();
-  // `observer` is called with the target of every move before it starts; it may inject faults. Set
-  // it before the first command.
+  // `observer` is called with the target of every move before it starts; it may add faults. Set it
+  // before the first command.
   void on_move(std::function<void(double target_mm)> observer) { observer_ = std::move(observer); }
 
  private:
-  struct ActiveFault {
-    SteadyTime since{};
-    std::optional<SteadyTime> until{};
-    double amount = 0.0;
-  };
-  struct PendingFault {
-    DriveFault fault{};
-    double amount = 0.0;
-    Duration lasting{};
-  };
   enum class Homing { kNone, kOffSwitch, kOntoSwitch };
 
   void advance();
   void advance_to(SteadyTime time);
   void end_motion(SteadyTime time);
   void follow(double motor_mm);
-  void begin_fault(const PendingFault& pending);
-  void stall(const ActiveFault& fault);
-  void begin_due_faults();
-  void expire_faults();
-  std::optional<SteadyTime> next_event() const;
+  void obey_faults();
   void start(const Trajectory& motion);
   void run_to(double motor_mm, const MotionBounds& bounds);
   void resume();
@@ -134,6 +106,7 @@ class SimulatedDrive {
 
   const DriveSettings settings_;
   const Clock* clock_;
+  Faults* faults_;
   std::mutex mutex_;
   HashRandom noise_;
   SteadyTime now_{};
@@ -149,8 +122,9 @@ class SimulatedDrive {
   double zero_mm_ = 0.0;      // rail position where the motor's count is 0
   bool homed_ = false;
   int alarm_code_ = 0;
-  std::multimap<SteadyTime, PendingFault> pending_;
-  std::optional<ActiveFault> stall_, low_limit_, high_limit_, jump_, drift_;
+  bool stalled_ = false;  // by a fault, as the two switches
+  bool low_pressed_ = false;
+  bool high_pressed_ = false;
   DriveTruth truth_{};
   std::function<void(double target_mm)> observer_;
 };

@@ -28,10 +28,11 @@ class SimulatedDriveTest : public ::testing::Test {
   }
 
   ManualClock clock_;
+  Faults faults_{&clock_};
 };
 
 TEST_F(SimulatedDriveTest, HomingMakesTheSwitchZero) {
-  SimulatedDrive drive(exact_drive(), &clock_);
+  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
   EXPECT_FALSE(drive.state().homed);
   EXPECT_EQ(drive.state().feedback_mm, 0.0);  // the drive does not know yet that it is at 300
   EXPECT_EQ(drive.truth().carriage_mm, 300.0);
@@ -48,13 +49,13 @@ TEST_F(SimulatedDriveTest, HomingMakesTheSwitchZero) {
 TEST_F(SimulatedDriveTest, HomingFromBelowTheSwitchLeavesItFirst) {
   DriveSettings settings = exact_drive();
   settings.power_on_mm = -10.0;
-  SimulatedDrive drive(settings, &clock_);
+  SimulatedDrive drive(settings, &clock_, &faults_);
   home(&drive);
   EXPECT_NEAR(drive.truth().carriage_mm, 0.0, 1e-9);
 }
 
 TEST_F(SimulatedDriveTest, FollowsTheMotionProfile) {
-  SimulatedDrive drive(exact_drive(), &clock_);
+  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
   home(&drive);
   ASSERT_TRUE(drive.move_to(400.0, kDriveBounds));
   pass(500.0);
@@ -73,7 +74,7 @@ TEST_F(SimulatedDriveTest, FollowsTheMotionProfile) {
 TEST_F(SimulatedDriveTest, SpeedIsLimitedToTheDrivesMaximum) {
   DriveSettings settings = exact_drive();
   settings.max_speed_mm_s = 10.0;
-  SimulatedDrive drive(settings, &clock_);
+  SimulatedDrive drive(settings, &clock_, &faults_);
   home(&drive);
   drive.move_to(1000.0, {1e6, 1e6, 1e6});
   pass(10000.0);
@@ -82,7 +83,7 @@ TEST_F(SimulatedDriveTest, SpeedIsLimitedToTheDrivesMaximum) {
 
 // A reversal between two readings counts for the visited positions.
 TEST_F(SimulatedDriveTest, ExtremesIncludeUnobservedReversals) {
-  SimulatedDrive drive(exact_drive(), &clock_);
+  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
   home(&drive);
   drive.move_to(1000.0, kDriveBounds);
   pass(1500.0);  // at 125 mm, 100 mm/s: halts at 150 mm
@@ -100,7 +101,7 @@ TEST_F(SimulatedDriveTest, ExtremesIncludeUnobservedReversals) {
 TEST_F(SimulatedDriveTest, CarriageLagsTheMotorByTheBacklash) {
   DriveSettings settings;
   settings.backlash_mm = 0.4;
-  SimulatedDrive drive(settings, &clock_);
+  SimulatedDrive drive(settings, &clock_, &faults_);
   home(&drive);
   EXPECT_NEAR(drive.truth().carriage_mm, 0.0, 1e-9);
   drive.move_to(100.0, kDriveBounds);
@@ -115,7 +116,7 @@ TEST_F(SimulatedDriveTest, CarriageLagsTheMotorByTheBacklash) {
 TEST_F(SimulatedDriveTest, NoiseHasTheGivenDeviationAndIsSeeded) {
   DriveSettings settings = exact_drive();
   settings.feedback_noise_mm = 0.05;
-  SimulatedDrive drive(settings, &clock_), again(settings, &clock_);
+  SimulatedDrive drive(settings, &clock_, &faults_), again(settings, &clock_, &faults_);
   double sum = 0.0, squares = 0.0;
   constexpr int kReadings = 4000;
   for (int i = 0; i < kReadings; ++i) {
@@ -129,7 +130,7 @@ TEST_F(SimulatedDriveTest, NoiseHasTheGivenDeviationAndIsSeeded) {
 }
 
 TEST_F(SimulatedDriveTest, StopDeceleratesAndStays) {
-  SimulatedDrive drive(exact_drive(), &clock_);
+  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
   home(&drive);
   drive.move_to(1000.0, kDriveBounds);
   pass(2000.0);
@@ -141,7 +142,7 @@ TEST_F(SimulatedDriveTest, StopDeceleratesAndStays) {
 }
 
 TEST_F(SimulatedDriveTest, LimitSwitchStopsTheMotorButAllowsReturning) {
-  SimulatedDrive drive(exact_drive(), &clock_);
+  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
   home(&drive);
   drive.move_to(5000.0, kDriveBounds);
   pass(60000.0);
@@ -158,11 +159,11 @@ TEST_F(SimulatedDriveTest, LimitSwitchStopsTheMotorButAllowsReturning) {
 }
 
 TEST_F(SimulatedDriveTest, StalledMotorIsReportedAsMoving) {
-  SimulatedDrive drive(exact_drive(), &clock_);
+  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
   home(&drive);
   drive.move_to(400.0, kDriveBounds);
   pass(1000.0);
-  drive.inject(DriveFault::kStall, 0.0, duration_from_ms(3000.0));
+  faults_.add({.kind = RigFault::kStall, .for_ms = 3000.0});
   pass(2000.0);
   EXPECT_NEAR(drive.state().feedback_mm, 75.0, 1e-6);
   EXPECT_TRUE(drive.state().moving);
@@ -172,23 +173,24 @@ TEST_F(SimulatedDriveTest, StalledMotorIsReportedAsMoving) {
 }
 
 TEST_F(SimulatedDriveTest, MoveCommandedWhileStalledStartsWhenFreed) {
-  SimulatedDrive drive(exact_drive(), &clock_);
+  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
   home(&drive);
-  drive.inject(DriveFault::kStall, 0.0, Duration::zero());
+  faults_.add({.kind = RigFault::kStall});
   drive.move_to(10.0, kDriveBounds);
   pass(60000.0);
   EXPECT_NEAR(drive.state().feedback_mm, 0.0, 1e-9);
-  drive.clear_faults();
+  faults_.clear();
+  drive.state();
   pass(60000.0);
   EXPECT_NEAR(drive.state().feedback_mm, 10.0, 1e-9);
 }
 
 TEST_F(SimulatedDriveTest, AlarmHaltsUntilItIsReset) {
-  SimulatedDrive drive(exact_drive(), &clock_);
+  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
   home(&drive);
   drive.move_to(400.0, kDriveBounds);
   pass(1000.0);
-  drive.inject(DriveFault::kAlarm, 0x210, Duration::zero());
+  faults_.add({.kind = RigFault::kAlarm, .amount = 0x210});
   pass(5000.0);
   const DriveState state = drive.state();
   EXPECT_TRUE(state.alarm);
@@ -206,11 +208,11 @@ TEST_F(SimulatedDriveTest, AlarmHaltsUntilItIsReset) {
 }
 
 TEST_F(SimulatedDriveTest, InjectedLimitStopsAndRefusesItsSideOnly) {
-  SimulatedDrive drive(exact_drive(), &clock_);
+  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
   home(&drive);
   drive.move_to(400.0, kDriveBounds);
   pass(1000.0);
-  drive.inject(DriveFault::kHighLimit, 0.0, duration_from_ms(10000.0));
+  faults_.add({.kind = RigFault::kHighLimit, .for_ms = 10000.0});
   EXPECT_TRUE(drive.state().at_high_limit);
   drive.move_to(400.0, kDriveBounds);
   pass(2000.0);
@@ -223,27 +225,27 @@ TEST_F(SimulatedDriveTest, InjectedLimitStopsAndRefusesItsSideOnly) {
 }
 
 TEST_F(SimulatedDriveTest, FeedbackFaultsDoNotMoveTheCarriage) {
-  SimulatedDrive drive(exact_drive(), &clock_);
+  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
   home(&drive);
-  drive.inject(DriveFault::kFeedbackJump, 3.0, duration_from_ms(1000.0));
+  faults_.add({.kind = RigFault::kFeedbackJump, .amount = 3.0, .for_ms = 1000.0});
   EXPECT_NEAR(drive.state().feedback_mm, 3.0, 1e-9);
   EXPECT_NEAR(drive.truth().carriage_mm, 0.0, 1e-9);
   pass(1000.0);
   EXPECT_NEAR(drive.state().feedback_mm, 0.0, 1e-9);
-  drive.inject(DriveFault::kFeedbackDrift, 2.0, Duration::zero());
+  faults_.add({.kind = RigFault::kFeedbackDrift, .amount = 2.0});
   pass(500.0);
   EXPECT_NEAR(drive.state().feedback_mm, 1.0, 1e-6);
-  drive.clear_faults();
+  faults_.clear();
   EXPECT_NEAR(drive.state().feedback_mm, 0.0, 1e-9);
 }
 
 TEST_F(SimulatedDriveTest, FaultCanBeDelayed) {
-  SimulatedDrive drive(exact_drive(), &clock_);
+  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
   home(&drive);
   // Blocked from 1 s to 2 s into the move, without a reading in between.
   drive.on_move([&](double target_mm) {
     EXPECT_EQ(target_mm, 400.0);
-    drive.inject(DriveFault::kStall, 0.0, duration_from_ms(1000.0), duration_from_ms(1000.0));
+    faults_.add({.kind = RigFault::kStall, .for_ms = 1000.0, .after_ms = 1000.0});
   });
   drive.move_to(400.0, kDriveBounds);
   pass(2500.0);
@@ -252,7 +254,7 @@ TEST_F(SimulatedDriveTest, FaultCanBeDelayed) {
 }
 
 TEST_F(SimulatedDriveTest, InvalidCommandsAreRefused) {
-  SimulatedDrive drive(exact_drive(), &clock_);
+  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(drive.move_to(nan, kDriveBounds));
   EXPECT_FALSE(drive.move_to(1.0, {0.0, 200.0, 200.0}));

@@ -2,7 +2,8 @@
 // The two sides of the protocol share no code.
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <array>
+#include <cctype>
 #include <filesystem>
 #include <string>
 
@@ -11,7 +12,7 @@
 #include "capture/slider/carriage.h"
 #include "capture/slider/modbus_slider.h"
 #include "core/files/test_directory.h"
-#include "simulator/rig/modbus_server.h"
+#include "simulator/rig/drive_server.h"
 
 namespace raywalk::capture {
 namespace {
@@ -33,11 +34,6 @@ class SliderOnRigTest : public ::testing::TestWithParam<Setup> {
     settings.feedback_noise_mm = 0.01;
     return settings;
   }
-  static LinkFaultRates rates() {
-    LinkFaultRates rates;
-    rates.late_ms = 150.0;
-    return rates;
-  }
   SliderConfig slider_config() const {
     SliderConfig config;
     config.connection = GetParam().connection;
@@ -58,10 +54,10 @@ class SliderOnRigTest : public ::testing::TestWithParam<Setup> {
 
   const TestDirectory directory_;
   ManualClock clock_;
-  SimulatedDrive drive_{drive_settings(), &clock_};
-  DriveRegisters registers_{read_register_map(map_file()), &drive_};
-  LinkFaults faults_{rates()};
-  ModbusServer server_{{1, directory_ / "slider", 0}, &registers_, &faults_};
+  Faults faults_{&clock_, {.late_ms = 150.0}};
+  SimulatedDrive drive_{drive_settings(), &clock_, &faults_};
+  DriveServer server_{
+      {1, directory_ / "slider", 0}, read_register_map(map_file()), &drive_, &faults_};
   const SoftLimits limits_{0.0, 1000.0};
 };
 
@@ -82,7 +78,7 @@ TEST_P(SliderOnRigTest, AlarmEndsTheMoveAndCanBeReset) {
   const auto slider = make_modbus_slider(slider_config(), &clock_);
   Carriage carriage(slider.get(), &clock_, limits_, rules());
   carriage.home();
-  drive_.inject(DriveFault::kAlarm, 0x21, Duration::zero(), duration_from_ms(500.0));
+  faults_.add({.kind = RigFault::kAlarm, .amount = 0x21, .after_ms = 500.0});
   try {
     carriage.move_to(limits_.require(800.0, "test"));
     ADD_FAILURE() << "the alarm went unnoticed";
@@ -101,18 +97,17 @@ TEST_P(SliderOnRigTest, FaultyLinkNeverCausesAWrongPosition) {
   // The serial line keeps real pauses between frames, which take real time.
   const int moves = GetParam().connection == SliderConnection::kTcp ? 24 : 6;
   for (int i = 0; i < moves; ++i) {
-    // One of the first five exchanges of each move has a fault, cycling through all kinds.
-    constexpr LinkFault kKinds[] = {
-        LinkFault::kLostRequest,    LinkFault::kLostReply, LinkFault::kCorruptedRequest,
-        LinkFault::kCorruptedReply, LinkFault::kLate,      LinkFault::kDuplicated};
-    faults_.schedule(kKinds[i % 6], faults_.requests() + 1 + static_cast<unsigned>(i % 5),
-                     std::chrono::milliseconds(0));
+    // One of the first four exchanges of each move has a fault, cycling through all kinds.
+    constexpr std::array kKinds{RigFault::kLostRequest, RigFault::kLostReply,
+                                RigFault::kCorruptedReply, RigFault::kLate, RigFault::kDuplicated};
+    faults_.add({.kind = kKinds.at(static_cast<std::size_t>(i) % kKinds.size()),
+                 .at_request = static_cast<int>(faults_.exchanges()) + 1 + i % 4});
     const double target_mm = 10.0 * (i % 2 == 0 ? i : moves - 1 - i);
     const auto settled = carriage.move_to(limits_.require(target_mm, "test"));
     EXPECT_NEAR(settled.measured_mm, target_mm, 0.1);
     EXPECT_NEAR(drive_.truth().carriage_mm, target_mm, 0.01) << i;
   }
-  EXPECT_EQ(faults_.faults(), static_cast<unsigned>(moves));
+  EXPECT_EQ(faults_.occurred(), static_cast<unsigned>(moves));
   EXPECT_GE(drive_.truth().commanded.low_mm, 0.0);
   EXPECT_LE(drive_.truth().visited.high_mm, 1000.0);
 }
@@ -121,14 +116,14 @@ TEST_P(SliderOnRigTest, LinkCutDuringAMoveIsAFaultAndCanReconnect) {
   const auto slider = make_modbus_slider(slider_config(), &clock_);
   Carriage carriage(slider.get(), &clock_, limits_, rules());
   carriage.home();
-  faults_.schedule(LinkFault::kCut, faults_.requests() + 8, std::chrono::milliseconds(0));
+  faults_.add({.kind = RigFault::kCut, .at_request = static_cast<int>(faults_.exchanges()) + 8});
   try {
     carriage.move_to(limits_.require(800.0, "test"));
     ADD_FAILURE() << "the cut went unnoticed";
   } catch (const DeviceFault& fault) {
     EXPECT_EQ(fault.kind(), FaultKind::kNoContact) << fault.what();
   }
-  faults_.restore();
+  faults_.clear();
   // The new port appears shortly, in real time.
   for (int i = 0; i < 400 && !std::filesystem::exists(directory_ / "slider"); ++i) {
     SystemClock().sleep(duration_from_ms(5.0));

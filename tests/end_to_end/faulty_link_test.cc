@@ -11,7 +11,7 @@
 #include "capture/session/test_session.h"
 #include "capture/slider/modbus_slider.h"
 #include "core/files/test_directory.h"
-#include "simulator/rig/modbus_server.h"
+#include "simulator/rig/drive_server.h"
 
 namespace raywalk::capture {
 namespace {
@@ -70,15 +70,15 @@ class FaultyLinkTest : public ::testing::TestWithParam<Setup> {
   const std::filesystem::path map_ =
       std::filesystem::path(RAYWALK_CONFIGS) / "sliders" / "leadshine-pr0.yaml";
   TestCapture capture_{.directory = directory_ / "session"};
-  SimulatedDrive drive_{drive_settings(), &capture_.clock};
-  DriveRegisters registers_{read_register_map(map_), &drive_};
-  LinkFaults faults_{{.seed = 5,
-                      .late = kFault,
-                      .lost = kFault,
-                      .corrupted = kFault,
-                      .duplicated = kFault,
-                      .late_ms = 14.0}};
-  ModbusServer server_{{1, directory_ / "slider", 0}, &registers_, &faults_};
+  Faults faults_{&capture_.clock,
+                 {.seed = 5,
+                  .late = kFault,
+                  .lost = kFault,
+                  .corrupted = kFault,
+                  .duplicated = kFault,
+                  .late_ms = 14.0}};
+  SimulatedDrive drive_{drive_settings(), &capture_.clock, &faults_};
+  DriveServer server_{{1, directory_ / "slider", 0}, read_register_map(map_), &drive_, &faults_};
   const SoftLimits limits_{0.0, 1900.0};
   FakeCamera camera_{&capture_.clock};
   std::unique_ptr<RailPlacer> placer_ = make_rail_placer({}, true);
@@ -112,7 +112,7 @@ TEST_P(FaultyLinkTest, AllStationsAreCapturedAtTheirPositions) {
   EXPECT_GE(drive_.truth().visited.low_mm, limits_.low_mm() - 0.1);
   EXPECT_LE(drive_.truth().visited.high_mm, limits_.high_mm());
   // Enough faults occurred for a meaningful test.
-  EXPECT_GT(faults_.faults(), 0.06 * static_cast<double>(faults_.requests()));
+  EXPECT_GT(faults_.occurred(), 0.06 * static_cast<double>(faults_.exchanges()));
 }
 
 INSTANTIATE_TEST_SUITE_P(Links, FaultyLinkTest,

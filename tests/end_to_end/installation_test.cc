@@ -33,7 +33,7 @@ class InstallationTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     directory_ = std::make_unique<TestDirectory>();
-    for (const char* component : {"runtime", "development"}) {
+    for (const char* component : {"runtime", "simulator", "development"}) {
       ASSERT_EQ(
           run(fmt::format("cmake --install " RAYWALK_BUILD_FOLDER " --prefix {} --component {}",
                           prefix(), component))

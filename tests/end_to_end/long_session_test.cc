@@ -11,8 +11,8 @@
 #include "capture/session/session_reader.h"
 #include "capture/session/session_status.h"
 #include "capture/session/test_session.h"
-#include "capture/slider/fake_slider.h"
 #include "core/files/test_directory.h"
+#include "simulator/rig/test_slider.h"
 
 namespace raywalk::capture {
 namespace {
@@ -41,7 +41,7 @@ TEST(LongSession, MemoryStaysFlatOverTenThousandStations) {
     capture.plan.lines.push_back(
         test_line("x" + std::to_string(i), LineAxis::kX, 0.1 * i, 0.0, 0.001, kStationsOfLine));
   }
-  FakeSlider slider({}, &capture.clock);
+  TestSlider slider({}, &capture.clock);
   FakeCamera camera(&capture.clock);
   double early_mb = 0.0;
   camera.on_shot = [&] {
@@ -50,7 +50,7 @@ TEST(LongSession, MemoryStaysFlatOverTenThousandStations) {
   const auto placer = make_rail_placer({}, true);
   {
     const auto session = capture.open();
-    Carriage carriage(&slider, &capture.clock, SoftLimits(0.0, 2000.0), {.poll_ms = 50.0});
+    Carriage carriage(slider.driver(), &capture.clock, SoftLimits(0.0, 2000.0), {.poll_ms = 50.0});
     CaptureSequence({&carriage, &camera, session.get(), placer.get(), &capture.clock}, {})
         .run(capture.plan);
     EXPECT_LT(resident_mb() - early_mb, 8.0);

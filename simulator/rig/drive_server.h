@@ -1,0 +1,82 @@
+// The simulated drive on its lines: Modbus RTU on a pseudo-terminal and Modbus TCP on loopback,
+// concurrently, answered by libmodbus.
+#pragma once
+
+#include <modbus/modbus.h>
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "simulator/rig/drive_registers.h"
+#include "simulator/rig/faults.h"
+#include "simulator/rig/pseudo_terminal.h"
+#include "simulator/room/hash_random.h"
+
+namespace raywalk::capture {
+
+struct DriveServerSettings {
+  int unit = 1;                         // Modbus address, 1 to 247
+  std::filesystem::path serial_link{};  // symbolic link to the pseudo-terminal; empty: no RTU
+  std::optional<int> tcp_port{};        // 0: any free port; empty: no TCP
+};
+
+// Serves from construction to destruction, in its own thread, one request after the other.
+// Requests to other units are ignored, over RTU with the message after them, which libmodbus takes
+// for their reply; requests to unit 0 (broadcast) are executed, over RTU
+// without a reply. Over TCP, unit 255 also addresses the drive, as the Modbus guide recommends.
+// Clients may connect at any time, several over TCP.
+//
+// While the link is cut, the pseudo-terminal hangs up, its symbolic link is removed, as with an
+// unplugged adapter, and TCP connections are closed. Afterwards a new pseudo-terminal is linked
+// under the same name.
+class DriveServer {
+ public:
+  // Drive and faults must outlive the server. Throws Error if the port is in use or the symbolic
+  // link cannot be created.
+  DriveServer(const DriveServerSettings& settings, const RegisterMap& map, SimulatedDrive* drive,
+              Faults* faults);
+  ~DriveServer();
+  DriveServer(const DriveServer&) = delete;
+  DriveServer& operator=(const DriveServer&) = delete;
+
+  int tcp_port() const;  // 0 without TCP
+
+ private:
+  struct Free {
+    void operator()(modbus_t* context) const { modbus_free(context); }
+  };
+  using Context = std::unique_ptr<modbus_t, Free>;
+  using Bytes = std::vector<std::uint8_t>;
+
+  void run();
+  void connect_or_hang_up();
+  void wait_for_requests();
+  bool serve(modbus_t* context, int line);
+  Bytes reply_to(modbus_t* context, const std::uint8_t* request, int length);
+  Bytes taken_reply() const;
+  void corrupt(Bytes* reply, bool is_tcp);
+  void close_lines();
+
+  const DriveServerSettings settings_;
+  DriveRegisters registers_;
+  Faults* faults_;
+  HashRandom damage_;
+  Context rtu_;
+  Context tcp_;
+  std::optional<PseudoTerminal> terminal_;
+  int listener_ = -1;
+  std::vector<int> clients_;
+  // libmodbus writes its replies into the first; they are read from the second, so that faults of
+  // the link can be applied to them.
+  std::array<int, 2> replies_{-1, -1};
+  std::atomic<bool> over_{false};
+  std::thread thread_;  // last, as it uses all of the above
+};
+
+}  // namespace raywalk::capture

@@ -1,0 +1,186 @@
+#include "simulator/rig/faults.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace raywalk::capture {
+namespace {
+
+constexpr double kLongestFault_ms = 1e9;
+
+// Lasts until it is mended if it has no duration.
+bool is_permanent(RigFault kind) {
+  using enum RigFault;
+  constexpr std::array kPermanent{kStall,         kLowLimit, kHighLimit, kFeedbackJump,
+                                  kFeedbackDrift, kCut,      kBusy};
+  return std::find(kPermanent.begin(), kPermanent.end(), kind) != kPermanent.end();
+}
+
+bool occurs_once(const Fault& fault) { return fault.for_ms == 0.0 && !is_permanent(fault.kind); }
+
+}  // namespace
+
+std::string_view name_of(RigFault kind) {
+  return kRigFaultNames.at(static_cast<std::size_t>(kind));
+}
+
+SettingsSchema fault_schema(Fault* fault) {
+  static const std::vector<RigFault> kinds = [] {
+    std::vector<RigFault> all(kRigFaultNames.size());
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<RigFault>(i);
+    return all;
+  }();
+  constexpr int kMost = std::numeric_limits<int>::max();
+  SettingsSchema schema;
+  schema.choice("kind", &fault->kind, kinds)
+      .integer("at_request", &fault->at_request, 1, kMost)
+      .integer("at_picture", &fault->at_picture, 1, kMost)
+      .text("at_station", &fault->at_station)
+      .number("at_s", &fault->at_s, 0.0, 1e6)
+      .number("after_ms", &fault->after_ms, 0.0, kLongestFault_ms)
+      .number("for_ms", &fault->for_ms, 0.0, kLongestFault_ms)
+      .number("amount", &fault->amount, -1e6, 1e6);
+  return schema;
+}
+
+int triggers_of(const Fault& fault) {
+  return (fault.at_request > 0 ? 1 : 0) + (fault.at_picture > 0 ? 1 : 0) +
+         (fault.at_station.empty() ? 0 : 1) + (fault.at_s >= 0.0 ? 1 : 0);
+}
+
+Faults::Faults(const Clock* clock, const LinkSettings& link)
+    : clock_(clock),
+      link_(link),
+      made_at_(clock->now()),
+      chance_(hash_bits(static_cast<std::uint64_t>(link.seed), 0x11f0)) {}
+
+void Faults::add(const Fault& fault) {
+  const std::lock_guard lock(mutex_);
+  Entry entry{fault, std::nullopt};
+  if (fault.at_s >= 0.0) {
+    entry.since = made_at_ + duration_from_ms(1e3 * fault.at_s + fault.after_ms);
+  } else if (triggers_of(fault) == 0) {
+    entry.since = clock_->now() + duration_from_ms(fault.after_ms);
+  }
+  entries_.push_back(std::move(entry));
+}
+
+void Faults::clear() {
+  const std::lock_guard lock(mutex_);
+  entries_.clear();
+}
+
+template <typename Condition>
+void Faults::begin_where(const Condition& condition) {
+  for (Entry& entry : entries_) {
+    if (entry.since || !condition(entry.fault)) continue;
+    entry.since = clock_->now() + duration_from_ms(entry.fault.after_ms);
+  }
+}
+
+void Faults::picture_triggered(std::uint64_t number) {
+  const std::lock_guard lock(mutex_);
+  begin_where([number](const Fault& fault) {
+    return fault.at_picture > 0 && static_cast<std::uint64_t>(fault.at_picture) == number;
+  });
+}
+
+void Faults::move_commanded(const std::string& station) {
+  const std::lock_guard lock(mutex_);
+  begin_where([&station](const Fault& fault) {
+    return !fault.at_station.empty() && fault.at_station == station;
+  });
+}
+
+std::optional<RigFault> Faults::next_exchange() {
+  using enum RigFault;
+  const std::lock_guard lock(mutex_);
+  ++exchanges_;
+  begin_where([this](const Fault& fault) {
+    return fault.at_request > 0 && static_cast<std::uint64_t>(fault.at_request) == exchanges_;
+  });
+  // Drawn for every exchange, so that other faults do not change the random sequence.
+  const std::optional<RigFault> random = random_fault();
+  for (const RigFault kind : {kLate, kLostRequest, kLostReply, kCorruptedReply, kDuplicated}) {
+    if (take(kind, clock_->now())) return kind;
+  }
+  if (random) ++occurred_;
+  return random;
+}
+
+// One random number selects the fault, another one the direction.
+std::optional<RigFault> Faults::random_fault() {
+  double left = chance_.uniform();
+  const bool request = chance_.chance(0.5);
+  const auto falls_in = [&left](double share) {
+    left -= share;
+    return left < 0.0;
+  };
+  if (falls_in(link_.late)) return RigFault::kLate;
+  if (falls_in(link_.lost)) return request ? RigFault::kLostRequest : RigFault::kLostReply;
+  if (falls_in(link_.corrupted)) {
+    return request ? RigFault::kLostRequest : RigFault::kCorruptedReply;
+  }
+  if (falls_in(link_.duplicated)) return RigFault::kDuplicated;
+  return std::nullopt;
+}
+
+std::optional<SteadyTime> Faults::end_of(const Entry& entry) const {
+  if (!entry.since || entry.fault.for_ms == 0.0) return std::nullopt;
+  return *entry.since + duration_from_ms(entry.fault.for_ms);
+}
+
+bool Faults::has_begun(const Entry& entry, RigFault kind, SteadyTime at) const {
+  if (entry.fault.kind != kind || !entry.since || *entry.since > at) return false;
+  const auto end = end_of(entry);
+  return !end || at < *end;
+}
+
+std::optional<Faults::Lasting> Faults::lasting(RigFault kind, std::optional<SteadyTime> at) const {
+  const std::lock_guard lock(mutex_);
+  const SteadyTime time = at.value_or(clock_->now());
+  for (const Entry& entry : entries_) {
+    if (occurs_once(entry.fault) || !has_begun(entry, kind, time)) continue;
+    return Lasting{*entry.since, entry.fault.amount};
+  }
+  return std::nullopt;
+}
+
+std::optional<double> Faults::occurs(RigFault kind, std::optional<SteadyTime> by) {
+  const std::lock_guard lock(mutex_);
+  return take(kind, by.value_or(clock_->now()));
+}
+
+std::optional<double> Faults::take(RigFault kind, SteadyTime by) {
+  const auto due = std::find_if(entries_.begin(), entries_.end(),
+                                [&](const Entry& entry) { return has_begun(entry, kind, by); });
+  if (due == entries_.end()) return std::nullopt;
+  ++occurred_;
+  const double amount = due->fault.amount;
+  if (occurs_once(due->fault)) entries_.erase(due);
+  return amount;
+}
+
+std::optional<SteadyTime> Faults::next_change(SteadyTime time) const {
+  const std::lock_guard lock(mutex_);
+  std::optional<SteadyTime> next;
+  for (const Entry& entry : entries_) {
+    for (const auto& change : {entry.since, end_of(entry)}) {
+      if (change && *change > time && (!next || *change < *next)) next = change;
+    }
+  }
+  return next;
+}
+
+std::uint64_t Faults::exchanges() const {
+  const std::lock_guard lock(mutex_);
+  return exchanges_;
+}
+
+std::uint64_t Faults::occurred() const {
+  const std::lock_guard lock(mutex_);
+  return occurred_;
+}
+
+}  // namespace raywalk::capture
