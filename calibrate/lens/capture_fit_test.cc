@@ -52,7 +52,7 @@ const Capture& capture() {
     made->set.layout = FrameLayout::kDualFisheye;
     made->set.frame = kCapturedPicture;
     made->set.lines = {{"x0", LineAxis::kX, -0.5, false, {}}, {"z0", LineAxis::kZ, 0.5, false, {}}};
-    const capture::VirtualRoom room({.scene = {.file = "study"}});
+    const capture::VirtualRoom room((capture::VirtualRoomSettings()));
     for (int line = 0; line < 2; ++line) {
       for (int i = 0; i < 5; ++i)
         add_station(room, true_camera(kCapturedPicture).layout, line, i, made);

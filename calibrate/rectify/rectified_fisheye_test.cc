@@ -37,10 +37,10 @@ const DualFisheyeCamera& fisheye_camera() {
 
 const std::vector<cv::Mat>& fisheye_pictures() {
   static const std::vector<cv::Mat> pictures = [] {
+    const capture::DualFisheyeRays rays(fisheye_camera().layout, fisheye_camera().picture);
     std::vector<cv::Mat> made;
     for (int i = 0; i < kFisheyeFrames; ++i) {
-      made.push_back(test_room().dual_fisheye({position_of(i), attitude_of(i)},
-                                              fisheye_camera().layout, fisheye_camera().picture));
+      made.push_back(test_room().render(rays, {position_of(i), attitude_of(i)}));
     }
     return made;
   }();
@@ -99,7 +99,7 @@ class RectifiedFisheyeTest : public ::testing::Test {
                      panoramas_.frame);
   }
   cv::Mat truth(int frame) const {
-    return test_room().panorama({position_of(frame), {}}, panoramas_.frame);
+    return test_room().render(capture::PanoramaRays(panoramas_.frame), {position_of(frame), {}});
   }
   // Of the frames in the directory `name`, "": resampled twice.
   double mean_psnr_db(const std::string& name) const {

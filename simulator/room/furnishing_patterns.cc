@@ -1,9 +1,8 @@
-#include "simulator/room/furnishing_patterns.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include "simulator/room/noise.h"
+#include "simulator/room/patterns.h"
 
 namespace raywalk::capture {
 namespace {

@@ -1,10 +1,9 @@
-#include "simulator/room/picture_patterns.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include "core/geometry/sphere.h"
 #include "simulator/room/noise.h"
+#include "simulator/room/patterns.h"
 
 namespace raywalk::capture {
 namespace {

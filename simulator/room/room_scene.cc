@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/geometry/sphere.h"
-#include "simulator/room/picture_patterns.h"
+#include "simulator/room/patterns.h"
 
 namespace raywalk::capture {
 namespace {

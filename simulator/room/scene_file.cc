@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <utility>
 
@@ -25,16 +27,58 @@ constexpr std::size_t kMostBytes = std::size_t{1} << 24;
 constexpr int kDeepest = 8;  // files that include each other
 constexpr double kFar_m = 1e4;
 
+using Numbers = std::vector<double>;
+
+Vector3d vector_of(const Numbers& numbers, std::size_t first = 0) {
+  return {numbers[first], numbers[first + 1], numbers[first + 2]};
+}
+
+enum Shape : std::size_t { kBox, kPanel, kRod, kGlobe, kQuad };
+
+struct ShapeKey {
+  const char* key;
+  std::size_t count;  // of its numbers
+  const char* meaning;
+};
+
+// In the order of Shape.
+constexpr std::array<ShapeKey, 5> kShapes{
+    {{"box", 6, "x, y, z of the least corner and of the opposite one"},
+     {"panel", 6, "x, y, z of the least corner and of the opposite one"},
+     {"rod", 8, "x, y, z of both ends and their radii"},
+     {"globe", 5, "x, y, z, radius and half height"},
+     {"quad", 12, "x, y, z of its four corners"}}};
+
+void add_shape(Shape shape, const Numbers& numbers, const Placement& place, int surface,
+               std::vector<Facet>* facets) {
+  const Vector3d first = vector_of(numbers);
+  const auto corner = [&](std::size_t i) { return place.point(vector_of(numbers, 3 * i)); };
+  switch (shape) {
+    case kBox:
+      return add_box(place, first, vector_of(numbers, 3), surface, facets);
+    case kPanel:
+      return add_panel(place, first, vector_of(numbers, 3), surface, facets);
+    case kRod:
+      return add_rod(place, {first, vector_of(numbers, 3), numbers[6], numbers[7]}, surface,
+                     facets);
+    case kGlobe:
+      return add_globe(place.point(first), numbers[3], numbers[4], surface, facets);
+    case kQuad:
+      facets->push_back(make_quad({corner(0), corner(1), corner(2), corner(3)}, surface));
+  }
+}
+
 struct MaterialKeys {
   std::string name{};
   Pattern pattern = Pattern::kPlain;
-  std::vector<double> base{0.5, 0.5, 0.5}, accent{}, size_m{1.0, 1.0};
+  Numbers base{0.5, 0.5, 0.5}, accent{}, size_m{1.0, 1.0};
   double period_m = 0.25, seed = 0.0;
   fs::path file{};
 };
 
 struct SolidKeys {
-  std::vector<double> box{}, panel{}, rod{}, globe{}, quad{}, texture_at{}, at{0.0, 0.0, 0.0};
+  std::array<Numbers, kShapes.size()> shapes{};
+  Numbers texture_at{}, at{0.0, 0.0, 0.0};
   fs::path mesh{};
   double yaw_deg = 0.0, scale = 1.0;
   std::string material{};
@@ -48,7 +92,7 @@ struct ObjectKeys {
 
 struct InstanceKeys {
   std::string object{};
-  std::vector<double> at{0.0, 0.0, 0.0}, loop{};
+  Numbers at{0.0, 0.0, 0.0}, loop{};
   double yaw_deg = 0.0, start_m = 0.0, step_m = 0.4;
 };
 
@@ -75,12 +119,10 @@ SettingsSchema schema_of(MaterialKeys* material) {
 
 SettingsSchema schema_of(SolidKeys* solid) {
   SettingsSchema schema;
-  schema.numbers("box", &solid->box, -kFar_m, kFar_m, 6)
-      .numbers("panel", &solid->panel, -kFar_m, kFar_m, 6)
-      .numbers("rod", &solid->rod, -kFar_m, kFar_m, 8)
-      .numbers("globe", &solid->globe, -kFar_m, kFar_m, 5)
-      .numbers("quad", &solid->quad, -kFar_m, kFar_m, 12)
-      .numbers("texture_at", &solid->texture_at, -kFar_m, kFar_m, 3)
+  for (std::size_t i = 0; i < kShapes.size(); ++i) {
+    schema.numbers(kShapes[i].key, &solid->shapes[i], -kFar_m, kFar_m, kShapes[i].count);
+  }
+  schema.numbers("texture_at", &solid->texture_at, -kFar_m, kFar_m, 3)
       .path("mesh", &solid->mesh)
       .numbers("at", &solid->at, -kFar_m, kFar_m, 3)
       .number("yaw_deg", &solid->yaw_deg, -360.0, 360.0)
@@ -121,12 +163,6 @@ SettingsSchema schema_of(ObjectKeys* object) {
   return schema;
 }
 
-Vector3d vector_of(const std::vector<double>& numbers, std::size_t first = 0) {
-  return {numbers[first], numbers[first + 1], numbers[first + 2]};
-}
-
-Color color_of(const std::vector<double>& numbers) { return vector_of(numbers).cast<float>(); }
-
 template <typename Value>
 std::vector<std::string> names_of(const std::map<std::string, Value>& map) {
   std::vector<std::string> names;
@@ -148,10 +184,18 @@ struct Source {
                          ? fmt::format("{}: '{}' {}", name, key, what)
                          : fmt::format("{}:{}: '{}' {}", name, line->second, key, what));
   }
-  void require_count(const std::vector<double>& numbers, std::size_t count, const std::string& key,
+  void require_count(const Numbers& numbers, std::size_t count, const std::string& key,
                      const char* meaning) const {
     if (numbers.size() == count) return;
     fail(key, fmt::format("has {} numbers; it needs {}: {}", numbers.size(), count, meaning));
+  }
+  Vector3d vector(const Numbers& numbers, const std::string& key) const {
+    require_count(numbers, 3, key, "x, y, z");
+    return vector_of(numbers);
+  }
+  Color color(const Numbers& numbers, const std::string& key) const {
+    require_count(numbers, 3, key, "red, green, blue");
+    return vector_of(numbers).cast<float>();
   }
 };
 
@@ -233,9 +277,8 @@ class SceneReader {
   }
 
   void add(const FileKeys& keys, const Source& source) {
-    if (!sun_.empty()) {
-      source.require_count(sun_, 3, "sun", "the direction towards it");
-      if (vector_of(sun_).isZero()) source.fail("sun", "has no direction");
+    if (!sun_.empty() && source.vector(sun_, "sun").isZero()) {
+      source.fail("sun", "has no direction");
     }
     for (std::size_t i = 0; i < keys.materials.size(); ++i) {
       add_material(keys.materials[i], fmt::format("materials[{}]", i), source);
@@ -262,13 +305,9 @@ class SceneReader {
   void add_material(const MaterialKeys& keys, const std::string& key, const Source& source) {
     Surface surface;
     surface.pattern = keys.pattern;
-    source.require_count(keys.base, 3, key + ".base", "red, green, blue");
-    surface.base = color_of(keys.base);
-    surface.accent = 0.6F * surface.base;
-    if (!keys.accent.empty()) {
-      source.require_count(keys.accent, 3, key + ".accent", "red, green, blue");
-      surface.accent = color_of(keys.accent);
-    }
+    surface.base = source.color(keys.base, key + ".base");
+    surface.accent = keys.accent.empty() ? Color(0.6F * surface.base)
+                                         : source.color(keys.accent, key + ".accent");
     source.require_count(keys.size_m, 2, key + ".size_m", "width, height");
     surface.extent = {static_cast<float>(keys.size_m[0]), static_cast<float>(keys.size_m[1])};
     surface.period = static_cast<float>(keys.period_m);
@@ -295,61 +334,33 @@ class SceneReader {
 
   void add_solid(const SolidKeys& solid, const std::string& key, const Source& source,
                  Object* object) {
-    source.require_count(solid.at, 3, key + ".at", "x, y, z");
-    const Placement place{vector_of(solid.at), radians_from_degrees(solid.yaw_deg)};
+    const Placement place{source.vector(solid.at, key + ".at"),
+                          radians_from_degrees(solid.yaw_deg)};
     std::vector<Facet>* facets = &object->facets;
     const std::size_t first = facets->size();
-    if (!solid.mesh.empty()) {
-      add_mesh(solid, place, key, source, facets);
-    } else {
+    if (!solid.mesh.empty()) add_mesh(solid, place, key, source, facets);
+    for (std::size_t kind = 0; kind < kShapes.size(); ++kind) {
+      const Numbers& numbers = solid.shapes[kind];
+      if (numbers.empty()) continue;
+      const std::string shape = fmt::format("{}.{}", key, kShapes[kind].key);
+      source.require_count(numbers, kShapes[kind].count, shape, kShapes[kind].meaning);
       const int surface = material(solid.material, key + ".material", source);
-      add_shape(solid, place, surface, key, source, object);
+      add_shape(static_cast<Shape>(kind), numbers, place, surface, facets);
+      const bool has_size = std::all_of(
+          facets->begin() + static_cast<std::ptrdiff_t>(first), facets->end(),
+          [](const Facet& facet) { return facet.normal.norm() > 0.5; });  // also false for NaN
+      if (!has_size) source.fail(shape, "has no size");
+      if (kind == kGlobe) {
+        object->globes.push_back({surface, {place.point(vector_of(numbers)), numbers[3]}});
+      }
     }
     if (facets->size() == first) source.fail(key, "needs a box, panel, rod, globe, quad or mesh");
     for (std::size_t i = first; i < facets->size(); ++i) {
-      (*facets)[i].shell = solid.shell;
-      (*facets)[i].two_sided = solid.two_sided;
-    }
-  }
-
-  static void add_shape(const SolidKeys& solid, const Placement& place, int surface,
-                        const std::string& key, const Source& source, Object* object) {
-    std::vector<Facet>* facets = &object->facets;
-    constexpr const char* kCorners = "x, y, z of the least corner and of the opposite one";
-    if (!solid.box.empty()) {
-      source.require_count(solid.box, 6, key + ".box", kCorners);
-      add_box(place, vector_of(solid.box), vector_of(solid.box, 3), surface, facets);
-    }
-    if (!solid.panel.empty()) {
-      source.require_count(solid.panel, 6, key + ".panel", kCorners);
-      add_panel(place, vector_of(solid.panel), vector_of(solid.panel, 3), surface, facets);
-    }
-    if (!solid.rod.empty()) {
-      source.require_count(solid.rod, 8, key + ".rod", "x, y, z of both ends and their radii");
-      const Rod rod{vector_of(solid.rod), vector_of(solid.rod, 3), solid.rod[6], solid.rod[7]};
-      if (rod.from == rod.to) source.fail(key + ".rod", "has no length");
-      add_rod(place, rod, surface, facets);
-    }
-    if (!solid.globe.empty()) {
-      source.require_count(solid.globe, 5, key + ".globe", "x, y, z, radius and half height");
-      const Vector3d centre = place.point(vector_of(solid.globe));
-      if (!(solid.globe[3] > 0.0 && solid.globe[4] > 0.0)) {
-        source.fail(key + ".globe", "has no size");
-      }
-      add_globe(centre, solid.globe[3], solid.globe[4], surface, facets);
-      object->globes.push_back({surface, {centre, solid.globe[3]}});
-    }
-    if (!solid.quad.empty()) {
-      source.require_count(solid.quad, 12, key + ".quad", "x, y, z of its four corners");
-      std::array<Vector3d, 4> corners;
-      for (std::size_t i = 0; i < 4; ++i) corners[i] = place.point(vector_of(solid.quad, 3 * i));
-      Facet facet = make_quad(corners, surface);
-      if (!(facet.normal.norm() > 0.5)) source.fail(key + ".quad", "has no area");
-      if (!solid.texture_at.empty()) {
-        source.require_count(solid.texture_at, 3, key + ".texture_at", "x, y, z");
-        facet.texture.origin = place.point(vector_of(solid.texture_at));
-      }
-      facets->push_back(facet);
+      Facet& facet = (*facets)[i];
+      facet.shell = solid.shell;
+      facet.two_sided = solid.two_sided;
+      if (solid.texture_at.empty()) continue;
+      facet.texture.origin = place.point(source.vector(solid.texture_at, key + ".texture_at"));
     }
   }
 
@@ -382,10 +393,10 @@ class SceneReader {
       source.fail(key + ".object", "is no object: " + excerpt(keys.object) +
                                        suggestion(keys.object, names_of(objects_)));
     }
-    source.require_count(keys.at, 3, key + ".at", "x, y, z");
+    const Vector3d at = source.vector(keys.at, key + ".at");
     const Object& object = found->second;
     if (!keys.loop.empty()) {
-      MovingObject moving{object.facets, {}, keys.at[1], keys.start_m, keys.step_m};
+      MovingObject moving{object.facets, {}, at.y(), keys.start_m, keys.step_m};
       for (std::size_t i = 0; i + 1 < keys.loop.size(); i += 2) {
         moving.loop.emplace_back(keys.loop[i], keys.loop[i + 1]);
       }
@@ -395,7 +406,7 @@ class SceneReader {
       scene_.moving.push_back(std::move(moving));
       return;
     }
-    const Placement place{vector_of(keys.at), radians_from_degrees(keys.yaw_deg)};
+    const Placement place{at, radians_from_degrees(keys.yaw_deg)};
     for (const Facet& facet : object.facets) {
       everything_.facets.push_back(moved(facet, place.rotation(), place.origin));
     }
@@ -409,7 +420,7 @@ class SceneReader {
   std::map<std::string, int> materials_;  // index of the surface
   std::map<std::string, Object> objects_;
   Object everything_;
-  std::vector<double> sun_;
+  Numbers sun_;
   double sky_seed_ = 0.0;
 };
 

@@ -159,14 +159,14 @@ TEST(SceneFileTest, MistakesAreNamedWithTheirLine) {
   expect_bad_scene("solids:\n  - {bocks: [1]}\n", "scene.yaml:2: unknown key 'solids[0].bocks'");
   expect_bad_scene(painted("box: [0, 0, 0, 1, 1]"), "scene.yaml:3: 'solids[0].box' has 5 numbers");
   expect_bad_scene(painted("yaw_deg: 3"), "scene.yaml:3: 'solids[0]' needs a box");
-  expect_bad_scene(painted("rod: [0, 0, 0, 0, 0, 0, 1, 1]"), "has no length");
-  expect_bad_scene(painted("quad: [0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0]"), "has no area");
+  expect_bad_scene(painted("rod: [0, 0, 0, 0, 0, 0, 1, 1]"), "has no size");
+  expect_bad_scene(painted("quad: [0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0]"), "has no size");
   expect_bad_scene(painted("globe: [0, 0, 0, 0, 1]"), "has no size");
   expect_bad_scene(
       std::string(kPaint) + "solids: [{box: [0, 0, 0, 1, 1, 1], material: pain}]\n",
       "scene.yaml:2: 'solids[0].material' is no material: 'pain'; did you mean 'paint'?");
   expect_bad_scene("instances:\n  - {object: chair}\n",
-                 "'instances[0].object' is no object: 'chair'");
+                   "'instances[0].object' is no object: 'chair'");
   expect_bad_scene("solids: [{mesh: nowhere.obj}]\n", "'solids[0].mesh' cannot be used");
   expect_bad_scene("materials: [{name: a, pattern: picture, file: b.png}]\n", "b.png");
   expect_bad_scene("materials: [{name: a, pattern: picture}]\n", "needs a 'file'");

@@ -1,8 +1,6 @@
 #include "simulator/room/surface.h"
 
-#include "simulator/room/furnishing_patterns.h"
-#include "simulator/room/picture_patterns.h"
-#include "simulator/room/wall_patterns.h"
+#include "simulator/room/patterns.h"
 
 namespace raywalk::capture {
 

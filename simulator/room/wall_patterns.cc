@@ -1,11 +1,9 @@
-#include "simulator/room/wall_patterns.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include "core/geometry/sphere.h"
-#include "simulator/room/furnishing_patterns.h"
 #include "simulator/room/noise.h"
+#include "simulator/room/patterns.h"
 
 namespace raywalk::capture {
 namespace {

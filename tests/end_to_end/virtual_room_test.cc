@@ -152,7 +152,7 @@ TEST_F(VirtualRoomTest, HelpGivesAnExample) {
   EXPECT_EQ(help.exit_code, 0);
   EXPECT_THAT(help.output, HasSubstr("Example:\n  raywalk-simulate room"));
   EXPECT_THAT(run_command(std::string(RAYWALK_SIMULATE) + " --version").output,
-              HasSubstr("raywalk-capture "));
+              HasSubstr("raywalk-simulate "));
 }
 
 TEST_F(VirtualRoomTest, WrongUsageIsExitCodeTwo) {
