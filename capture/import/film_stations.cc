@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <set>
+#include <string>
 
 namespace raywalk::capture {
 namespace {
@@ -39,7 +40,7 @@ std::vector<PlacedFrame> place_frames(const FilmTrack& track, std::span<const Tr
 }
 
 // Half the distance to the nearer neighbour on the same line.
-double reach_mm(std::span<const StationRecord> stations, std::size_t of) {
+double reach_mm(const std::vector<SessionStation>& stations, std::size_t of) {
   double nearest_mm = std::numeric_limits<double>::infinity();
   for (const std::size_t other : {of - 1, of + 1}) {
     if (other >= stations.size() || stations[other].line != stations[of].line) continue;
@@ -54,14 +55,17 @@ struct Choice {
   const PlacedFrame* any = nullptr;
 };
 
-Choice choose(const StationRecord& station, double within_mm,
+Choice choose(const SessionContents& contents, std::size_t index,
               const std::vector<PlacedFrame>& frames, double uncertainty_s) {
+  const SessionStation& station = contents.stations[index];
+  const std::string& line = contents.line_of(station).id;
+  const double within_mm = reach_mm(contents.stations, index);
   Choice choice;
   double least_any_mm = std::numeric_limits<double>::infinity();
   double least_sharp_mm = least_any_mm;
   for (const PlacedFrame& frame : frames) {
     const double off_mm = std::abs(frame.position_mm - station.planned_mm);
-    if (frame.travel->line() != station.line || off_mm >= within_mm) continue;
+    if (frame.travel->line() != line || off_mm >= within_mm) continue;
     const double error_mm = off_mm + frame.speed_mm_s * uncertainty_s;
     if (error_mm < least_any_mm) {
       least_any_mm = error_mm;
@@ -77,16 +81,16 @@ Choice choose(const StationRecord& station, double within_mm,
 
 }  // namespace
 
-FilmStations find_station_frames(std::span<const StationRecord> stations, const FilmTrack& track,
+FilmStations find_station_frames(const SessionContents& contents, const FilmTrack& track,
                                  std::span<const Travel> travels, const FilmClock& clock) {
   const std::vector<PlacedFrame> frames = place_frames(track, travels, clock);
   std::set<std::string> lines;
   for (const PlacedFrame& frame : frames) lines.insert(frame.travel->line());
 
   FilmStations result;
-  for (std::size_t i = 0; i < stations.size(); ++i) {
-    if (!lines.contains(stations[i].line)) continue;
-    const Choice choice = choose(stations[i], reach_mm(stations, i), frames, clock.uncertainty_s);
+  for (std::size_t i = 0; i < contents.stations.size(); ++i) {
+    if (!lines.contains(contents.line_of(contents.stations[i]).id)) continue;
+    const Choice choice = choose(contents, i, frames, clock.uncertainty_s);
     if (choice.any == nullptr) {
       result.missing.push_back(i);
     } else if (choice.sharp == nullptr) {

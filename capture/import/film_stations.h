@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "capture/import/film_clock.h"
-#include "capture/session/session_reader.h"
+#include "core/session/session_contents.h"
 
 namespace raywalk::capture {
 
 struct StationFrame {
-  std::size_t station = 0;   // index into the stations given
+  std::size_t station = 0;   // index into SessionContents::stations
   std::size_t frame = 0;     // index into FilmTrack::frames
   double time_s = 0.0;       // of the journal
   double position_mm = 0.0;  // of the frame, on the rail
@@ -27,8 +27,8 @@ struct FilmStations {
 
 // For each station of the filmed lines, the sharp frame with the least position error: the minimum
 // of |position - planned| + speed * clock uncertainty. Frames farther than half the distance to the
-// next station do not count. `stations` are in the order of the plan.
-FilmStations find_station_frames(std::span<const StationRecord> stations, const FilmTrack& track,
+// next station do not count.
+FilmStations find_station_frames(const SessionContents& contents, const FilmTrack& track,
                                  std::span<const Travel> travels, const FilmClock& clock);
 
 }  // namespace raywalk::capture

@@ -15,6 +15,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
+#include "core/session/session_contents.h"
 
 namespace raywalk::capture {
 namespace {
@@ -33,17 +34,11 @@ void require_valid(const FilmImportOptions& options) {
   }
 }
 
-std::vector<std::string> line_names(const std::vector<StationRecord>& stations) {
-  std::vector<std::string> names;
-  for (const StationRecord& station : stations) {
-    if (names.empty() || names.back() != station.line) names.push_back(station.line);
-  }
-  return names;
-}
-
 // All passes of the selected lines.
-std::vector<Travel> read_travels(SessionReader* reader, const std::vector<std::string>& lines,
+std::vector<Travel> read_travels(SessionReader* reader, const SessionContents& contents,
                                  const std::string& only_line, WallTime start) {
+  std::vector<std::string> lines;
+  for (const SessionLine& line : contents.lines) lines.push_back(line.id);
   if (!only_line.empty() && std::find(lines.begin(), lines.end(), only_line) == lines.end()) {
     throw UsageError(fmt::format("{} has no line {}; its lines are {}",
                                  reader->directory().string(), only_line, fmt::join(lines, ", ")));
@@ -80,7 +75,7 @@ void require_size(const FilmTrack& track, const SessionFacts& facts, const Sessi
   }
 }
 
-double smallest_spacing(const std::vector<StationRecord>& stations) {
+double smallest_spacing(const std::vector<SessionStation>& stations) {
   double smallest_mm = HUGE_VAL;
   for (std::size_t i = 1; i < stations.size(); ++i) {
     if (stations[i].line != stations[i - 1].line) continue;
@@ -103,7 +98,7 @@ double fastest_mm_s(const std::vector<Travel>& travels) {
 
 // Prevents frames from being assigned to the wrong station.
 void require_certain(const FilmClock& clock, const std::vector<Travel>& travels,
-                     const std::vector<StationRecord>& stations, const fs::path& film) {
+                     const std::vector<SessionStation>& stations, const fs::path& film) {
   const double uncertainty_mm = clock.uncertainty_s * fastest_mm_s(travels);
   const double spacing_mm = smallest_spacing(stations);
   if (uncertainty_mm < 0.5 * spacing_mm) return;
@@ -114,7 +109,7 @@ void require_certain(const FilmClock& clock, const std::vector<Travel>& travels,
 }
 
 std::string names_of(const std::vector<std::size_t>& indices,
-                     const std::vector<StationRecord>& stations) {
+                     const std::vector<SessionStation>& stations) {
   std::string names;
   for (std::size_t i = 0; i < std::min(indices.size(), kMostTimes); ++i) {
     names += (i == 0 ? "" : ", ") + stations[indices[i]].name;
@@ -125,7 +120,7 @@ std::string names_of(const std::vector<std::size_t>& indices,
 }
 
 // Lists the stations without a frame and why; empty if there are none.
-std::string missing_frames(const FilmStations& film, const std::vector<StationRecord>& stations) {
+std::string missing_frames(const FilmStations& film, const std::vector<SessionStation>& stations) {
   std::string account;
   if (!film.missing.empty()) {
     account = fmt::format("{} stations that the film does not show: {}", film.missing.size(),
@@ -139,9 +134,9 @@ std::string missing_frames(const FilmStations& film, const std::vector<StationRe
   return account;
 }
 
-void drop_captured(const std::vector<StationRecord>& stations, FilmStations* film) {
+void drop_captured(const std::vector<SessionStation>& stations, FilmStations* film) {
   const auto captured = [&](std::size_t station) {
-    return stations[station].state == StationState::kCaptured;
+    return stations[station].shot && !stations[station].shot->on_card;
   };
   std::erase_if(film->found, [&](const StationFrame& each) { return captured(each.station); });
   std::erase_if(film->missing, captured);
@@ -164,7 +159,7 @@ Picture encode(const DecodedFrame& frame, const fs::path& film, const FilmImport
 // Reads the film again and stores the chosen frames; `chosen` is in order of frames.
 void store_frames(Session* session, const fs::path& film, const FilmImportOptions& options,
                   const std::vector<StationFrame>& chosen,
-                  const std::vector<StationRecord>& stations, WallTime start) {
+                  const std::vector<SessionStation>& stations, WallTime start) {
   VideoReader reader(film);
   DecodedFrame frame;
   Progress progress("Importing frames", static_cast<std::int64_t>(chosen.size()), "stations");
@@ -176,7 +171,7 @@ void store_frames(Session* session, const fs::path& film, const FilmImportOption
                               film.string(), next->frame));
     }
     if (frame.number != next->frame) continue;
-    const StationRecord& station = stations[next->station];
+    const SessionStation& station = stations[next->station];
     const AttemptId attempt = session->begin_attempt(station.name, station.planned_mm);
     const StoredFrame stored = session->store_frame(attempt, 0, encode(frame, film, options));
     const Duration since_start =
@@ -190,7 +185,7 @@ void store_frames(Session* session, const fs::path& film, const FilmImportOption
 }
 
 double farthest_mm(const std::vector<StationFrame>& chosen,
-                   const std::vector<StationRecord>& stations) {
+                   const std::vector<SessionStation>& stations) {
   double farthest = 0.0;
   for (const StationFrame& each : chosen) {
     farthest = std::max(farthest, std::abs(each.position_mm - stations[each.station].planned_mm));
@@ -206,15 +201,15 @@ FilmImport import_film(const fs::path& session_directory, const fs::path& film,
   const std::unique_ptr<Session> session = Session::open(session_directory, clock);
   SessionReader reader(session_directory);
   const SessionFacts facts = reader.facts();
-  const std::vector<StationRecord> stations = reader.stations();
-  const std::vector<Travel> travels =
-      read_travels(&reader, line_names(stations), options.line, facts.created);
+  const SessionContents contents = reader.contents();
+  const std::vector<SessionStation>& stations = contents.stations;
+  const std::vector<Travel> travels = read_travels(&reader, contents, options.line, facts.created);
 
   const FilmTrack track = track_film(film);
   require_size(track, facts, *session, film);
   const FilmClock film_clock = match_film_clock(track, travels, film.string());
   require_certain(film_clock, travels, stations, film);
-  FilmStations frames = find_station_frames(stations, track, travels, film_clock);
+  FilmStations frames = find_station_frames(contents, track, travels, film_clock);
   const std::size_t shown = frames.found.size();
   drop_captured(stations, &frames);
   const std::string account = missing_frames(frames, stations);
@@ -232,12 +227,10 @@ FilmImport import_film(const fs::path& session_directory, const fs::path& film,
                           std::chrono::duration<double>(film_clock.offset_s));
   result.summary = fmt::format(
       "{} stations imported, {} had been before; the film starts at {} by the session's clock, "
-      "within {:.3f} s or {:.2f} mm (the motion explains {:.0f} % of it, the next-best match "
-      "{:.0f} %); frames are at most {:.2f} mm from their stations; blurred frames skipped: "
-      "{}{}{}",
+      "within {:.3f} s or {:.2f} mm; frames are at most {:.2f} mm from their stations; blurred "
+      "frames skipped: {}{}{}",
       result.imported, result.already_there, utc_text(utc_us_from(film_start)),
       film_clock.uncertainty_s, film_clock.uncertainty_s * fastest_mm_s(travels),
-      100.0 * film_clock.explained, 100.0 * film_clock.next_best,
       farthest_mm(frames.found, stations), frames.blurred_skipped, account.empty() ? "" : "; ",
       account);
   session->record_event("film-imported", result.summary);

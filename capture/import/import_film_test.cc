@@ -7,6 +7,7 @@
 
 #include "capture/import/test_film.h"
 #include "capture/session/session_reader.h"
+#include "capture/session/session_times.h"
 #include "capture/session/test_session.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
@@ -54,7 +55,7 @@ class ImportFilmTest : public testing::Test {
   std::string error_of_import(const FilmImportOptions& options = {}) {
     return error_of([&] { import(options); });
   }
-  std::vector<FrameRecord> frames() { return SessionReader(capture_.directory).frames(); }
+  SessionContents contents() { return SessionReader(capture_.directory).contents(); }
 
   static constexpr double kFilmStart_s = 27.813;
   TestDirectory directory_;
@@ -69,14 +70,15 @@ TEST_F(ImportFilmTest, EveryStationGetsAFrameWithItsTruePosition) {
   EXPECT_EQ(result.imported, 11U);
   EXPECT_THAT(result.summary,
               AllOf(HasSubstr("11 stations imported"), HasSubstr("the film starts at")));
-  SessionReader reader(capture_.directory);
-  for (const StationRecord& station : reader.stations()) {
-    EXPECT_EQ(station.state, StationState::kCaptured) << station.name;
+  const WallTime created = SessionReader(capture_.directory).facts().created;
+  const SessionContents captured = contents();
+  for (const SessionStation& station : captured.stations) {
+    ASSERT_TRUE(station.shot) << station.name;
     // 40 mm/s at 25 frames per second is 1.6 mm from frame to frame.
-    EXPECT_NEAR(station.measured_mm.value(), station.planned_mm, 0.8 + 0.1) << station.name;
-    const double exposed_s =
-        std::chrono::duration<double>(*station.exposed_at - reader.facts().created).count();
-    EXPECT_NEAR(pass_.position_mm(exposed_s), *station.measured_mm, 0.4) << station.name;
+    EXPECT_NEAR(station.shot->measured_mm, station.planned_mm, 0.8 + 0.1) << station.name;
+    const WallTime exposed_at = wall_time_from(station.shot->exposed_utc_us.value());
+    const double exposed_s = std::chrono::duration<double>(exposed_at - created).count();
+    EXPECT_NEAR(pass_.position_mm(exposed_s), station.shot->measured_mm, 0.4) << station.name;
   }
 }
 
@@ -84,18 +86,17 @@ TEST_F(ImportFilmTest, TheStoredFrameMatchesThePosition) {
   film_line();
   import({.format = "png"});
   TestScene scene({160, 80});
-  SessionReader reader(capture_.directory);
-  const auto stations = reader.stations();
-  const auto stored = frames();
-  ASSERT_EQ(stored.size(), stations.size());
-  for (std::size_t i = 0; i < stored.size(); ++i) {
-    EXPECT_TRUE(stored[i].file.ends_with(".png"));
-    const cv::Mat frame = cv::imread((capture_.directory / stored[i].file).string());
+  const SessionContents captured = contents();
+  ASSERT_EQ(captured.frames.size(), captured.stations.size());
+  for (const SessionFrame& stored : captured.frames) {
+    EXPECT_TRUE(stored.file.ends_with(".png"));
+    const SessionStation& station = captured.station_of(stored);
+    const cv::Mat frame = cv::imread((capture_.directory / stored.file).string());
     const auto difference = [&](double off_mm) {
-      return cv::norm(frame, scene.picture(*stations[i].measured_mm + off_mm), cv::NORM_L1);
+      return cv::norm(frame, scene.picture(station.shot->measured_mm + off_mm), cv::NORM_L1);
     };
-    EXPECT_LT(difference(0.0), difference(1.6)) << stations[i].name;
-    EXPECT_LT(difference(0.0), difference(-1.6)) << stations[i].name;
+    EXPECT_LT(difference(0.0), difference(1.6)) << station.name;
+    EXPECT_LT(difference(0.0), difference(-1.6)) << station.name;
   }
 }
 
@@ -112,8 +113,7 @@ TEST_F(ImportFilmTest, BlurredFramesAreSkipped) {
   const FilmImport result = import();
   EXPECT_EQ(result.imported, 11U);
   EXPECT_THAT(result.summary, HasSubstr("blurred frames skipped: 1"));
-  const auto stations = SessionReader(capture_.directory).stations();
-  const double off_mm = std::abs(stations[5].measured_mm.value() - station_mm);
+  const double off_mm = std::abs(contents().stations[5].shot->measured_mm - station_mm);
   EXPECT_GT(off_mm, 2.2);
   EXPECT_LT(off_mm, 4.5);
 }
@@ -124,7 +124,7 @@ TEST_F(ImportFilmTest, AFilmShorterThanThePassListsTheMissingStations) {
   shoot({.start_s = kFilmStart_s, .length_s = 8.5});
   EXPECT_THAT(error_of_import(),
               AllOf(HasSubstr("does not show"), HasSubstr("x0_010"), HasSubstr("--allow-missing")));
-  EXPECT_TRUE(frames().empty());
+  EXPECT_TRUE(contents().frames.empty());
   const FilmImport result = import({.allow_missing = true});
   EXPECT_GT(result.imported, 3U);
   EXPECT_LT(result.imported, 11U);
@@ -137,7 +137,7 @@ TEST_F(ImportFilmTest, ASecondImportKeepsExistingFrames) {
   const FilmImport again = import();
   EXPECT_EQ(again.imported, 0U);
   EXPECT_EQ(again.already_there, 11U);
-  EXPECT_EQ(frames().size(), 11U);
+  EXPECT_EQ(contents().frames.size(), 11U);
 }
 
 TEST_F(ImportFilmTest, TwoEqualLinesRequireTheLineOption) {
@@ -146,7 +146,10 @@ TEST_F(ImportFilmTest, TwoEqualLinesRequireTheLineOption) {
   record("x1", pass_over(capture_.plan.lines[1], 90.0));
   EXPECT_THAT(error_of_import(), HasSubstr("--line"));
   EXPECT_EQ(import({.line = "x0"}).imported, 11U);
-  for (const FrameRecord& frame : frames()) EXPECT_EQ(frame.line, "x0");
+  const SessionContents captured = contents();
+  for (const SessionFrame& frame : captured.frames) {
+    EXPECT_EQ(captured.line_of(captured.station_of(frame)).id, "x0");
+  }
 }
 
 TEST_F(ImportFilmTest, AMissingJournalIsRefused) {

@@ -20,6 +20,7 @@
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
+#include "core/session/session_contents.h"
 
 namespace raywalk::capture {
 namespace {
@@ -81,8 +82,9 @@ class PictureCopier {
 // The checksums of the frames that each station has.
 std::map<std::string, std::set<std::string>> checksums_by_station(SessionReader* reader) {
   std::map<std::string, std::set<std::string>> checksums;
-  for (const FrameRecord& frame : reader->frames()) {
-    checksums[frame.station].insert(frame.sha256);
+  const SessionContents contents = reader->contents();
+  for (const SessionFrame& frame : contents.frames) {
+    checksums[contents.station_of(frame).name].insert(frame.sha256);
   }
   return checksums;
 }

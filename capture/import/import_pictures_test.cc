@@ -61,7 +61,8 @@ class ImportPicturesTest : public testing::Test {
   std::string error_of_import() {
     return error_of([&] { import(); });
   }
-  std::size_t captured() { return SessionReader(capture_.directory).frames().size(); }
+  SessionContents contents() { return SessionReader(capture_.directory).contents(); }
+  std::size_t captured() { return contents().frames.size(); }
 
   TestDirectory directory_;
   TestCapture capture_;
@@ -86,11 +87,11 @@ TEST_F(ImportPicturesTest, EveryStationGetsItsOwnPictureWithItsChecksum) {
   const PictureImport result = import();
   EXPECT_EQ(result.imported, 20U);
   EXPECT_THAT(result.summary, AllOf(HasSubstr("20 stations imported"), HasSubstr("+7203.")));
-  const auto frames = SessionReader(capture_.directory).frames();
-  ASSERT_EQ(frames.size(), 20U);
-  for (const FrameRecord& frame : frames) {
+  const SessionContents imported = contents();
+  ASSERT_EQ(imported.frames.size(), 20U);
+  for (const SessionFrame& frame : imported.frames) {
     const std::string bytes = read_file(capture_.directory / frame.file);
-    EXPECT_EQ(bytes, read_file(card_ / ("R_" + frame.station + ".JPG")));
+    EXPECT_EQ(bytes, read_file(card_ / ("R_" + imported.station_of(frame).name + ".JPG")));
     EXPECT_EQ(frame.sha256, sha256_hex(std::as_bytes(std::span(bytes))));
   }
 }
@@ -132,10 +133,10 @@ TEST_F(ImportPicturesTest, APictureIsAssignedByHandWhateverItsTime) {
   const PictureImport result =
       import_pictures(capture_.directory, given, false, &capture_.clock, "x1_004");
   EXPECT_THAT(result.summary, AllOf(HasSubstr("1 stations imported"), HasSubstr("by the names")));
-  const auto frames = SessionReader(capture_.directory).frames();
-  ASSERT_EQ(frames.size(), 1U);
-  EXPECT_EQ(frames[0].station, "x1_004");
-  EXPECT_TRUE(frames[0].file.ends_with(".jpg"));
+  const SessionContents imported = contents();
+  ASSERT_EQ(imported.frames.size(), 1U);
+  EXPECT_EQ(imported.station_of(imported.frames[0]).name, "x1_004");
+  EXPECT_TRUE(imported.frames[0].file.ends_with(".jpg"));
 }
 
 TEST_F(ImportPicturesTest, APictureOfAnInterruptedAttemptIsLeftOut) {
@@ -158,13 +159,15 @@ TEST_F(ImportPicturesTest, FrontAndBackBecomeTwoFramesOfAStation) {
     write_picture("GPBK_" + station + ".JPG", time);
   }
   EXPECT_EQ(import().imported, 20U);
-  const auto frames = SessionReader(capture_.directory).frames();
+  const SessionContents imported = contents();
+  const std::vector<SessionFrame>& frames = imported.frames;
   ASSERT_EQ(frames.size(), 40U);
   EXPECT_NE(frames[0].lens, frames[1].lens);
   EXPECT_EQ(frames[0].station, frames[1].station);
   const bool front = frames[0].lens == FrameLens::kFront;
   EXPECT_EQ(read_file(capture_.directory / frames[0].file),
-            read_file(card_ / ((front ? "GPFR_" : "GPBK_") + frames[0].station + ".JPG")));
+            read_file(card_ / ((front ? "GPFR_" : "GPBK_") + imported.station_of(frames[0]).name +
+                               ".JPG")));
 }
 
 TEST_F(ImportPicturesTest, ATruncatedPictureIsNamedAndTheImportCanResume) {

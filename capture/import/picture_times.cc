@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstring>
-#include <string_view>
+#include <regex>
+#include <string>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -23,57 +23,38 @@ using std::chrono::microseconds;
 // Format" 1.03, section "Date and Time Formats").
 constexpr double kFileTimeResolution_s = 2.0;
 
-std::optional<int> digits(std::string_view text) {
-  int value = 0;
-  if (text.empty() ||
-      !std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; })) {
-    return std::nullopt;
-  }
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (result.ec != std::errc{}) return std::nullopt;
-  return value;
-}
-
 // Exif's "YYYY:MM:DD HH:MM:SS".
-std::optional<WallTime> parse_date(std::string_view text) {
-  if (text.size() != 19 || text[4] != ':' || text[7] != ':' || text[10] != ' ' || text[13] != ':' ||
-      text[16] != ':') {
-    return std::nullopt;
-  }
-  const auto year = digits(text.substr(0, 4));
-  const auto month = digits(text.substr(5, 2));
-  const auto day = digits(text.substr(8, 2));
-  const auto hour = digits(text.substr(11, 2));
-  const auto minute = digits(text.substr(14, 2));
-  const auto second = digits(text.substr(17, 2));
-  if (!year || !month || !day || !hour || !minute || !second) return std::nullopt;
-  const std::chrono::year_month_day date{std::chrono::year{*year},
-                                         std::chrono::month{static_cast<unsigned>(*month)},
-                                         std::chrono::day{static_cast<unsigned>(*day)}};
-  if (!date.ok() || *year == 0 || *hour > 23 || *minute > 59 || *second > 60) return std::nullopt;
-  return std::chrono::sys_days{date} + std::chrono::hours{*hour} + std::chrono::minutes{*minute} +
-         std::chrono::seconds{*second};
+std::optional<WallTime> parse_date(const std::string& text) {
+  static const std::regex form(R"((\d{4}):(\d\d):(\d\d) (\d\d):(\d\d):(\d\d))");
+  std::smatch parts;
+  if (!std::regex_match(text, parts, form)) return std::nullopt;
+  const auto part = [&](std::size_t i) { return std::stoi(parts[i]); };
+  const std::chrono::year_month_day date{std::chrono::year{part(1)},
+                                         std::chrono::month{static_cast<unsigned>(part(2))},
+                                         std::chrono::day{static_cast<unsigned>(part(3))}};
+  const bool is_time = part(4) <= 23 && part(5) <= 59 && part(6) <= 60;
+  if (!date.ok() || part(1) == 0 || !is_time) return std::nullopt;
+  return std::chrono::sys_days{date} + std::chrono::hours{part(4)} + std::chrono::minutes{part(5)} +
+         std::chrono::seconds{part(6)};
 }
 
 // "+02:00" or "-05:30"; empty if the camera wrote blanks.
-std::optional<std::chrono::minutes> parse_utc_offset(std::string_view text) {
-  if (text.size() != 6 || (text[0] != '+' && text[0] != '-') || text[3] != ':') {
-    return std::nullopt;
-  }
-  const auto hours = digits(text.substr(1, 2));
-  const auto minutes = digits(text.substr(4, 2));
-  if (!hours || !minutes || *hours > 14 || *minutes > 59) return std::nullopt;
-  const std::chrono::minutes offset = std::chrono::hours{*hours} + std::chrono::minutes{*minutes};
-  return text[0] == '-' ? -offset : offset;
+std::optional<std::chrono::minutes> parse_utc_offset(const std::string& text) {
+  static const std::regex form(R"(([+-])(\d\d):(\d\d))");
+  std::smatch parts;
+  if (!std::regex_match(text, parts, form)) return std::nullopt;
+  const int hours = std::stoi(parts[2]), minutes = std::stoi(parts[3]);
+  if (hours > 14 || minutes > 59) return std::nullopt;
+  const std::chrono::minutes offset{60 * hours + minutes};
+  return parts[1] == "-" ? -offset : offset;
 }
 
 // Decimals of a second: "7" is 0.7 s, "070" is 0.070 s.
-void add_subseconds(std::string_view text, PictureTime* time) {
-  text = text.substr(0, 6);  // WallTime resolves microseconds
-  const auto decimals = digits(text);
-  if (!decimals) return;
-  const double step_s = std::pow(10.0, -static_cast<double>(text.size()));
-  time->time += microseconds{std::llround(*decimals * step_s * 1e6)};
+void add_subseconds(const std::string& text, PictureTime* time) {
+  const std::string decimals = text.substr(0, 6);  // WallTime resolves microseconds
+  if (decimals.empty() || decimals.find_first_not_of("0123456789") != std::string::npos) return;
+  const double step_s = std::pow(10.0, -static_cast<double>(decimals.size()));
+  time->time += microseconds{std::llround(std::stoi(decimals) * step_s * 1e6)};
   time->resolution_s = step_s;
 }
 

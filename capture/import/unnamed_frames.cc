@@ -5,6 +5,7 @@
 
 #include "capture/session/frame_files.h"
 #include "core/files/atomic_output.h"
+#include "core/session/session_contents.h"
 
 namespace raywalk::capture {
 namespace {
@@ -21,7 +22,8 @@ bool is_of_station(const fs::path& file, const std::string& station) {
 
 UnnamedFrames::UnnamedFrames(SessionReader* reader) : session_directory_(reader->directory()) {
   std::set<std::string> named;
-  for (const FrameRecord& frame : reader->frames()) named.insert(frame.file);
+  const SessionContents contents = reader->contents();
+  for (const SessionFrame& frame : contents.frames) named.insert(frame.file);
   files_ = list_frames(session_directory_);
   std::erase_if(files_, [&](const std::string& file) {
     const fs::file_status status = fs::symlink_status(session_directory_ / file);

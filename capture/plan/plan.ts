@@ -33,8 +33,6 @@ export const report: Describe = (d) => ({
     section("From above", drawing(d.lines)),
     section(
       "Lines",
-      `The rail carries stations from ${text(d.rail.first_mm)} to ${text(d.rail.last_mm)} mm, within the limits of ${text(d.rail.low_limit_mm)} to ${text(d.rail.high_limit_mm)} mm.`,
-      `Lines run ${text(d.overhang.planned_mm)} mm beyond the outer corners of the grid; k = ${text(d.overhang.k_deg)}° with a blend of ${text(d.overhang.blend_deg)}° needs ${text(d.overhang.needed_mm)} mm.`,
       table(d.grid.groups, { caption: "The lines along an axis are equal but for their place." }),
       table(
         d.lines.map(({ placements_from_m, ...line }: Json) => ({
@@ -45,8 +43,10 @@ export const report: Describe = (d) => ({
       ),
     ),
     section("Time", times(d)),
-    section("On the spot", onTheSpot(d)),
-    section("Spacing", spacing(d)),
+    section(
+      "In words",
+      table(Object.entries(d.summary).map(([subject, sentences]) => ({ subject, sentences }))),
+    ),
   ],
 });
 
@@ -115,51 +115,6 @@ function times({ time, film }: Json): Content {
 
 const storage = ({ pictures, picture_mb }: Json) =>
   picture_mb === null ? null : size(pictures * picture_mb);
-
-// What is not set in the configuration is unknown; nothing is assumed.
-function onTheSpot({ work, storage, film }: Json): Content {
-  const each = storage.picture_mb === null ? "" : `, ${text(storage.picture_mb)} MB each`;
-  const lines = [
-    work.hours_per_day === null
-      ? "Set run.work_h_per_day to count the days."
-      : work.days === null
-        ? `The ${text(work.hours_per_day)} h of a day (run.work_h_per_day) do not suffice to home the slider and place the rail.`
-        : `${counted(work.days, "day")} of ${text(work.hours_per_day)} h. Every day but the first begins with homing and with placing the rail again.`,
-    `${counted(storage.pictures, "picture")}${each}.` +
-      (each
-        ? ""
-        : " Set run.picture_mb, or camera.width_px and height_px, to estimate their size."),
-    cards(work, film),
-    work.battery_charges === null
-      ? "Set camera.battery_pictures or camera.battery_min to count the charges of batteries."
-      : `${counted(work.battery_charges, "charge")} of the battery` +
-        (work.battery_charges_per_day === null ? "." : `, ${work.battery_charges_per_day} a day.`),
-  ];
-  return lines;
-}
-
-function cards({ uses_cards, card_gb, cards, pictures_per_card }: Json, film: boolean): string {
-  if (!uses_cards) return "No cards: the session's disk holds the pictures.";
-  if (film) return "Cards are not known: the size of films is not estimated.";
-  if (card_gb === null) return "Set camera.card_gb to count the cards.";
-  if (cards === null)
-    return "Cards are not known: the size of a picture is not, or exceeds camera.card_gb.";
-  return `${counted(cards, "card")} of ${text(card_gb)} GB for ${counted(pictures_per_card, "picture")} each; pictures stay on them until deleted.`;
-}
-
-function spacing({ spacing }: Json): Content {
-  if (!spacing) return "Set camera.width_px and height_px to estimate the resolution.";
-  const within = `within ${text(spacing.tolerance_px)} px`;
-  return [
-    `Without distances, stations so far apart resolve surfaces from ${text(spacing.nearest_resolved_m)} m on ${within} of a panorama ${spacing.panorama_width_px} px wide.`,
-    spacing.ghost_px === null
-      ? "Set scene.nearest_m to estimate the spacing that the scene needs."
-      : `The nearest surface doubles by ${text(spacing.ghost_px)} px; ` +
-        (spacing.needed_mm === null
-          ? "any spacing would do."
-          : `${text(spacing.needed_mm)} mm would keep it ${within}.`),
-  ];
-}
 
 const size = (megabytes: number) =>
   megabytes < 1000 ? `${megabytes.toFixed(0)} MB` : `${(megabytes / 1000).toFixed(1)} GB`;

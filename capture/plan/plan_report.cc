@@ -171,6 +171,7 @@ PlanJson plan_report(const CapturePlan& plan, const CaptureConfig& config) {
   report["spacing_mm"] = spacing_mm;
   report["spacing"] = spacing_json(config.scene, config.camera.width_px, spacing_mm);
   report["warnings"] = warnings_json(report);
+  report["summary"] = plan_summary(report);
   report["lines"] = lines;
   return report;
 }

@@ -24,7 +24,10 @@ PlanJson plan_report(const CapturePlan& plan, const CaptureConfig& config);
 PlanJson field_work(const CapturePlan& plan, const CaptureConfig& config, const CaptureTime& time,
                     std::size_t pictures, const std::optional<double>& picture_mb);
 
-// Lines of text, warnings last.
+// The sentences of a report by subject, in order: {"lines": "4 lines, ...", "rail": ...}.
+PlanJson plan_summary(const PlanJson& report);
+
+// The summary as lines of text, warnings last.
 std::string plan_report_text(const PlanJson& report);
 
 }  // namespace raywalk::capture

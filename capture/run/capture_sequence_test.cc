@@ -95,19 +95,16 @@ class CaptureSequenceTest : public ::testing::Test {
           << capture.station;
     }
     SessionReader reader(capture_.directory);
-    std::map<std::string, int> attempts;
-    for (const StationRecord& station : reader.stations()) {
-      attempts[station.name] = station.attempt.number;
-    }
+    const SessionContents contents = reader.contents();
     std::vector<std::string> stored;
-    for (const FrameRecord& frame : reader.frames()) {
+    for (const SessionFrame& frame : contents.frames) {
+      const SessionStation& station = contents.station_of(frame);
       const std::string bytes = read_file(capture_.directory / frame.file);
-      stored.push_back(
-          frame_text(frame.station, attempts.at(frame.station), frame.exposure_index, bytes));
+      stored.push_back(frame_text(station.name, station.shot->number, frame.exposure, bytes));
       EXPECT_EQ(frame.bytes, static_cast<std::int64_t>(bytes.size())) << frame.file;
       EXPECT_EQ(frame.sha256, sha256_hex(std::as_bytes(std::span(bytes)))) << frame.file;
-      EXPECT_NEAR(frame.position_m.x_m, planned(frame.station).position_m.x_m, 1e-4) << frame.file;
-      EXPECT_NEAR(frame.position_m.z_m, planned(frame.station).position_m.z_m, 1e-4) << frame.file;
+      EXPECT_NEAR(frame.position_m.x_m, planned(station.name).position_m.x_m, 1e-4) << frame.file;
+      EXPECT_NEAR(frame.position_m.z_m, planned(station.name).position_m.z_m, 1e-4) << frame.file;
     }
     EXPECT_EQ(stored, expected);
     const SessionVerification verification = verify_session(&reader);
@@ -171,8 +168,9 @@ TEST_F(CaptureSequenceTest, CapturesEveryStationOnceLineByLine) {
 TEST_F(CaptureSequenceTest, ApproachesEveryStationFromBelowWithinTheLimits) {
   use_slider({.backlash_mm = 0.5});
   run();
-  for (const StationRecord& station : SessionReader(capture_.directory).stations()) {
-    EXPECT_NEAR(*station.measured_mm, station.planned_mm, 0.1);
+  const SessionContents contents = SessionReader(capture_.directory).contents();
+  for (const SessionStation& station : contents.stations) {
+    EXPECT_NEAR(station.shot->measured_mm, station.planned_mm, 0.1);
   }
   EXPECT_GE(slider_->lowest_mm(), 0.0);
   EXPECT_NEAR(slider_->true_position_mm(), 549.5, 0.1);  // on the way up the play is ahead
@@ -277,11 +275,11 @@ TEST_F(CaptureSequenceTest, PicturesThatStayOnTheCardLeaveTheStationExposed) {
   run();
   EXPECT_EQ(camera_.shots(), 6);
   expect_frames({});
-  for (const StationRecord& station : SessionReader(capture_.directory).stations()) {
-    EXPECT_EQ(station.state, StationState::kExposed) << station.name;
-    EXPECT_TRUE(station.triggered_at && station.exposed_at) << station.name;
-    ASSERT_TRUE(station.measured_mm) << station.name;
-    EXPECT_NEAR(*station.measured_mm, station.planned_mm, 0.1) << station.name;
+  const SessionContents contents = SessionReader(capture_.directory).contents();
+  for (const SessionStation& station : contents.stations) {
+    ASSERT_TRUE(station.shot && station.shot->on_card) << station.name;
+    EXPECT_TRUE(station.shot->triggered_utc_us && station.shot->exposed_utc_us) << station.name;
+    EXPECT_NEAR(station.shot->measured_mm, station.planned_mm, 0.1) << station.name;
   }
 }
 

@@ -68,8 +68,10 @@ TEST(KilledSessionTest, IsResumedWithEveryStationOnceAndNoFileOverwritten) {
   SessionReader reader(capture.directory);
   EXPECT_THAT(verify_session(&reader).faults, IsEmpty());
   std::set<std::string> stations;
-  for (const FrameRecord& frame : reader.frames()) {
-    EXPECT_TRUE(stations.insert(frame.station).second) << frame.station;
+  const SessionContents contents = reader.contents();
+  for (const SessionFrame& frame : contents.frames) {
+    const std::string& station = contents.station_of(frame).name;
+    EXPECT_TRUE(stations.insert(station).second) << station;
   }
   EXPECT_EQ(stations.size(), 40U);
 }

@@ -64,8 +64,9 @@ TEST_F(MergeSessionsTest, SessionsOfSomeLinesBecomeTheSessionOfThePlan) {
   SessionReader merged(root_ / "hall");
   EXPECT_TRUE(verify_session(&merged).is_whole());
   std::vector<std::string> stations;
-  for (const StationRecord& station : merged.stations()) {
-    EXPECT_EQ(station.state, StationState::kCaptured);
+  const SessionContents contents = merged.contents();
+  for (const SessionStation& station : contents.stations) {
+    EXPECT_TRUE(station.shot) << station.name;
     stations.push_back(station.name);
   }
   EXPECT_EQ(stations.front(), "x0_000");

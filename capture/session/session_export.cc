@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <set>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
+#include "core/session/session_contents.h"
 
 namespace raywalk::capture {
 namespace {
@@ -21,11 +23,10 @@ void require_exposure(int exposure, const SessionFacts& facts, const std::string
                                directory, facts.exposures(), facts.exposures() - 1));
 }
 
-void require_panoramas(const std::vector<FrameRecord>& frames, const SessionFacts& facts,
+void require_panoramas(const std::vector<SessionFrame>& frames, const SessionFacts& facts,
                        const std::string& directory) {
-  const bool halves = std::any_of(frames.begin(), frames.end(), [](const FrameRecord& frame) {
-    return frame.lens != FrameLens::kBoth;
-  });
+  const bool halves = std::ranges::any_of(
+      frames, [](const SessionFrame& frame) { return frame.lens != FrameLens::kBoth; });
   if (facts.frames == FrameKind::kPanorama && !halves) return;
   throw Error(
       fmt::format("{}: its frames are fisheye pictures, not panoramas; stitch them with "
@@ -33,13 +34,15 @@ void require_panoramas(const std::vector<FrameRecord>& frames, const SessionFact
                   directory));
 }
 
-void require_finished(const std::vector<StationRecord>& stations, const std::string& directory) {
-  const StationRecord* first = nullptr;
+bool is_captured(const SessionStation& station) { return station.shot && !station.shot->on_card; }
+
+void require_finished(const std::vector<SessionStation>& stations, const std::string& directory) {
+  const SessionStation* first = nullptr;
   std::size_t planned = 0, exposed = 0;
-  for (const StationRecord& station : stations) {
-    if (station.state == StationState::kCaptured) continue;
+  for (const SessionStation& station : stations) {
+    if (is_captured(station)) continue;
     if (first == nullptr) first = &station;
-    ++(station.state == StationState::kExposed ? exposed : planned);
+    ++(station.shot ? exposed : planned);
   }
   if (first == nullptr) return;
   throw Error(
@@ -50,11 +53,9 @@ void require_finished(const std::vector<StationRecord>& stations, const std::str
 }
 
 // What a partial export leaves out.
-std::string left_out(const std::vector<StationRecord>& stations,
+std::string left_out(const std::vector<SessionStation>& stations,
                      const SessionVerification& verification) {
-  const auto missing = std::count_if(
-      stations.begin(), stations.end(),
-      [](const StationRecord& each) { return each.state != StationState::kCaptured; });
+  const auto missing = std::ranges::count_if(stations, std::not_fn(is_captured));
   if (missing == 0) return "";
   std::string text =
       fmt::format("; left out: {} of {} stations, not captured yet", missing, stations.size());
@@ -70,11 +71,11 @@ struct FrameTable {
   std::vector<ListedFrame> frames{};
   std::set<std::string> lines{};
 
-  void add(const FrameRecord& frame) {
+  void add(const SessionFrame& frame, const SessionLine& line) {
     frames.push_back({.file = frame.file,
                       .position_m = {frame.position_m.x_m, 0.0, frame.position_m.z_m},
-                      .line = frame.validation ? "" : frame.line});
-    lines.insert(frame.line);
+                      .line = line.validation ? "" : line.id});
+    lines.insert(line.id);
   }
 };
 
@@ -84,16 +85,16 @@ std::string export_session(SessionReader* session, const ExportOptions& options)
   const std::string directory = session->directory().string();
   const SessionFacts facts = session->facts();
   require_exposure(options.exposure, facts, directory);
-  const std::vector<StationRecord> stations = session->stations();
-  if (!options.partial) require_finished(stations, directory);
-  const std::vector<FrameRecord> frames = session->frames();
-  if (!options.unstitched) require_panoramas(frames, facts, directory);
+  const SessionContents contents = session->contents();
+  if (!options.partial) require_finished(contents.stations, directory);
+  if (!options.unstitched) require_panoramas(contents.frames, facts, directory);
   const SessionVerification verification = verify_session(session);
   require_no_faults(verification.faults, session->directory());
   FrameTable grid, truth;
-  for (const FrameRecord& frame : frames) {
-    if (frame.exposure_index != options.exposure) continue;
-    (frame.validation ? truth : grid).add(frame);
+  for (const SessionFrame& frame : contents.frames) {
+    if (frame.exposure != options.exposure) continue;
+    const SessionLine& line = contents.line_of(contents.station_of(frame));
+    (line.validation ? truth : grid).add(frame, line);
   }
   if (grid.frames.empty()) {
     throw Error(
@@ -110,7 +111,7 @@ std::string export_session(SessionReader* session, const ExportOptions& options)
     write_file_atomically(views, frame_list_text(truth.frames));
     summary += fmt::format("; {}: {} ground-truth views", views.string(), truth.frames.size());
   }
-  return summary + left_out(stations, verification);
+  return summary + left_out(contents.stations, verification);
 }
 
 }  // namespace raywalk::capture

@@ -22,23 +22,6 @@ Enum choice_of(const SqliteStatement& row, int column, const std::array<Enum, co
   row.fail(column, known);
 }
 
-std::optional<WallTime> time_of(std::optional<std::int64_t> utc_us) {
-  return utc_us ? std::optional(wall_time_from(*utc_us)) : std::nullopt;
-}
-
-StationRecord record_of(const SessionContents& contents, const SessionStation& station) {
-  StationRecord record{
-      .line = contents.line_of(station).id, .name = station.name, .planned_mm = station.planned_mm};
-  if (const auto& shot = station.shot) {
-    record.state = shot->on_card ? StationState::kExposed : StationState::kCaptured;
-    record.attempt = {shot->attempt, station.name, shot->number};
-    record.measured_mm = shot->measured_mm;
-    record.triggered_at = time_of(shot->triggered_utc_us);
-    record.exposed_at = time_of(shot->exposed_utc_us);
-  }
-  return record;
-}
-
 }  // namespace
 
 SessionReader::SessionReader(std::filesystem::path directory)
@@ -82,36 +65,6 @@ CheckedJson SessionReader::json(const std::string& text, const std::string& colu
 }
 
 SessionContents SessionReader::contents() { return read_session_contents(&database_, directory_); }
-
-std::vector<StationRecord> SessionReader::stations() {
-  const SessionContents contents = this->contents();
-  std::vector<StationRecord> stations;
-  stations.reserve(contents.stations.size());
-  for (const SessionStation& station : contents.stations) {
-    stations.push_back(record_of(contents, station));
-  }
-  return stations;
-}
-
-std::vector<FrameRecord> SessionReader::frames() {
-  const SessionContents contents = this->contents();
-  std::vector<FrameRecord> frames;
-  frames.reserve(contents.frames.size());
-  for (const SessionFrame& frame : contents.frames) {
-    const SessionStation& station = contents.station_of(frame);
-    const SessionLine& line = contents.line_of(station);
-    frames.push_back({.file = frame.file,
-                      .bytes = frame.bytes,
-                      .sha256 = frame.sha256,
-                      .line = line.id,
-                      .station = station.name,
-                      .validation = line.validation,
-                      .exposure_index = frame.exposure,
-                      .lens = frame.lens,
-                      .position_m = frame.position_m});
-  }
-  return frames;
-}
 
 std::vector<JournalSample> SessionReader::journal(const std::string& line) {
   SqliteStatement row = query(

@@ -20,23 +20,22 @@ class SessionReaderTest : public testing::Test {
 TEST_F(SessionReaderTest, SeesWhatARunCommitsWhileItRuns) {
   const std::unique_ptr<Session> session = capture_.open();
   SessionReader reader(capture_.directory);
-  EXPECT_TRUE(reader.frames().empty());
+  EXPECT_TRUE(reader.contents().frames.empty());
   capture_.capture_missing(session.get(), 2);
-  EXPECT_EQ(reader.frames().size(), 2U);
-  EXPECT_EQ(reader.stations()[1].state, StationState::kCaptured);
-  EXPECT_EQ(reader.stations()[2].state, StationState::kPlanned);
+  EXPECT_EQ(reader.contents().frames.size(), 2U);
+  EXPECT_TRUE(reader.contents().stations[1].shot);
+  EXPECT_FALSE(reader.contents().stations[2].shot);
 }
 
 TEST_F(SessionReaderTest, ListsStationsInTheOrderOfThePlan) {
   capture_.open();
   SessionReader reader(capture_.directory);
-  const std::vector<StationRecord> stations = reader.stations();
-  ASSERT_EQ(stations.size(), 15U);
-  EXPECT_EQ(stations.front().name, "x0_000");
-  EXPECT_EQ(stations.front().line, "x0");
-  EXPECT_EQ(stations.front().planned_mm, kTestFirst_mm);
-  EXPECT_EQ(stations.front().attempt.row, 0);
-  EXPECT_EQ(stations.back().name, "v0_002");
+  const SessionContents contents = reader.contents();
+  ASSERT_EQ(contents.stations.size(), 15U);
+  EXPECT_EQ(contents.stations.front().name, "x0_000");
+  EXPECT_EQ(contents.line_of(contents.stations.front()).id, "x0");
+  EXPECT_EQ(contents.stations.front().planned_mm, kTestFirst_mm);
+  EXPECT_EQ(contents.stations.back().name, "v0_002");
 }
 
 TEST_F(SessionReaderTest, ReadsThePlanAsWritten) {
@@ -66,14 +65,15 @@ TEST_F(SessionReaderTest, PlacesFramesByTheMeasuredPositionOnTheRail) {
   capture_.off_mm = -1.5;
   capture_.capture_missing(capture_.open().get());
   SessionReader reader(capture_.directory);
-  const std::vector<FrameRecord> frames = reader.frames();
+  const SessionContents contents = reader.contents();
   std::size_t i = 0;
   for (const CaptureLine& line : capture_.plan.lines) {
     for (const CaptureStation& station : line.stations) {
-      const FrameRecord& frame = frames.at(i++);
+      const SessionFrame& frame = contents.frames.at(i++);
+      const SessionStation& captured = contents.station_of(frame);
       const double dx_m = line.axis == LineAxis::kX ? -0.0015 : 0.0;
-      EXPECT_EQ(frame.station, station.name);
-      EXPECT_EQ(frame.validation, line.id == "v0");
+      EXPECT_EQ(captured.name, station.name);
+      EXPECT_EQ(contents.line_of(captured).validation, line.id == "v0");
       EXPECT_NEAR(frame.position_m.x_m, station.position_m.x_m + dx_m, 1e-12);
       EXPECT_NEAR(frame.position_m.z_m, station.position_m.z_m - 0.0015 - dx_m, 1e-12);
     }
@@ -115,7 +115,7 @@ TEST_F(SessionReaderTest, RefusesFramesOutsideTheSession) {
   for (const std::string trap : {"/etc/passwd", "frames/../../secret"}) {
     open_session_to_write(capture_.directory).execute("UPDATE frame SET file = '" + trap + "'");
     SessionReader reader(capture_.directory);
-    EXPECT_THAT(error_of([&] { reader.frames(); }), HasSubstr("not in its directory")) << trap;
+    EXPECT_THAT(error_of([&] { reader.contents(); }), HasSubstr("not in its directory")) << trap;
   }
 }
 

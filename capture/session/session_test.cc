@@ -75,7 +75,7 @@ TEST_F(SessionTest, StoresTheFrameAsItsRowSays) {
   capture_.capture_missing(capture_.open().get(), 1);
   EXPECT_EQ(read_file(capture_.directory / "frames/x0_000.jpg"), test_picture("x0_000 0").bytes);
   SessionReader reader(capture_.directory);
-  const std::vector<FrameRecord> frames = reader.frames();
+  const std::vector<SessionFrame> frames = reader.contents().frames;
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(frames[0].file, "frames/x0_000.jpg");
   EXPECT_EQ(frames[0].bytes, static_cast<std::int64_t>(test_picture("x0_000 0").bytes.size()));
@@ -127,7 +127,7 @@ TEST_F(SessionTest, TheAttemptOfAKilledRunIsMarkedAndItsFilesStay) {
   const SessionVerification verification = verify_session(&reader);
   EXPECT_TRUE(verification.is_whole());
   EXPECT_THAT(verification.leftover, ElementsAre("frames/x0_000.jpg"));
-  EXPECT_EQ(reader.frames().size(), 3U);
+  EXPECT_EQ(reader.contents().frames.size(), 3U);
 }
 
 TEST_F(SessionTest, AStationIsCapturedOnceWhateverHappens) {
@@ -153,17 +153,18 @@ TEST_F(SessionTest, PicturesOnTheCardAreAddedLater) {
   capture_.config.camera.kind = CameraKind::kGpio;
   capture_.capture_missing(capture_.open().get());
   SessionReader reader(capture_.directory);
-  const StationRecord exposed = reader.stations()[1];
-  EXPECT_EQ(exposed.state, StationState::kExposed);
-  ASSERT_TRUE(exposed.exposed_at.has_value());
+  const SessionStation exposed = reader.contents().stations[1];
+  ASSERT_TRUE(exposed.shot && exposed.shot->on_card);
+  ASSERT_TRUE(exposed.shot->exposed_utc_us.has_value());
+  const AttemptId attempt{exposed.shot->attempt, exposed.name, exposed.shot->number};
 
   const std::unique_ptr<Session> session = Session::open(capture_.directory, &capture_.clock);
   EXPECT_TRUE(session->is_captured("x0_001"));
-  const StoredFrame frame = session->store_frame(exposed.attempt, 0, test_picture("card"));
-  session->add_pictures(exposed.attempt, std::span(&frame, 1));
-  EXPECT_EQ(reader.stations()[1].state, StationState::kCaptured);
-  EXPECT_EQ(reader.frames().size(), 1U);
-  EXPECT_THROW(session->add_pictures(exposed.attempt, std::span(&frame, 1)), std::logic_error);
+  const StoredFrame frame = session->store_frame(attempt, 0, test_picture("card"));
+  session->add_pictures(attempt, std::span(&frame, 1));
+  EXPECT_FALSE(reader.contents().stations[1].shot->on_card);
+  EXPECT_EQ(reader.contents().frames.size(), 1U);
+  EXPECT_THROW(session->add_pictures(attempt, std::span(&frame, 1)), std::logic_error);
 }
 
 TEST_F(SessionTest, AFrameOfAFilmIsCapturedWhereTheCarriageWas) {
@@ -179,7 +180,7 @@ TEST_F(SessionTest, AFrameOfAFilmIsCapturedWhereTheCarriageWas) {
   SessionReader reader(capture_.directory);
   EXPECT_EQ(reader.journal("x0").size(), 2U);
   EXPECT_EQ(reader.journal("x0")[1].position_mm, 60.0);
-  EXPECT_NEAR(reader.frames().at(0).position_m.x_m, -0.25 + 0.0015, 1e-12);
+  EXPECT_NEAR(reader.contents().frames.at(0).position_m.x_m, -0.25 + 0.0015, 1e-12);
 }
 
 TEST_F(SessionTest, ExposureAndEventsStay) {
@@ -266,7 +267,7 @@ TEST_F(SessionTest, ResumesAnInterruptedCreation) {
   std::ofstream(session_database_path(capture_.directory)).close();
   capture_.capture_missing(capture_.open().get());
   SessionReader reader(capture_.directory);
-  EXPECT_EQ(reader.frames().size(), 3U);
+  EXPECT_EQ(reader.contents().frames.size(), 3U);
 }
 
 TEST_F(SessionTest, RefusesAClockThatWasSetBack) {
@@ -326,7 +327,7 @@ TEST_F(SessionTest, OnAReadOnlyDiskIsReadButNotResumed) {
     EXPECT_THAT(error_of_opening(),
                 AllOf(HasSubstr("cannot"), HasSubstr(capture_.directory.string())));
     SessionReader reader(capture_.directory);
-    EXPECT_EQ(reader.frames().size(), 3U);
+    EXPECT_EQ(reader.contents().frames.size(), 3U);
     EXPECT_TRUE(verify_session(&reader).is_whole());
   }
   chmod(capture_.directory.c_str(), 0755);

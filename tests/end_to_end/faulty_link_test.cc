@@ -102,9 +102,11 @@ TEST_P(FaultyLinkTest, AllStationsAreCapturedAtTheirPositions) {
   }
   EXPECT_EQ(shot_off_station, 0);
   int captured = 0;
-  for (const StationRecord& station : SessionReader(capture_.directory).stations()) {
-    captured += station.state == StationState::kCaptured ? 1 : 0;
-    EXPECT_NEAR(*station.measured_mm, station.planned_mm, 0.1);
+  const SessionContents contents = SessionReader(capture_.directory).contents();
+  for (const SessionStation& station : contents.stations) {
+    ASSERT_TRUE(station.shot) << station.name;
+    ++captured;
+    EXPECT_NEAR(station.shot->measured_mm, station.planned_mm, 0.1);
   }
   EXPECT_EQ(captured, GetParam().stations);
   EXPECT_GE(drive_.truth().commanded.low_mm, limits_.low_mm());
