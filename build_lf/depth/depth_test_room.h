@@ -76,8 +76,7 @@ class DepthTestRoom {
 
   // Adds exact distances, as if they had been packed with the room, at every n-th station.
   void give_distances(const SyntheticScene& scene, PanoramaSize size, int every = 1) {
-    std::filesystem::create_directories(
-        distances_directory(directory_.path(), DistanceKind::kGiven));
+    std::filesystem::create_directories(distances_directory(path(), DistanceKind::kGiven));
     for (const Line& line : grid().lines) {
       DistanceMaps maps{{}, size, kGivenOrigin, {}};
       for (int i = 0; i < static_cast<int>(line.stations.size()); i += every) {
@@ -88,18 +87,20 @@ class DepthTestRoom {
         return distances_from(true_map(scene, line.stations[station].position_m, size));
       };
       Progress progress("giving", static_cast<std::int64_t>(maps.stations.size()), "maps");
-      write_distance_volume(distance_volume_path(directory_.path(), line.id), line, maps,
-                            &progress);
+      write_distance_volume(distance_volume_path(path(), line.id), line, maps, &progress);
     }
-    use_distances(directory_.path(), DistanceKind::kGiven);
-    room_ = Room::open(directory_.path());
+    use_distances(path(), DistanceKind::kGiven);
+    room_ = Room::open(path());
   }
 
  private:
+  // In the directory, so that rooms made beside it are removed too.
+  std::filesystem::path path() const { return directory_ / "room.lf"; }
+
   Room write(const SyntheticRoomSpec& spec, const Grid& grid, const Edit& edit,
              const Mask& mask) const {
     const PanoramaSize size{spec.width, spec.width / 2};
-    std::filesystem::create_directories(directory_ / "lines");
+    std::filesystem::create_directories(path() / "lines");
     for (int line = 0; line < static_cast<int>(grid.lines.size()); ++line) {
       const Line& stations = grid.lines[static_cast<size_t>(line)];
       Progress progress("packing", static_cast<std::int64_t>(stations.stations.size()), "stations");
@@ -110,11 +111,11 @@ class DepthTestRoom {
         if (mask) rays.valid_rows = valid_rows_of(mask({line, static_cast<int>(i)}));
         return rays;
       };
-      write_line_volume(line_volume_path(directory_.path(), stations.id), stations,
+      write_line_volume(line_volume_path(path(), stations.id), stations,
                         {size, mask != nullptr, rays_of}, &progress);
     }
-    write_file_atomically(manifest_path(directory_.path()), manifest_to_json({size, grid, {}}));
-    return Room::open(directory_.path());
+    write_file_atomically(manifest_path(path()), manifest_to_json({size, grid, {}}));
+    return Room::open(path());
   }
 
   static StationRays rays_from(const cv::Mat& frame) {

@@ -48,13 +48,10 @@ TEST_F(CaptureSetTest, FrameListIsGroupedIntoLinesInRailOrder) {
 
 TEST_F(CaptureSetTest, FramesWithRepeatedStemsAreNamedByTheirPaths) {
   std::string rows;
-  for (const char* line : {"front", "left"}) {
-    for (int i = 0; i < 3; ++i) {
-      const std::string file = fmt::format("{}/{}.png", line, i);
-      folder_.add_picture(file);
-      rows += fmt::format("{},{},0,{}\n", file, line[0] == 'f' ? 0.1 * i : 0.5,
-                          line[0] == 'f' ? 0.7 : 0.1 * i);
-    }
+  for (int i = 0; i < 3; ++i) {
+    for (const char* line : {"front", "left"})
+      folder_.add_picture(fmt::format("{}/{}.png", line, i));
+    rows += fmt::format("front/{0}.png,0.{0},0,0.7\nleft/{0}.png,0.5,0,0.{0}\n", i);
   }
   folder_.write_list(rows);
   EXPECT_THAT(names_of(folder_.read()),
@@ -136,6 +133,68 @@ TEST_F(CaptureSetTest, StationsOffTheirLineNeedATolerance) {
   const CaptureSet set =
       read_capture_set({.directory = folder_.path(), .tolerance = {.off_line_m = 0.03}});
   EXPECT_EQ(set.lines.size(), 2U);
+}
+
+// gt.csv beside poses.csv: frames that are held out of the lines.
+class HeldOutTest : public CaptureSetTest {
+ protected:
+  HeldOutTest() {
+    folder_.write_cross();
+    for (const char* file : {"gt/t0.png", "gt/t1.png", "gt/a0.png"}) folder_.add_picture(file);
+  }
+  void write_truth(const std::string& rows, const std::string& columns = "file,x,y,z") const {
+    write_file_atomically(folder_ / "gt.csv", columns + "\n" + rows);
+  }
+};
+
+TEST_F(HeldOutTest, FramesFollowTheStationsAndAreOnNoLine) {
+  write_truth("gt/t0.png,0.05,0,0.05,3,0,0\ngt/t1.png,0,0,0,0,0,0\n", "file,x,y,z,yaw,pitch,roll");
+  const CaptureSet set = folder_.read();
+  EXPECT_EQ(set.stations(), 6U);
+  EXPECT_THAT(names_of(set), ElementsAre("a0", "a1", "a2", "b0", "b1", "b2", "t0", "t1"));
+  EXPECT_TRUE(set.frames[6].held_out());
+  EXPECT_NEAR(set.frames[6].nominal_attitude->yaw_rad, radians_from_degrees(3.0), 1e-12);
+  ASSERT_EQ(set.lines.size(), 2U);
+  EXPECT_THAT(set.lines[0].frames, ElementsAre(0, 1, 2));
+  EXPECT_THAT(set.lines[1].frames, ElementsAre(3, 4, 5));
+  EXPECT_EQ(stations_only(set).frames.size(), 6U);
+}
+
+TEST_F(HeldOutTest, NameOfAStationIsNotTakenAgain) {
+  write_truth("gt/t0.png,0,0,0\ngt/a0.png,0,0,0\n");
+  const CaptureSet set = folder_.read();
+  EXPECT_THAT(names_of(set), ElementsAre("a0", "a1", "a2", "b0", "b1", "b2", "gt_t0", "gt_a0"));
+  EXPECT_TRUE(indices_by_name(set).contains("a0"));
+  folder_.add_picture("a0.jpg");
+  write_truth("a0.jpg,0,0,0\n");
+  EXPECT_THAT(error(), AllOf(HasSubstr("gt.csv: "), HasSubstr("extension")));
+}
+
+TEST_F(HeldOutTest, StationIsNotHeldOutAtOnce) {
+  for (const char* file : {"a1.png", "./a1.png", "gt/../a1.png"}) {
+    write_truth(fmt::format("gt/t0.png,0,0,0\n{},0,0,0\n", file));
+    EXPECT_THAT(error(), AllOf(HasSubstr("gt.csv:3: "), HasSubstr("a1.png"),
+                               HasSubstr("poses.csv:3"), HasSubstr("held out")))
+        << file;
+  }
+}
+
+TEST_F(HeldOutTest, UnusableRowsAreNamed) {
+  write_truth("gt/t0.png,nan,0,0\n");
+  EXPECT_THAT(error(), AllOf(HasSubstr("gt.csv:2"), HasSubstr("x")));
+  write_truth("gt/t0.png,0,0,2e6\n");
+  EXPECT_THAT(error(), AllOf(HasSubstr("gt.csv:2"), HasSubstr("z = 2e+06")));
+  write_truth("");
+  EXPECT_THAT(error(), HasSubstr("gt.csv: lists no frames"));
+  write_truth("gt/nowhere.png,0,0,0\n");
+  EXPECT_THAT(error(), HasSubstr("nowhere.png"));
+  folder_.add_picture("gt/t0.png", {32, 16});
+  write_truth("gt/a0.png,0,0,0\ngt/t0.png,0,0,0\n");
+  EXPECT_THAT(error(),
+              AllOf(HasSubstr("gt.csv:3: "), HasSubstr("gt/t0.png is 32x16"), HasSubstr("16x8")));
+  std::filesystem::remove(folder_ / "gt.csv");
+  std::filesystem::create_symlink("nowhere.csv", folder_ / "gt.csv");
+  EXPECT_THAT(error(), HasSubstr("gt.csv"));
 }
 
 }  // namespace

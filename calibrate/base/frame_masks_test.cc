@@ -30,7 +30,6 @@ class FrameMasksTest : public ::testing::Test {
     mask.rowRange(4, 8).setTo(0);
     return mask;
   }
-  std::string error() const { return folder_.read_error(); }
 
   TestCaptureFolder folder_;
 };
@@ -72,7 +71,7 @@ TEST_F(FrameMasksTest, MaskOfAllFramesIsJoined) {
 
 TEST_F(FrameMasksTest, UnusableMasksAreNamedWithTheirRow) {
   const auto refused = [&](const std::string& why) {
-    EXPECT_THAT(error(),
+    EXPECT_THAT(folder_.read_error(),
                 AllOf(HasSubstr("poses.csv:3: "), HasSubstr("b_mask.png"), HasSubstr(why)));
   };
   write_mask("b_mask.png", cv::Mat(16, 32, CV_8UC1, cv::Scalar(255)));
@@ -94,7 +93,7 @@ TEST_F(FrameMasksTest, UnusableMasksAreNamedWithTheirRow) {
 TEST_F(FrameMasksTest, MasksOfHeldOutFramesAreCheckedAlike) {
   write_file_atomically(folder_ / "gt.csv",
                         std::string("file,x,y,z,mask\nt.png,0,0,0,t_mask.png\n"));
-  EXPECT_THAT(error(), AllOf(HasSubstr("gt.csv:2: "), HasSubstr("t_mask.png")));
+  EXPECT_THAT(folder_.read_error(), AllOf(HasSubstr("gt.csv:2: "), HasSubstr("t_mask.png")));
   write_mask("t_mask.png", half());
   EXPECT_EQ(cv::countNonZero(joint_mask(folder_.read(), 3, {})), 4 * 16);
 }

@@ -31,24 +31,15 @@ class FramePosesTest : public ::testing::Test {
     write_file_atomically(folder_ / "poses.json", text);
     return error_of([&] { read_frame_poses(folder_ / "poses.json", set_); });
   }
-  std::string table_error(const std::string& text) const {
-    write_file_atomically(folder_ / "true.csv", text);
+  std::string table_error(const std::string& rows,
+                          const std::string& columns = "file,x,y,z,yaw,pitch,roll") const {
+    write_file_atomically(folder_ / "true.csv", columns + "\n" + rows);
     return error_of([&] { read_pose_table(folder_ / "true.csv", set_); });
   }
 
   TestCaptureFolder folder_;
   CaptureSet set_;
 };
-
-TEST_F(FramePosesTest, NominalPosesHaveThePlannedPositionAndAttitude) {
-  set_.frames[2].nominal_attitude = Attitude{0.1, -0.2, 0.3};
-  const FramePoses poses = nominal_poses(set_);
-  ASSERT_EQ(poses.size(), set_.frames.size());
-  EXPECT_EQ(poses[1]->position_m, set_.frames[1].nominal_m);
-  EXPECT_EQ(poses[1]->world_from_camera, Eigen::Matrix3d::Identity());
-  EXPECT_EQ(poses[2]->world_from_camera, world_from_camera({0.1, -0.2, 0.3}));
-  EXPECT_EQ(poses[2]->origin, PoseOrigin::kNominal);
-}
 
 TEST_F(FramePosesTest, ReadsWhatItWrote) {
   FramePoses poses(set_.frames.size());
@@ -98,9 +89,7 @@ TEST_F(FramePosesTest, DamagedFilesAreNamed) {
 }
 
 TEST_F(FramePosesTest, TableRowsAreMatchedByFileStem) {
-  EXPECT_EQ(table_error("file,x,y,z,yaw,pitch,roll\n"
-                        "true/b1.jpg,1,2,3,10,20,30\nother.jpg,0,0,0,0,0,0\n"),
-            "no error");
+  EXPECT_EQ(table_error("true/b1.jpg,1,2,3,10,20,30\nother.jpg,0,0,0,0,0,0\n"), "no error");
   const FramePoses poses = read_pose_table(folder_ / "true.csv", set_);
   const std::size_t at = indices_by_name(set_).at("b1");
   ASSERT_TRUE(poses[at]);
@@ -112,15 +101,13 @@ TEST_F(FramePosesTest, TableRowsAreMatchedByFileStem) {
   EXPECT_EQ(poses[at]->origin, PoseOrigin::kGiven);
   EXPECT_EQ(std::count_if(poses.begin(), poses.end(), [](const auto& p) { return p.has_value(); }),
             1);
-  EXPECT_THAT(table_error("file,x,y,z,yaw,pitch,roll\nq.jpg,0,0,0,0,0,0\n"),
+  EXPECT_THAT(table_error("q.jpg,0,0,0,0,0,0\n"),
               AllOf(HasSubstr("true.csv"), HasSubstr("none of the capture's frames")));
-  EXPECT_THAT(table_error("file,x,y,z\na0.jpg,0,0,0\n"), HasSubstr("yaw"));
-  EXPECT_THAT(table_error("file,x,y,z,yaw,pitch,roll\na0.jpg,1e308,0,0,0,0,0\n"),
+  EXPECT_THAT(table_error("a0.jpg,0,0,0\n", "file,x,y,z"), HasSubstr("yaw"));
+  EXPECT_THAT(table_error("a0.jpg,1e308,0,0,0,0,0\n"),
               AllOf(HasSubstr("true.csv:2: x = 1e+308"), HasSubstr("not a position")));
-  EXPECT_THAT(table_error("file,x,y,z,yaw,pitch,roll\na0.jpg,0,0,0,0,-1e308,0\n"),
-              HasSubstr("true.csv:2: pitch = -1e+308"));
-  EXPECT_THAT(table_error("file,x,y,z,yaw,pitch,roll\na0.jpg,0,0,0,0,0,abc\n"),
-              HasSubstr("true.csv:2"));
+  EXPECT_THAT(table_error("a0.jpg,0,0,0,0,-1e308,0\n"), HasSubstr("true.csv:2: pitch = -1e+308"));
+  EXPECT_THAT(table_error("a0.jpg,0,0,0,0,0,abc\n"), HasSubstr("true.csv:2"));
 }
 
 // Exact for very small angles and near half a turn.

@@ -38,13 +38,12 @@ class TestCaptureFolder {
 
   // One line along x at z = 0 and one along z at x = 0, three stations each 0.1 m apart.
   void write_cross() const {
-    std::string rows;
-    for (int i = -1; i <= 1; ++i) {
-      for (const char* line : {"a", "b"}) add_picture(fmt::format("{}{}.png", line, i + 1));
+    for (const char* file : {"a0.png", "a1.png", "a2.png", "b0.png", "b1.png", "b2.png"}) {
+      add_picture(file);
     }
-    for (int i = -1; i <= 1; ++i) rows += fmt::format("a{}.png,{},0,0\n", i + 1, 0.1 * i);
-    for (int i = -1; i <= 1; ++i) rows += fmt::format("b{}.png,0,0,{}\n", i + 1, 0.1 * i);
-    write_list(rows);
+    write_list(
+        "a0.png,-0.1,0,0\na1.png,0,0,0\na2.png,0.1,0,0\n"
+        "b0.png,0,0,-0.1\nb1.png,0,0,0\nb2.png,0,0,0.1\n");
   }
 
  private:

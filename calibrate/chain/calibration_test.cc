@@ -1,17 +1,25 @@
-// The steps of a capture, when a step counts as done, and errors for missing steps.
+// The steps of a capture, when a step counts as done, errors for missing steps; calibration.json
+// and the page that shows it.
 #include "calibrate/chain/calibration.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "calibrate/base/test_capture_folder.h"
-#include "core/base/error.h"
+#include "calibrate/chain/calibration_report.h"
+#include "calibrate/poses/poses_document.h"
+#include "core/base/test_error.h"
+#include "core/files/json.h"
+#include "core/files/test_directory.h"
 
 namespace raywalk::calibrate {
 namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class CalibrationTest : public ::testing::Test {
  protected:
@@ -20,36 +28,14 @@ class CalibrationTest : public ::testing::Test {
     options_.input.directory = folder_.path();
     options_.mask.cone_deg = 20.0;
   }
-  // The message of the Error that `work` throws.
-  template <typename Work>
-  std::string error_of(const Work& work) const {
-    try {
-      Calibration calibration(options_);
-      work(&calibration);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "no error";
+  std::string error_of_step(CalibrationStep step) const {
+    return error_of([&] { Calibration(options_).run(step); });
   }
   bool mask_is_done() const { return Calibration(options_).is_done(CalibrationStep::kMask); }
 
   TestCaptureFolder folder_;
   CalibrationOptions options_;
 };
-
-TEST_F(CalibrationTest, StepsDependOnTheCapture) {
-  const Calibration panoramas(options_);
-  EXPECT_FALSE(panoramas.has(CalibrationStep::kLens));
-  EXPECT_FALSE(panoramas.has(CalibrationStep::kStitch));
-  EXPECT_TRUE(panoramas.has(CalibrationStep::kPoses));
-  EXPECT_EQ(panoramas.out(), folder_ / "calibration");
-  CalibrationOptions other = options_;
-  other.out = folder_ / "elsewhere";
-  other.input.dual_fisheye = true;
-  const Calibration fisheye(other);
-  EXPECT_TRUE(fisheye.has(CalibrationStep::kStitch));
-  EXPECT_TRUE(fisheye.has(CalibrationStep::kRectify));
-}
 
 TEST_F(CalibrationTest, StepIsDoneUntilItsInputsOrOptionsChange) {
   EXPECT_FALSE(mask_is_done());
@@ -95,34 +81,56 @@ TEST_F(CalibrationTest, MasksAndHeldOutFramesAreInputs) {
   EXPECT_FALSE(mask_is_done());
 }
 
-TEST_F(CalibrationTest, StepWithoutOutputsOrRecordIsNotDone) {
-  Calibration(options_).run(CalibrationStep::kMask);
-  std::filesystem::remove(folder_ / "calibration/mask.png");
+TEST_F(CalibrationTest, StepWithoutItsOutputsOrRecordIsNotDone) {
+  const auto run = [&] {
+    Calibration(options_).run(CalibrationStep::kMask);
+    EXPECT_TRUE(mask_is_done());
+  };
+  run();
+  const std::string mask = read_file(folder_ / "calibration/mask.png");
+  write_image(folder_ / "calibration/mask.png", cv::Mat(8, 16, CV_8UC1, cv::Scalar(0)));
   EXPECT_FALSE(mask_is_done());
-  Calibration(options_).run(CalibrationStep::kMask);
+  write_file_atomically(folder_ / "calibration/mask.png", mask);
+  EXPECT_TRUE(mask_is_done());  // compared by content
   std::filesystem::remove(folder_ / "calibration/figures/mask.png");
   EXPECT_FALSE(mask_is_done());
-  Calibration(options_).run(CalibrationStep::kMask);
+  run();
   Calibration(options_).forget(CalibrationStep::kMask);
   EXPECT_FALSE(mask_is_done());
+  run();
+  for (const char* bad :
+       {"", "{", "[]", R"({"format_version": 2, "steps": {}})",
+        R"({"format_version": 4294967297, "steps": {}})", R"({"format_version": 1.5, "steps": {}})",
+        R"({"format_version": 1, "steps": {"mask": 3}})"}) {
+    write_file_atomically(folder_ / "calibration/steps.json", std::string(bad));
+    EXPECT_FALSE(mask_is_done()) << bad;
+  }
 }
 
-TEST_F(CalibrationTest, MaskOfAnEarlierRunIsRemoved) {
-  Calibration(options_).run(CalibrationStep::kMask);
-  options_.mask.cone_deg = 0.0;
-  Calibration(options_).run(CalibrationStep::kMask);
-  EXPECT_FALSE(Calibration(options_).mask());
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "calibration/mask.json"));
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "calibration/figures/mask.png"));
+TEST(StepRecords, OfLargeOutputsHaveTheirSizes) {
+  const TestDirectory out;
+  const auto is_done = [&] { return StepRecords(out.path()).done("poses", "abc").has_value(); };
+  const auto write = [&](std::size_t bytes) {
+    write_file_atomically(out / "big.bin", std::string(bytes, 'x'));
+  };
+  StepRecords records(out.path());
+  EXPECT_THROW(records.note("poses", "abc", 1.5, {"big.bin"}), Error);
+  EXPECT_FALSE(is_done());
+  write((std::size_t{1} << 20) + 1);
+  records.note("poses", "abc", 1.5, {"big.bin"});
+  EXPECT_TRUE(is_done());
+  EXPECT_EQ(StepRecords(out.path()).last("poses")->seconds, 1.5);
+  write((std::size_t{1} << 20) + 2);
+  EXPECT_FALSE(is_done());
 }
 
 TEST_F(CalibrationTest, MissingStepsAreNamed) {
-  EXPECT_THAT(error_of([](Calibration* c) { c->run(CalibrationStep::kRectify); }),
+  EXPECT_THAT(error_of_step(CalibrationStep::kRectify),
               AllOf(HasSubstr("poses.json does not exist"), HasSubstr("raywalk-calibrate poses")));
   options_.input.dual_fisheye = true;
-  EXPECT_THAT(error_of([](Calibration* c) { c->run(CalibrationStep::kMask); }),
+  EXPECT_THAT(error_of_step(CalibrationStep::kMask),
               AllOf(HasSubstr("panoramas/"), HasSubstr("raywalk-calibrate stitch")));
-  EXPECT_THAT(error_of([](Calibration* c) { c->run(CalibrationStep::kStitch); }),
+  EXPECT_THAT(error_of_step(CalibrationStep::kStitch),
               AllOf(HasSubstr("lens.yaml"), HasSubstr("raywalk-calibrate lens")));
   EXPECT_THROW(Calibration(options_).run(CalibrationStep::kLens), UsageError);
 }
@@ -131,17 +139,13 @@ TEST_F(CalibrationTest, EveryStationNeedsAPose) {
   const CaptureSet set = folder_.read();
   FramePoses poses = nominal_poses(set);
   poses.front().reset();
-  const auto final_poses = [](Calibration* c) { c->final_poses(); };
   std::filesystem::create_directories(folder_ / "calibration");
-  const auto write = [&](const nlohmann::ordered_json& document) {
-    write_file_atomically(folder_ / "calibration/poses.json", json_text(document));
-  };
-  write({{"format_version", 1}, {"frames", frame_poses_json(set, poses)}});
-  EXPECT_THAT(error_of(final_poses),
+  const nlohmann::ordered_json document{{"format_version", 1},
+                                        {"frames", frame_poses_json(set, poses)}};
+  write_file_atomically(folder_ / "calibration/poses.json", json_text(document));
+  EXPECT_THAT(error_of([&] { Calibration(options_).final_poses(); }),
               AllOf(HasSubstr("poses.json: frame '" + set.frames[0].name + "' has no pose"),
                     HasSubstr("run raywalk-calibrate poses again")));
-  write_file_atomically(folder_ / "calibration/poses.json", std::string("{"));
-  EXPECT_THAT(error_of(final_poses), AllOf(HasSubstr("poses.json"), HasSubstr("poses again")));
 }
 
 TEST_F(CalibrationTest, GivenLensesReplaceTheFit) {
@@ -163,13 +167,87 @@ TEST_F(CalibrationTest, GivenLensesReplaceTheFit) {
 
 TEST_F(CalibrationTest, DirectoryIsLockedAgainstASecondProcess) {
   const Calibration first(options_);
-  EXPECT_THAT(error_of([](Calibration*) {}), HasSubstr("another raywalk-calibrate"));
+  EXPECT_THAT(error_of([&] { const Calibration second(options_); }),
+              HasSubstr("another raywalk-calibrate"));
 }
 
-TEST_F(CalibrationTest, UnreadableCaptureCreatesNoDirectory) {
-  std::filesystem::remove(folder_ / "b1.png");
-  EXPECT_NE(error_of([](Calibration*) {}), "no error");
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "calibration"));
+class CalibrationReportTest : public CalibrationTest {
+ protected:
+  CalibrationReportTest() {
+    const CaptureSet set = folder_.read();
+    solved_.poses = nominal_poses(set);
+    solved_.rails = fit_rails(set, solved_.poses);
+    for (std::size_t line = 0; line < 2; ++line) {
+      solved_.lines.push_back({.line = line, .stations = 3, .keyframes = 3});
+    }
+    solved_.crossings = {{.check = {.crossing = crossings_of(set).front(), .points = 20},
+                          .correction_mm = 8.76,
+                          .correction_deg = 0.5}};
+    solved_.notes = {"a <note>"};
+  }
+  // After the steps mask, poses and rectify.
+  std::unique_ptr<Calibration> calibrated() const {
+    auto calibration = std::make_unique<Calibration>(options_);
+    calibration->run(CalibrationStep::kMask);
+    write_poses(calibration->out() / "poses.json", calibration->captured(), solved_);
+    calibration->run(CalibrationStep::kRectify);
+    return calibration;
+  }
+  nlohmann::ordered_json written() const {
+    return nlohmann::ordered_json::parse(read_file(folder_ / "calibration/calibration.json"));
+  }
+
+  PosesResult solved_{};
+};
+
+TEST_F(CalibrationReportTest, HoldsTheDocumentsOfTheSteps) {
+  const auto calibration = calibrated();
+  const nlohmann::ordered_json trade{{{"keyframes_mm", 150.0}}};
+  write_calibration(*calibration,
+                    {{CalibrationStep::kMask, 2.5, true},
+                     {CalibrationStep::kPoses, 1.0, false},
+                     {CalibrationStep::kRectify, 56.5, false}},
+                    trade);
+  const nlohmann::ordered_json document = written();
+  EXPECT_EQ(document["source"], folder_.path().string());
+  EXPECT_EQ(document["stations"], 6);
+  EXPECT_EQ(document["trustworthy"], true);
+  EXPECT_EQ(document["notes"], nlohmann::ordered_json::array({"poses: a <note>"}));
+  EXPECT_EQ(document["keyframe_trade"], trade);
+  EXPECT_EQ(document["steps"][0]["seconds"], 2.5);
+  EXPECT_EQ(document["steps"][0]["reused"], true);
+  for (const char* step : {"mask", "poses", "rectify"}) {
+    const std::filesystem::path file = calibration->out() / (std::string(step) + ".json");
+    EXPECT_EQ(document[step], nlohmann::ordered_json::parse(read_file(file))) << step;
+  }
+  EXPECT_FALSE(document.contains("lens"));
+  EXPECT_THAT(read_file(calibration->out() / "index.html"),
+              AllOf(HasSubstr("\"kind\":\"calibration\""), HasSubstr("red: masked"),
+                    HasSubstr("x0 × z0, frames a1 and b1"), HasSubstr("data:image/jpeg;base64,"),
+                    HasSubstr("a \\u003cnote>")));
+}
+
+TEST_F(CalibrationReportTest, LaterStepsMayHaveOtherInputs) {
+  const auto calibration = calibrated();
+  write_calibration_until(*calibration, CalibrationStep::kMask);
+  EXPECT_TRUE(written().contains("mask"));
+  EXPECT_FALSE(written().contains("poses"));
+  EXPECT_TRUE(written()["trustworthy"].is_null());
+  EXPECT_THAT(read_file(calibration->out() / "index.html"), Not(HasSubstr("x0 × z0")));
+}
+
+TEST_F(CalibrationReportTest, WarningsNameTheirStep) {
+  solved_.warnings = {"look & see"};
+  write_calibration_until(*calibrated(), CalibrationStep::kRectify);
+  EXPECT_EQ(written()["trustworthy"], false);
+  EXPECT_EQ(written()["warnings"], nlohmann::ordered_json::array({"poses: look & see"}));
+}
+
+TEST_F(CalibrationReportTest, DamagedDocumentsAreNamed) {
+  const auto calibration = calibrated();
+  write_file_atomically(calibration->out() / "poses.json", std::string("{"));
+  EXPECT_THAT(error_of([&] { write_calibration_until(*calibration, CalibrationStep::kRectify); }),
+              AllOf(HasSubstr("poses.json: damaged"), HasSubstr("run the step again")));
 }
 
 }  // namespace

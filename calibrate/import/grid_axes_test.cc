@@ -16,8 +16,8 @@ ImportedPoses turned_square(const Attitude& turn, double scale) {
           .frames = in_other_axes(square_frames(), world_from_camera(turn), {3, -2, 5}, scale)};
 }
 
-void expect_square(const ImportedPoses& poses, const GridAxes& axes, double tolerance) {
-  const std::vector<ImportedFrame> truth = square_frames();
+void expect_frames(const std::vector<ImportedFrame>& truth, const ImportedPoses& poses,
+                   const GridAxes& axes, double tolerance) {
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const CameraPose pose = moved(axes, poses.frames[i].pose);
     EXPECT_LT((pose.position_m - truth[i].pose.position_m).norm(), tolerance) << i;
@@ -30,12 +30,14 @@ TEST(GridAxes, UndoAnyRotationAndScale) {
        {Attitude{0.3, 0, 0}, {2.5, 1.2, -0.7}, {-1.7, -0.4, 3.0}, {0.78, 0, 0}}) {
     for (const double scale : {0.13, 4.0}) {
       const ImportedPoses poses = turned_square(turn, scale);
-      expect_square(poses, fit_grid_axes(poses, {.scale = {.cell_m = 1.0}}), 1e-9);
-      expect_square(poses, fit_grid_axes(poses, {.scale = {.spacing_m = 0.25}}), 1e-9);
-      expect_square(poses, fit_grid_axes(poses, {.scale = {.metres_per_unit = scale}}), 1e-9);
-      expect_square(
-          poses, fit_grid_axes(poses, {.scale = {.distance = KnownDistance{"00", "04.jpg", 1.0}}}),
-          1e-9);
+      expect_frames(square_frames(), poses, fit_grid_axes(poses, {.scale = {.cell_m = 1.0}}), 1e-9);
+      expect_frames(square_frames(), poses, fit_grid_axes(poses, {.scale = {.spacing_m = 0.25}}),
+                    1e-9);
+      expect_frames(square_frames(), poses,
+                    fit_grid_axes(poses, {.scale = {.metres_per_unit = scale}}), 1e-9);
+      expect_frames(
+          square_frames(), poses,
+          fit_grid_axes(poses, {.scale = {.distance = KnownDistance{"00", "04.jpg", 1.0}}}), 1e-9);
     }
   }
 }
@@ -60,18 +62,15 @@ TEST(GridAxes, OfAnUprightSourceTurnAboutTheVerticalOnly) {
 
 // A single line has no plane: its cameras tell what is up, and it becomes level.
 TEST(GridAxes, OfOneLineStandOnTheCameras) {
-  ImportedPoses poses{.kind = "a test"};
+  std::vector<ImportedFrame> line;
   for (int i = 0; i < 7; ++i) {
-    poses.frames.push_back(
+    line.push_back(
         {.file = std::to_string(i), .pose = {{0.1 * i - 0.3, 0, 0}, world_from_camera({0, 0, 0})}});
   }
-  poses.frames = in_other_axes(poses.frames, world_from_camera({2.0, 0.5, 0.9}), {1, 1, 1}, 1.0);
-  const GridAxes axes = fit_grid_axes(poses, {.scale = {.metres_per_unit = 1.0}});
-  for (int i = 0; i < 7; ++i) {
-    const CameraPose pose = moved(axes, poses.frames[static_cast<std::size_t>(i)].pose);
-    EXPECT_LT((pose.position_m - Eigen::Vector3d(0.1 * i - 0.3, 0, 0)).norm(), 1e-12);
-    EXPECT_LT((pose.world_from_camera - Eigen::Matrix3d::Identity()).norm(), 1e-12);
-  }
+  const ImportedPoses poses{
+      .kind = "a test",
+      .frames = in_other_axes(line, world_from_camera({2.0, 0.5, 0.9}), {1, 1, 1}, 1.0)};
+  expect_frames(line, poses, fit_grid_axes(poses, {.scale = {.metres_per_unit = 1.0}}), 1e-12);
 }
 
 TEST(GridAxes, StayRightWithStationsBesideTheirLines) {
@@ -80,7 +79,7 @@ TEST(GridAxes, StayRightWithStationsBesideTheirLines) {
     const double off = 0.02 * std::sin(7.0 * static_cast<double>(i));
     poses.frames[i].pose.position_m += Eigen::Vector3d(off, 0.5 * off, -off);
   }
-  expect_square(poses, fit_grid_axes(poses, {.scale = {.cell_m = 1.0}}), 0.03);
+  expect_frames(square_frames(), poses, fit_grid_axes(poses, {.scale = {.cell_m = 1.0}}), 0.03);
 }
 
 TEST(GridAxes, ThatCannotBeFoundAreSaid) {
@@ -104,7 +103,7 @@ TEST(KnownPositions, GiveScaleAndAxes) {
   const std::vector<ImportedFrame> truth = square_frames();
   std::vector<KnownPosition> known;
   for (const std::size_t i : {0U, 3U, 9U, 20U}) known.push_back({i, truth[i].pose.position_m});
-  expect_square(poses, fit_known_positions(poses, known), 1e-12);
+  expect_frames(square_frames(), poses, fit_known_positions(poses, known), 1e-12);
   known.resize(2);
   EXPECT_THAT(error_of([&] { fit_known_positions(poses, known); }), HasSubstr("at least three"));
   known = {

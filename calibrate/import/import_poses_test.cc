@@ -3,12 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-
+#include "calibrate/import/face_poses.h"
 #include "calibrate/import/test_poses.h"
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
+#include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 #include "core/reconstruction/colmap_model.h"
 #include "core/reconstruction/nerfstudio_file.h"
@@ -24,12 +24,12 @@ using ::testing::HasSubstr;
 class ImportPosesTest : public ::testing::Test {
  protected:
   ImportPosesTest() {
+    fs::create_directories(directory_ / "pictures");
     std::vector<NerfstudioFrame> frames;
-    for (const ImportedFrame& frame :
-         in_other_axes(square_frames(), world_from_camera({0.6, 0.4, 0.1}), {1, 2, 3}, 2.0)) {
+    for (const ImportedFrame& frame : given_) {
       frames.push_back({.file = "pictures/" + frame.file, .pose = frame.pose});
+      write_image(directory_ / frames.back().file, cv::Mat(16, 32, CV_8UC3, cv::Scalar::all(90)));
     }
-    write_panoramas(square_frames(), directory_ / "pictures");
     write_file_atomically(transforms(), nerfstudio_text(frames, {32, 16}, ""));
   }
 
@@ -60,6 +60,8 @@ class ImportPosesTest : public ::testing::Test {
   }
 
   TestDirectory directory_;
+  std::vector<ImportedFrame> given_ =
+      in_other_axes(square_frames(), world_from_camera({0.6, 0.4, 0.1}), {1, 2, 3}, 2.0);
 };
 
 TEST_F(ImportPosesTest, ListsThePanoramasInTheAxesOfTheirGrid) {
@@ -72,8 +74,7 @@ TEST_F(ImportPosesTest, ListsThePanoramasInTheAxesOfTheirGrid) {
 // As COLMAP 4.1 writes it, with rigs and frames beside.
 TEST_F(ImportPosesTest, TakesPanoramasOfAColmapModel) {
   ColmapModel model{.cameras = {{1, 32, 16.0}}, .rigs = {{.id = 1, .reference_camera = 1}}};
-  for (const ImportedFrame& frame :
-       in_other_axes(square_frames(), world_from_camera({0.6, 0.4, 0.1}), {1, 2, 3}, 2.0)) {
+  for (const ImportedFrame& frame : given_) {
     const auto id = static_cast<std::uint32_t>(model.images.size() + 1);
     model.images.push_back({id, 1, frame.file, colmap_pose(frame.pose, {}), {}});
     model.frames.push_back({id, 1, model.images.back().pose, {id}});
@@ -104,7 +105,7 @@ TEST_F(ImportPosesTest, WithoutScaleOrPicturesLeavesNothing) {
   EXPECT_THAT(error_for(unknown), HasSubstr("does not tell how long its unit is; give --cell-m"));
   fs::remove(directory_ / "pictures" / "05.png");
   EXPECT_THAT(error_for(options()), HasSubstr("frames[5]: there is no panorama 'pictures/05.png'"));
-  cv::imwrite((directory_ / "pictures" / "05.png").string(), cv::Mat(16, 16, CV_8UC3));
+  write_image(directory_ / "pictures" / "05.png", cv::Mat(16, 16, CV_8UC3, cv::Scalar::all(90)));
   EXPECT_THAT(error_for(options()), HasSubstr("05.png"));
   ImportOptions elsewhere = options();
   elsewhere.panoramas = directory_ / "nowhere";
@@ -133,6 +134,61 @@ TEST_F(ImportPosesTest, TakesAReferenceAndAFrameList) {
   import_poses(second);
   const std::vector<Frame> listed = read_frame_list(directory_ / "b" / "poses.csv");
   EXPECT_LT((listed[5].position_m - square_frames()[5].pose.position_m).norm(), 2e-9);
+}
+
+std::vector<ColmapImagePose> images_of(const std::vector<ImportedFrame>& frames,
+                                       const std::vector<NamedFace>& faces) {
+  std::vector<ColmapImagePose> images;
+  for (const ImportedFrame& frame : frames) {
+    for (const NamedFace& face : faces) {
+      images.push_back(
+          {face.folder + "/" + frame.file, colmap_pose(frame.pose, {face.camera_from_face})});
+    }
+  }
+  return images;
+}
+
+TEST(FacePoses, GiveThePosesOfTheirPanoramas) {
+  const std::vector<ImportedFrame> frames = square_frames();
+  std::vector<ColmapImagePose> images = images_of(frames, exported_faces());
+  images.erase(images.begin() + 2, images.begin() + 6);  // two faces of the first are enough
+  const auto found = panoramas_of_faces(images, exported_faces(), "model");
+  ASSERT_EQ(found.size(), frames.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_EQ(found[i].file + ".png", frames[i].file);
+    EXPECT_LT((found[i].pose.position_m - frames[i].pose.position_m).norm(), 1e-13);
+    EXPECT_LT((found[i].pose.world_from_camera - frames[i].pose.world_from_camera).norm(), 1e-13);
+  }
+}
+
+TEST(FacePoses, FollowATable) {
+  const TestDirectory directory;
+  write_file_atomically(directory / "faces.csv",
+                        "folder,yaw,pitch\npano_camera0,0,-35\npano_camera1,45,35\n");
+  const std::vector<NamedFace> faces = read_face_table(directory / "faces.csv");
+  ASSERT_EQ(faces.size(), 2U);
+  EXPECT_LT(faces[0].camera_from_face.col(2).y(), -0.5);  // looks down
+  EXPECT_GT(faces[1].camera_from_face.col(2).x(), 0.5);   // and to the right
+  const std::vector<ImportedFrame> frames = square_frames();
+  const auto found = panoramas_of_faces(images_of(frames, faces), faces, "model");
+  EXPECT_LT((found[3].pose.world_from_camera - frames[3].pose.world_from_camera).norm(), 1e-13);
+}
+
+TEST(FacePoses, OfOtherFacesAreRefused) {
+  const std::vector<ImportedFrame> frames = square_frames();
+  const auto error_for = [&](const std::vector<ColmapImagePose>& images) {
+    return error_of([&] { panoramas_of_faces(images, exported_faces(), "sparse/0"); });
+  };
+  EXPECT_THAT(
+      error_for({{"IMG_1.jpg", {}}}),
+      HasSubstr("sparse/0: image 'IMG_1.jpg' is in none of the folders of faces (front, right"));
+  // Left and right exchanged.
+  std::vector<NamedFace> swapped = exported_faces();
+  std::swap(swapped[1].folder, swapped[3].folder);
+  EXPECT_THAT(error_for(images_of(frames, swapped)), HasSubstr("disagree by"));
+  std::vector<ColmapImagePose> images = images_of(frames, exported_faces());
+  images[1].pose.translation.x() += 0.9;
+  EXPECT_THAT(error_for(images), HasSubstr("apart, while panoramas are"));
 }
 
 }  // namespace

@@ -3,9 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
 
@@ -39,15 +36,6 @@ inline std::vector<ImportedFrame> in_other_axes(std::vector<ImportedFrame> frame
     frame.pose.world_from_camera = rotation * frame.pose.world_from_camera;
   }
   return frames;
-}
-
-// Small grey panoramas of the frames.
-inline void write_panoramas(const std::vector<ImportedFrame>& frames,
-                            const std::filesystem::path& folder) {
-  std::filesystem::create_directories(folder);
-  for (const ImportedFrame& frame : frames) {
-    cv::imwrite((folder / frame.file).string(), cv::Mat(16, 32, CV_8UC3, cv::Scalar::all(90)));
-  }
 }
 
 }  // namespace raywalk::calibrate

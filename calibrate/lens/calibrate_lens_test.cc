@@ -18,50 +18,43 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-struct Request {
-  TestDirectory directory{};
-  CaptureSet set{};
-  LensOptions options{};
-
-  Request() {
-    options.start = directory / "start.yaml";
-    options.out = directory / "out";
-    write_lens_file(options.start, plain_camera({640, 320}));
-    set.source = "somewhere";
-    set.layout = FrameLayout::kDualFisheye;
-    set.frame = {640, 320};
-    set.lines = {{"x0", LineAxis::kX, 0.0, false, {0}}};
-    set.frames.emplace_back();
+class CalibrateLensTest : public ::testing::Test {
+ protected:
+  CalibrateLensTest() {
+    write_lens_file(options_.start, plain_camera({640, 320}));
+    set_.lines = {{"x0", LineAxis::kX, 0.0, false, {0}}};
+    set_.frames.emplace_back();
   }
-
   std::string complaint() const {
-    return error_of([&] { calibrate_lens(set, options); });
+    return error_of([&] { calibrate_lens(set_, options_); });
   }
+
+  TestDirectory directory_;
+  CaptureSet set_{.source = "somewhere", .layout = FrameLayout::kDualFisheye, .frame = {640, 320}};
+  LensOptions options_{.start = directory_ / "start.yaml", .out = directory_ / "out"};
 };
 
-TEST(CalibrateLensTest, PanoramasAndStartsOfOtherCamerasAreRefused) {
-  Request request;
-  request.set.layout = FrameLayout::kPanorama;
-  EXPECT_THAT(request.complaint(), AllOf(HasSubstr("somewhere"), HasSubstr("panoramas already")));
-  EXPECT_EQ(request.directory.entries(), 1U);  // nothing written
-  request.set.layout = FrameLayout::kDualFisheye;
-  request.set.frame = {640, 360};
-  EXPECT_THAT(request.complaint(), HasSubstr("another aspect ratio"));
-  request.set.frame = {640, 320};
-  request.set.frames.front().back = "back.jpg";
-  EXPECT_THAT(request.complaint(), AllOf(HasSubstr("start.yaml"), HasSubstr("one file")));
-  request.options.start = request.directory / "none.yaml";
-  EXPECT_THAT(request.complaint(), HasSubstr("none.yaml"));
+TEST_F(CalibrateLensTest, PanoramasAndStartsOfOtherCamerasAreRefused) {
+  set_.layout = FrameLayout::kPanorama;
+  EXPECT_THAT(complaint(), AllOf(HasSubstr("somewhere"), HasSubstr("panoramas already")));
+  EXPECT_EQ(directory_.entries(), 1U);  // nothing written
+  set_.layout = FrameLayout::kDualFisheye;
+  set_.frame = {640, 360};
+  EXPECT_THAT(complaint(), HasSubstr("another aspect ratio"));
+  set_.frame = {640, 320};
+  set_.frames.front().back = "back.jpg";
+  EXPECT_THAT(complaint(), AllOf(HasSubstr("start.yaml"), HasSubstr("one file")));
+  options_.start = directory_ / "none.yaml";
+  EXPECT_THAT(complaint(), HasSubstr("none.yaml"));
 }
 
-TEST(CalibrateLensTest, InvalidOptionsAreUsageErrors) {
-  Request request;
-  request.options.pairs = 5;
-  EXPECT_THROW(calibrate_lens(request.set, request.options), UsageError);
-  request.options.pairs = 24;
+TEST_F(CalibrateLensTest, InvalidOptionsAreUsageErrors) {
+  options_.pairs = 5;
+  EXPECT_THROW(calibrate_lens(set_, options_), UsageError);
+  options_.pairs = 24;
   for (const double cone_deg : {-1.0, 90.0, std::nan("")}) {
-    request.options.ignore_below_deg = cone_deg;
-    EXPECT_THROW(calibrate_lens(request.set, request.options), UsageError) << cone_deg;
+    options_.ignore_below_deg = cone_deg;
+    EXPECT_THROW(calibrate_lens(set_, options_), UsageError) << cone_deg;
   }
 }
 
@@ -83,16 +76,7 @@ LensFit fit_with_residuals() {
   return fit;
 }
 
-TEST(LensReportTest, RingsShowErrorsOfTheRadialModel) {
-  const auto rings = lens_document(fit_with_residuals())["residuals_over_angle"];
-  ASSERT_EQ(rings.size(), 1U);
-  EXPECT_NEAR(rings[0]["off_axis_deg"], 62.5, 1e-9);
-  EXPECT_EQ(rings[0]["count"], 12);
-  EXPECT_NEAR(rings[0]["rms_px"], 0.5, 1e-9);
-  EXPECT_NEAR(rings[0]["radial_px"], 0.5, 1e-9);
-}
-
-TEST(LensReportTest, JsonHoldsStartAndFittedValues) {
+TEST(LensReportTest, JsonHoldsStartFittedValuesAndErrorsOfTheRadialModel) {
   const LensFit fit = fit_with_residuals();
   const nlohmann::ordered_json json = lens_document(fit);
   EXPECT_EQ(json["front"]["focal_px"]["start"], fit.start.layout.front.focal_px);
@@ -104,6 +88,12 @@ TEST(LensReportTest, JsonHoldsStartAndFittedValues) {
   EXPECT_NEAR(json["baseline_mm"]["z"]["fitted"], -10.0, 1e-9);
   EXPECT_EQ(json["dropped_still"], 17);
   EXPECT_TRUE(json["trustworthy"]);
+  const auto& rings = json["residuals_over_angle"];
+  ASSERT_EQ(rings.size(), 1U);
+  EXPECT_NEAR(rings[0]["off_axis_deg"], 62.5, 1e-9);
+  EXPECT_EQ(rings[0]["count"], 12);
+  EXPECT_NEAR(rings[0]["rms_px"], 0.5, 1e-9);
+  EXPECT_NEAR(rings[0]["radial_px"], 0.5, 1e-9);
 }
 
 TEST(LensReportTest, FiguresShowTheResidualsOfEachLens) {

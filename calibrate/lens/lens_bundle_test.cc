@@ -1,9 +1,12 @@
 #include "calibrate/lens/lens_bundle.h"
 
+#include <ceres/jet.h>
 #include <gtest/gtest.h>
 
 #include <random>
 
+#include "calibrate/base/test_lines.h"
+#include "calibrate/lens/camera_model.h"
 #include "calibrate/lens/lens_test_camera.h"
 #include "core/base/error.h"
 
@@ -22,6 +25,10 @@ class Random {
   }
   double normal(double sigma) { return std::normal_distribution<double>(0.0, sigma)(engine_); }
   Vector3d normal_vector(double sigma) { return {normal(sigma), normal(sigma), normal(sigma)}; }
+  Eigen::Matrix3d turn(double sigma_deg) {
+    const double sigma_rad = radians_from_degrees(sigma_deg);
+    return world_from_camera({normal(sigma_rad), normal(sigma_rad), normal(sigma_rad)});
+  }
 
  private:
   std::mt19937_64 engine_;
@@ -41,23 +48,16 @@ BundleInput observed(const World& world, const DualFisheyeLayout& truth, Random*
   input.start = plain_camera(kBundlePicture).layout;
   input.start.front.largest_angle_rad = input.start.back.largest_angle_rad =
       radians_from_degrees(99.0);
-  input.lines = 4;
+  const CaptureSet grid = test_grid(6);
+  input.lines = grid.lines.size();
   std::vector<BundlePose> poses;
   for (std::size_t line = 0; line < input.lines; ++line) {
-    const double turn_rad = radians_from_degrees(world.turn_deg);
-    const Eigen::Matrix3d line_turn = world_from_camera(
-        {random->normal(turn_rad), random->normal(turn_rad), random->normal(turn_rad)});
-    const Eigen::Matrix3d camera_turn = world_from_camera(
-        {random->normal(turn_rad), random->normal(turn_rad), random->normal(turn_rad)});
+    const Eigen::Matrix3d line_turn = random->turn(world.turn_deg);
+    const Eigen::Matrix3d camera_turn = random->turn(world.turn_deg);
     const Vector3d shift_m = random->normal_vector(world.shift_m);
-    for (int i = 0; i < 6; ++i) {
-      const double along_m = -0.75 + 0.3 * i;
-      const double across_m = line % 2 == 0 ? -0.5 : 0.5;
-      const Vector3d nominal_m =
-          line < 2 ? Vector3d(along_m, 0, across_m) : Vector3d(across_m, 0, along_m);
-      const double jitter_rad = radians_from_degrees(0.1);
-      const Eigen::Matrix3d jitter = world_from_camera(
-          {random->normal(jitter_rad), random->normal(jitter_rad), random->normal(jitter_rad)});
+    for (const int frame : grid.lines[line].frames) {
+      const Vector3d nominal_m = grid.frames[static_cast<std::size_t>(frame)].nominal_m;
+      const Eigen::Matrix3d jitter = random->turn(0.1);
       input.stations.push_back({line, nominal_m, Eigen::Matrix3d::Identity()});
       poses.push_back(
           {line_turn * nominal_m + shift_m + random->normal_vector(0.001), camera_turn * jitter});
@@ -147,6 +147,31 @@ TEST(LensBundleTest, InconsistentFeaturesAreRefused) {
   const BundleInput input =
       observed({.outliers = 1.0}, true_camera(kBundlePicture).layout, &random);
   EXPECT_THROW(adjust_bundle(input, start_of(input), {4.0, 50, false}), Error);
+}
+
+TEST(CameraModelTest, BackLensIsTurnedAboutItsOwnAxesAndTheMiddleStays) {
+  const DualFisheyeLayout start = plain_camera(kBundlePicture).layout;
+  // Turned from the start: 2 degrees about the back lens's own x axis, which is a pitch downwards.
+  CameraParameters parameters = parameters_of(start);
+  parameters.back_pose = {radians_from_degrees(2.0), 0, 0, 0.001, 0.002, -0.01};
+  const DualFisheyeLayout layout = layout_of(parameters, start);
+  EXPECT_NEAR(std::fabs(layout.back_attitude.pitch_rad), radians_from_degrees(2.0), 1e-12);
+  EXPECT_NEAR((layout.back_position_m - Vector3d(0.0005, 0.001, -0.005)).norm(), 0.0, 1e-15);
+  EXPECT_NEAR((layout.front_position_m + layout.back_position_m).norm(), 0.0, 1e-15);
+}
+
+// On the axis the derivatives are those of the pinhole camera with the same focal length.
+TEST(CameraModelTest, DerivativesExistOnTheAxis) {
+  using Jet = ceres::Jet<double, 2>;
+  const double lens[7] = {100, 50, 80, 0.1, 0, 0, 0};
+  Jet parameters[7];
+  for (int i = 0; i < 7; ++i) parameters[i] = Jet(lens[i]);
+  const Jet direction[3] = {Jet(0.0, 0), Jet(0.0, 1), Jet(2.0)};
+  Jet pixel[2];
+  image_direction(parameters, direction, pixel);
+  EXPECT_EQ(pixel[0].a, 100.0);
+  EXPECT_NEAR(pixel[0].v[0], 40.0, 1e-12);
+  EXPECT_NEAR(pixel[1].v[1], -40.0, 1e-12);
 }
 
 }  // namespace

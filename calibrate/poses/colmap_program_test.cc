@@ -2,15 +2,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
-#include <optional>
-#include <thread>
+#include <sstream>
 
 #include "calibrate/base/capture_set.h"
 #include "calibrate/poses/colmap_workspace.h"
@@ -30,46 +26,31 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::Pair;
 
-// Of the options that are used, as the help of COLMAP 3.12 and 4.1 lists them.
-constexpr const char* kCommonHelp = R"(Options can either be specified via command-line or by ...
-  -h [ --help ]
-  --database_path arg
-  --image_path arg
-  --input_path arg
-  --output_path arg
-  --match_list_path arg
-  --match_type arg (=pairs)             {'pairs', 'raw', 'inliers'}
-  --clear_points arg (=1)
-  --ImageReader.mask_path arg
-  --ImageReader.camera_model arg (=SIMPLE_RADIAL)
-  --ImageReader.single_camera_per_folder arg (=0)
-  --ImageReader.camera_params arg
-  --SiftExtraction.max_num_features arg (=8192)
-  --SiftExtraction.max_num_orientations arg (=2)
-  --SiftExtraction.first_octave arg (=-1)
-  --TwoViewGeometry.max_error arg (=4)
-  --Mapper.extract_colors arg (=1)
-  --Mapper.num_threads arg (=-1)
-  --Mapper.tri_create_max_angle_error arg (=2)
-  --Mapper.tri_continue_max_angle_error arg (=2)
-  --Mapper.tri_re_max_angle_error arg (=5)
-  --Mapper.tri_merge_max_reproj_error arg (=4)
-  --Mapper.tri_complete_max_reproj_error arg (=4)
-  --Mapper.filter_max_reproj_error arg (=4)
-  --Mapper.ba_global_max_refinements arg (=5)
-)";
-constexpr const char* kHelpOf312 = R"(  --SiftExtraction.num_threads arg (=-1)
-  --SiftExtraction.use_gpu arg (=1)
-  --SiftMatching.num_threads arg (=-1)
-  --SiftMatching.use_gpu arg (=1)
-)";
-constexpr const char* kHelpOf41 = R"(  --FeatureExtraction.type arg (=SIFT)
-  --FeatureExtraction.num_threads arg (=-1)
-  --FeatureExtraction.use_gpu arg (=1)
-  --FeatureMatching.type arg (=SIFT_BRUTEFORCE)
-  --FeatureMatching.num_threads arg (=-1)
-  --FeatureMatching.use_gpu arg (=1)
-)";
+// The options that are used: under the same names in all versions, and in COLMAP 3.12 and 4.1.
+constexpr const char* kCommonOptions =
+    "database_path image_path input_path output_path match_list_path match_type clear_points "
+    "ImageReader.mask_path ImageReader.camera_model ImageReader.single_camera_per_folder "
+    "ImageReader.camera_params SiftExtraction.max_num_features "
+    "SiftExtraction.max_num_orientations SiftExtraction.first_octave TwoViewGeometry.max_error "
+    "Mapper.extract_colors Mapper.num_threads Mapper.tri_create_max_angle_error "
+    "Mapper.tri_continue_max_angle_error Mapper.tri_re_max_angle_error "
+    "Mapper.tri_merge_max_reproj_error Mapper.tri_complete_max_reproj_error "
+    "Mapper.filter_max_reproj_error Mapper.ba_global_max_refinements ";
+constexpr const char* kOptionsOf312 =
+    "SiftExtraction.num_threads SiftExtraction.use_gpu SiftMatching.num_threads "
+    "SiftMatching.use_gpu";
+constexpr const char* kOptionsOf41 =
+    "FeatureExtraction.num_threads FeatureExtraction.use_gpu FeatureMatching.num_threads "
+    "FeatureMatching.use_gpu";
+
+// The help of a command that has these options, as COLMAP prints it.
+std::string help_with(const std::string& options) {
+  std::string help =
+      "Options can either be specified via command-line or by ...\n  -h [ --help ]\n";
+  std::istringstream names(options);
+  for (std::string name; names >> name;) help += "  --" + name + " arg (=1)\n";
+  return help;
+}
 
 // Sets PATH to a directory with a `colmap` during the object's lifetime.
 class FakeColmap {
@@ -127,7 +108,7 @@ TEST(ColmapProgram, UnderstandsOptionsOfEveryVersion) {
                       {"--TwoViewGeometry.max_error", "2"}}})
         .options;
   };
-  fake.install("3.12.6", "", std::string(kCommonHelp) + kHelpOf312);
+  fake.install("3.12.6", "", help_with(std::string(kCommonOptions) + kOptionsOf312));
   const ColmapProgram older = ColmapProgram::find();
   EXPECT_THAT(
       options_of(older, "matches_importer"),
@@ -137,12 +118,12 @@ TEST(ColmapProgram, UnderstandsOptionsOfEveryVersion) {
   const TestDirectory directory;
   const WorkspaceOptions options{.directory = directory / "colmap", .mask = cv::Mat()};
   ColmapWorkspace(set, {}, older, options);
-  fake.install("4.1.1", "", std::string(kCommonHelp) + kHelpOf41);
+  fake.install("4.1.1", "", help_with(std::string(kCommonOptions) + kOptionsOf41));
   const ColmapProgram newer = ColmapProgram::find();
   EXPECT_EQ(options_of(newer, "matches_importer"), options_of(newer, "mapper"));  // unchanged
   ColmapWorkspace(set, {}, newer, options);
   // A later one without them.
-  fake.install("5.0", "", kCommonHelp);
+  fake.install("5.0", "", help_with(kCommonOptions));
   EXPECT_THAT(error_of([&] { ColmapWorkspace(set, {}, ColmapProgram::find(), options); }),
               AllOf(HasSubstr("is COLMAP 5.0, whose feature_extractor has no option "
                               "--FeatureExtraction.use_gpu; install COLMAP 3.8 or newer"),
@@ -181,106 +162,50 @@ TEST(ColmapProgram, GetsItsArgumentsUnchangedAndNoDisplay) {
   EXPECT_THAT(fake.log_text(), HasSubstr("$ colmap mapper --path"));
 }
 
-TEST(ColmapProgram, FailsWithTheErrorLineAndTheLog) {
+TEST(ColmapProgram, FailsWithTheErrorLineItsMeaningAndTheLog) {
   FakeColmap fake;
-  fake.install("3.8",
-               "echo 'Loading'; echo 'E1122 10:00:00 model.cc:9] Check failed: x == y' >&2; "
-               "echo '*** Aborted at 1'; echo '    @     0x7f raise'; exit 3");
-  const ColmapProgram colmap = ColmapProgram::find();
-  EXPECT_THAT(error_of([&] {
-                colmap.run({"mapper", {}}, fake.log());
-              }),
+  const auto failure_of = [&](const std::string& commands) {
+    fake.install("3.8", commands);
+    return error_of([&] { ColmapProgram::find().run({"mapper", {}}, fake.log()); });
+  };
+  EXPECT_THAT(failure_of("echo 'Loading'; echo 'E1122 10:00:00 model.cc:9] Check failed: x' >&2; "
+                         "echo '*** Aborted at 1'; echo '    @     0x7f raise'; exit 3"),
               AllOf(HasSubstr("colmap mapper failed with exit code 3"),
-                    HasSubstr("Check failed: x == y"), EndsWith(fake.log().string())));
-  EXPECT_THAT(fake.log_text(), HasSubstr("Aborted"));
-}
-
-TEST(ColmapProgram, ReportsThatItWasKilled) {
-  FakeColmap fake;
-  fake.install("3.8", "kill -9 $$");
-  const ColmapProgram colmap = ColmapProgram::find();
-  EXPECT_THAT(error_of([&] {
-                colmap.run({"mapper", {}}, fake.log());
-              }),
-              AllOf(HasSubstr("was killed by signal 9"), HasSubstr("memory was not enough")));
-}
-
-TEST(ColmapProgram, SaysWhatAFailureMeans) {
-  FakeColmap fake;
-  fake.install("3.8", "echo 'ERROR: database or disk is full'; exit 1");
-  EXPECT_THAT(error_of([&] {
-                ColmapProgram::find().run({"mapper", {}}, fake.log());
-              }),
-              AllOf(HasSubstr("(ERROR: database or disk is full): the disk is full; free some"),
+                    HasSubstr("Check failed: x): it cannot work with these pictures; check"),
                     EndsWith("see " + fake.log().string())));
-  fake.install("3.8", "echo 'Check failed: x'; exit 1");
-  EXPECT_THAT(error_of([&] {
-                ColmapProgram::find().run({"mapper", {}}, fake.log());
-              }),
-              HasSubstr("(Check failed: x): it cannot work with these pictures; check"));
-}
-
-TEST(ColmapProgram, QuotesOnlyItsOwnRun) {
-  FakeColmap fake;
-  fake.install("3.8", "if [ $1 = one ]; then echo ERROR: of the first; fi; exit $3");
-  const ColmapProgram colmap = ColmapProgram::find();
-  colmap.run({"one", {{"--exit", "0"}}}, fake.log());
-  EXPECT_THAT(error_of([&] {
-                colmap.run({"two", {{"--exit", "1"}}}, fake.log());
-              }),
-              Not(HasSubstr("of the first")));
+  EXPECT_THAT(fake.log_text(), HasSubstr("Aborted"));
+  EXPECT_THAT(failure_of("kill -9 $$"),
+              AllOf(HasSubstr("was killed by signal 9"), HasSubstr("memory was not enough"),
+                    Not(HasSubstr("Check failed"))));  // of the run before
+  EXPECT_THAT(failure_of("echo 'ERROR: database or disk is full'; exit 1"),
+              HasSubstr("(ERROR: database or disk is full): the disk is full; free some"));
 }
 
 TEST(ColmapProgram, ReportsALogThatCannotBeWritten) {
   FakeColmap fake;
   fake.install("3.8", "");
-  const ColmapProgram colmap = ColmapProgram::find();
   EXPECT_THAT(error_of([&] {
-                colmap.run({"mapper", {}}, fake.log() / "not/there.txt");
+                ColmapProgram::find().run({"mapper", {}}, fake.log() / "not/there.txt");
               }),
               HasSubstr("cannot be written"));
 }
 
-// In a child process, as the interrupt request cannot be cleared.
-TEST(ColmapProgram, IsEndedByCtrlCWithItsChildren) {
+// In a process of its own, as the interrupt request cannot be cleared.
+TEST(ColmapProgramDeathTest, IsEndedByCtrlC) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
   FakeColmap fake;
-  fake.install("3.8", "sleep 300 & echo $!; sleep 300");
-  const pid_t child = fork();
-  if (child == 0) {
-    install_interrupt_handlers();
-    int code = 1;
-    try {
-      ColmapProgram::find().run({"mapper", {}}, fake.log(),
-                                [](std::string_view) { raise(SIGINT); });
-    } catch (const Interrupted&) {
-      code = 42;
-    } catch (...) {
-      code = 2;
-    }
-    _exit(code);
-  }
-  int status = 0;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  ASSERT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 42);
-  // Its second line is the process id of its child.
-  std::istringstream log(fake.log_text());
-  pid_t grandchild = 0;
-  for (std::string line; std::getline(log, line);) {
-    if (!line.empty() && line.find_first_not_of("0123456789") == std::string::npos) {
-      grandchild = std::stoi(line);
-    }
-  }
-  ASSERT_GT(grandchild, 0);
-  // It is reparented to init, which may take a moment to reap it.
-  for (int i = 0; i < 100 && kill(grandchild, 0) == 0; ++i) {
-    std::ifstream stat("/proc/" + std::to_string(grandchild) + "/stat");
-    std::string word;
-    stat >> word >> word >> word;
-    if (word == "Z") break;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    ASSERT_LT(i, 99) << "still running";
-  }
+  fake.install("3.8", "echo started; sleep 300");
+  EXPECT_EXIT(
+      {
+        install_interrupt_handlers();
+        try {
+          ColmapProgram::find().run({"mapper", {}}, fake.log(),
+                                    [](std::string_view) { raise(SIGINT); });
+        } catch (const Interrupted&) {
+          std::exit(42);
+        }
+      },
+      testing::ExitedWithCode(42), "");
 }
 
 TEST(ErrorLine, PrefersErrorsToTheLastLine) {

@@ -19,8 +19,8 @@ using ::testing::IsEmpty;
 constexpr double kNoise_px = 0.4;
 
 struct CheckedGrid {
-  CaptureSet set = test_grid(13);
-  std::vector<LineCrossing> crossings = crossings_of(set);
+  CaptureSet set{};
+  std::vector<LineCrossing> crossings{};
   FramePoses poses{};
   DividedPoints points{};
 

@@ -1,3 +1,4 @@
+// Which stations are matched with each other, and which of the points found are used.
 #include "calibrate/poses/match_pairs.h"
 
 #include <gmock/gmock.h>
@@ -6,12 +7,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibrate/poses/seen_points.h"
 #include "calibrate/poses/test_rail_scene.h"
 
 namespace raywalk::calibrate {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::Contains;
+using ::testing::Each;
 using ::testing::ElementsAre;
 
 std::vector<std::size_t> all_frames(const CaptureSet& set) {
@@ -23,15 +27,8 @@ TEST(CellSide, IsTheDistanceOfNeighbouringCrossings) {
     const CaptureSet set = test_grid(61, size);
     EXPECT_NEAR(cell_side_m(set, crossings_of(set)), size, 1e-9 * size);
   }
-}
-
-TEST(CellSide, IsEstimatedFromTheLongestLineWithoutCrossings) {
+  // Without crossings it is estimated from the longest line.
   EXPECT_NEAR(cell_side_m(test_line(7, 1.5), {}), 1.0, 1e-12);
-}
-
-TEST(Keyframes, AreAllStationsByDefault) {
-  const CaptureSet set = test_grid(5);
-  EXPECT_EQ(all_frames(set).size(), set.frames.size());
 }
 
 TEST(HeldOutFrames, AreKeyframesMatchedWithTheStationsAroundThem) {
@@ -45,8 +42,11 @@ TEST(HeldOutFrames, AreKeyframesMatchedWithTheStationsAroundThem) {
   expected.push_back(held_out);
   const std::vector<std::size_t> keyframes = choose_keyframes(set, crossings, 150.0);
   ASSERT_EQ(keyframes, expected);
-  // The stations are matched as without it.
+  // The stations are matched as without it, and none but keyframes.
   std::vector<FramePair> pairs = choose_pairs(set, crossings, keyframes);
+  for (const auto& [first, second] : pairs) {
+    EXPECT_THAT(keyframes, AllOf(Contains(first), Contains(second)));
+  }
   std::vector<std::size_t> partners;
   std::erase_if(pairs, [&](const FramePair& pair) {
     if (pair.second == held_out) partners.push_back(pair.first);
@@ -54,16 +54,15 @@ TEST(HeldOutFrames, AreKeyframesMatchedWithTheStationsAroundThem) {
   });
   EXPECT_EQ(pairs, pairs_before);
   // x0 at z = -0.5 and z1 at x = 0.5 are nearest.
-  bool left = false, right = false;
+  int left = 0, right = 0;
   for (const std::size_t partner : partners) {
     const CaptureFrame& station = set.frames[partner];
     EXPECT_THAT(set.line_id(station.line), ::testing::AnyOf("x0", "z1"));
     EXPECT_LT((station.nominal_m - Eigen::Vector3d(0.1, 0.0, -0.3)).norm(), 0.5);
-    left = left || (station.line == 0 && station.nominal_m.x() < 0.1);
-    right = right || (station.line == 0 && station.nominal_m.x() >= 0.1);
+    if (station.line == 0) ++(station.nominal_m.x() < 0.1 ? left : right);
   }
-  EXPECT_TRUE(left);
-  EXPECT_TRUE(right);
+  EXPECT_GT(left, 0);
+  EXPECT_GT(right, 0);
   EXPECT_GE(partners.size(), 6U);
 }
 
@@ -150,11 +149,71 @@ TEST(Pairs, JoinThePlacementsOfALine) {
   }
 }
 
-TEST(Pairs, AreOfKeyframesOnly) {
-  const CaptureSet set = test_line(5);
-  const std::vector<std::size_t> keyframes{0, 3, 4};
-  EXPECT_THAT(choose_pairs(set, {}, keyframes),
-              ElementsAre(FramePair{0, 3}, FramePair{0, 4}, FramePair{3, 4}));
+TEST(SeenPoints, KeepsPointsOfEnoughFrames) {
+  SeenPoints points;
+  points.points_m = {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}};
+  // The second is seen twice by the same frame, which counts as one.
+  points.observations = {{0, 0, {0, 0, 1}, {0, 0, 0}}, {1, 0, {0, 0, 1}, {0, 0, 0}},
+                         {2, 1, {0, 0, 1}, {0, 0, 0}}, {2, 1, {0, 0, 1}, {0, 0, 0}},
+                         {0, 2, {0, 0, 1}, {0, 0, 0}}, {2, 2, {0, 0, 1}, {0, 0, 0}}};
+  const SeenPoints kept = widely_seen(points, 2);
+  ASSERT_EQ(kept.points_m.size(), 2U);
+  EXPECT_EQ(kept.points_m[1].x(), 3.0);
+  ASSERT_EQ(kept.observations.size(), 4U);
+  EXPECT_EQ(kept.observations[3].point, 1);
+}
+
+TEST(SeenPoints, StrongestGivesEveryFrameItsShareOfLongTracks) {
+  const CaptureSet set = test_grid(5);
+  const FramePoses truth = test_truth(set, {}, 30);
+  SeenPoints points = test_points(set, truth, 2000, 1.0, 0.1, 31);
+  // Half of the points are seen only twice.
+  std::erase_if(points.observations,
+                [last = ~std::size_t{0}, count = 0](const PointObservation& one) mutable {
+                  count = one.point == last ? count + 1 : 1;
+                  last = one.point;
+                  return one.point % 2 == 1 && count > 2;
+                });
+  const SeenPoints kept = strongest(points, 50);
+  std::vector<int> seen(set.frames.size(), 0);
+  std::vector<int> length(kept.points_m.size(), 0);
+  for (const PointObservation& observation : kept.observations) {
+    ++seen[observation.frame];
+    ++length[observation.point];
+  }
+  EXPECT_GE(*std::min_element(seen.begin(), seen.end()), 50);
+  EXPECT_LT(kept.points_m.size(), 600U);
+  EXPECT_GE(*std::min_element(length.begin(), length.end()), 8);
+  EXPECT_EQ(strongest(points, 1000000).observations.size(), points.observations.size());
+}
+
+// `count` points that all of the frames see.
+void add_shared(SeenPoints* points, const std::vector<std::size_t>& frames, int count) {
+  for (int i = 0; i < count; ++i) {
+    const std::size_t point = points->points_m.size();
+    points->points_m.emplace_back(0, 0, 1);
+    for (const std::size_t frame : frames) points->observations.push_back({frame, point});
+  }
+}
+
+TEST(LinkedGroup, HasTheFramesThatShareEnough) {
+  SeenPoints points;
+  add_shared(&points, {0, 1}, 10);
+  add_shared(&points, {1, 2}, 10);
+  add_shared(&points, {2, 3}, 9);  // too few
+  add_shared(&points, {3, 4}, 10);
+  EXPECT_THAT(largest_linked_group(6, points, 10),
+              ElementsAre(true, true, true, false, false, false));
+  EXPECT_THAT(largest_linked_group(6, points, 11), Each(false));
+}
+
+TEST(LinkedGroup, CountsPointsOfManyFrames) {
+  SeenPoints points;
+  add_shared(&points, {0, 1, 2}, 6);
+  add_shared(&points, {0, 2, 5}, 6);
+  // 0 and 2 share 12, 1 shares 6 with each.
+  EXPECT_THAT(largest_linked_group(6, points, 10),
+              ElementsAre(true, false, true, false, false, false));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "calibrate/base/rotation.h"
+#include "calibrate/base/test_lines.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -15,16 +16,7 @@ using P = RailParameter;
 // A line of stations along an axis, 25 mm apart times `scale`, at the nominal height 0.
 CaptureSet line_of(int stations, LineAxis axis, double scale = 1.0) {
   CaptureSet set;
-  CaptureLine line{.id = "x0", .axis = axis, .across_m = 0.3 * scale};
-  for (int i = 0; i < stations; ++i) {
-    const double along_m = 0.025 * scale * i;
-    line.frames.push_back(i);
-    set.frames.push_back({.name = "s" + std::to_string(i),
-                          .nominal_m = axis == LineAxis::kX
-                                           ? Eigen::Vector3d(along_m, 0, 0.3 * scale)
-                                           : Eigen::Vector3d(0.3 * scale, 0, along_m)});
-  }
-  set.lines.push_back(line);
+  add_test_line(&set, "x0", axis, 0.3 * scale, 0.025 * scale * (stations - 1), stations);
   return set;
 }
 
@@ -64,13 +56,7 @@ FramePoses on_rail(const CaptureSet& set, const Rail& rail, const RailScatter& s
 
 // The largest distance of the predicted from the true stations, metres.
 double largest_error_m(const CaptureSet& set, const Rail& rail, const Rail& truth) {
-  double largest = 0.0;
-  for (std::size_t i = 0; i < set.frames.size(); ++i) {
-    largest = std::max(
-        largest,
-        (pose_on_rail(set, rail, i).position_m - pose_on_rail(set, truth, i).position_m).norm());
-  }
-  return largest;
+  return largest_difference(on_rail(set, rail, {}, 1), on_rail(set, truth, {}, 1)).position_m;
 }
 
 TEST(FitRails, FindsARailLaidAskewAtAnyScale) {

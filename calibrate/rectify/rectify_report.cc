@@ -80,8 +80,6 @@ std::string pack_command(const RectifyResult& result, const fs::path& out) {
   return command;
 }
 
-}  // namespace
-
 ordered_json rectify_document(const CaptureSet& set, const FramePoses& poses,
                               const RectifyResult& result, const fs::path& out) {
   ordered_json frames = ordered_json::array(), crossings = ordered_json::array();
@@ -107,6 +105,8 @@ ordered_json rectify_document(const CaptureSet& set, const FramePoses& poses,
           {"frames", frames},
           {"figures", figures}};
 }
+
+}  // namespace
 
 void write_rectify_report(const CaptureSet& set, const FramePoses& poses,
                           const RectifyResult& result, const fs::path& out) {

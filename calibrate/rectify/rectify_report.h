@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 
 #include "calibrate/base/capture_set.h"
 #include "calibrate/rectify/rectify_set.h"
@@ -12,10 +11,5 @@ namespace raywalk::calibrate {
 // Writes it into OUT. Throws Error if it cannot be written.
 void write_rectify_report(const CaptureSet& set, const FramePoses& poses,
                           const RectifyResult& result, const std::filesystem::path& out);
-
-// Its document.
-nlohmann::ordered_json rectify_document(const CaptureSet& set, const FramePoses& poses,
-                                        const RectifyResult& result,
-                                        const std::filesystem::path& out);
 
 }  // namespace raywalk::calibrate

@@ -13,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"
+#include "core/files/frame_list.h"
 #include "core/files/image_file.h"
 #include "core/panorama/panorama_rotation.h"
 
@@ -171,6 +172,27 @@ void write_tables(const FrameLists& lists, const FrameLists& before, const fs::p
   }
 }
 
+// The --line-tolerance-mm with which raywalk-build-lf pack takes these frames: 0 if its default is
+// sufficient, else that with which the capture's lines were found (`given`); nullopt if neither is.
+// Its --same-station-mm is that of `given`.
+std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames,
+                                               const GridTolerance& given) {
+  std::vector<StationPose> stations;
+  stations.reserve(frames.size());
+  for (const ListedFrame& frame : frames) {
+    stations.push_back({frame.file, frame.position_m, {}, frame.line});
+  }
+  for (const auto& off_line_m : {std::optional<double>(), given.off_line_m}) {
+    try {
+      find_grid(stations, {.off_line_m = off_line_m, .same_station_m = given.same_station_m});
+      return 1000.0 * off_line_m.value_or(0.0);
+    } catch (const Error&) {
+      // Too far off for this tolerance.
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
@@ -220,24 +242,6 @@ RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
   result.crossings = compare_crossings(panoramas, poses, start, mask, out);
   write_rectify_report(panoramas, poses, result, out);
   return result;
-}
-
-std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames,
-                                               const GridTolerance& given) {
-  std::vector<StationPose> stations;
-  stations.reserve(frames.size());
-  for (const ListedFrame& frame : frames) {
-    stations.push_back({frame.file, frame.position_m, {}, frame.line});
-  }
-  for (const auto& off_line_m : {std::optional<double>(), given.off_line_m}) {
-    try {
-      find_grid(stations, {.off_line_m = off_line_m, .same_station_m = given.same_station_m});
-      return 1000.0 * off_line_m.value_or(0.0);
-    } catch (const Error&) {
-      // Too far off for this tolerance.
-    }
-  }
-  return std::nullopt;
 }
 
 }  // namespace raywalk::calibrate

@@ -12,7 +12,6 @@
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/stitch/stitch_record.h"
-#include "core/files/frame_list.h"
 #include "core/geometry/grid.h"
 
 namespace raywalk::calibrate {
@@ -64,11 +63,5 @@ struct RectifyResult {
 // pose, or a file cannot be read or written; Interrupted.
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
                           const RectifyOptions& options);
-
-// The --line-tolerance-mm with which raywalk-build-lf pack takes these frames: 0 if its default is
-// sufficient, else that with which the capture's lines were found (`given`); nullopt if neither is.
-// Its --same-station-mm is that of `given`.
-std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames,
-                                               const GridTolerance& given = {});
 
 }  // namespace raywalk::calibrate

@@ -1,4 +1,4 @@
-// Lists of captured panoramas against the ray-traced truth.
+// Lists of captured panoramas against the ray-traced truth, and overlays where lines cross.
 #include "calibrate/rectify/rectify_set.h"
 
 #include <gmock/gmock.h>
@@ -8,6 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
+#include "calibrate/base/test_lines.h"
+#include "calibrate/rectify/crossing_overlay.h"
+#include "calibrate/stitch/stitch_test_camera.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
@@ -22,70 +25,63 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 constexpr PanoramaSize kSize{256, 128};
 constexpr int kStations = 4;
 
-double psnr_db(const cv::Mat& a, const cv::Mat& b) {
-  const double squares = cv::norm(a, b, cv::NORM_L2SQR);
-  return 10.0 * std::log10(255.0 * 255.0 * static_cast<double>(a.total()) * 3.0 / squares);
-}
+// Two crossing lines and a validation line, with another attitude at every station; taken once for
+// all tests.
+struct Captured {
+  TestDirectory folder{};
+  capture::VirtualRoom room{capture::VirtualRoomSettings{}};
+  CaptureSet set{};
+  FramePoses poses{};
 
-// Two crossing lines and a validation line, with another attitude at every station.
-class RectifySetTest : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    capture::VirtualRoomSettings settings;
-    room_ = new capture::VirtualRoom(settings);
-    set_ = new CaptureSet();
-    poses_ = new FramePoses();
-    frames_ = new TestDirectory();
-    set_->source = frames_->path();
-    set_->frame = kSize;
-    set_->lines = {{.id = "x0", .axis = LineAxis::kX, .across_m = 0.0},
-                   {.id = "z0", .axis = LineAxis::kZ, .across_m = 0.0},
-                   {.id = "v0", .axis = LineAxis::kX, .across_m = 0.1, .validation = true}};
-    for (int line = 0; line < 3; ++line) {
-      for (int i = 0; i < kStations; ++i) add_station(line, i);
+  Captured() {
+    set.source = folder.path();
+    set.frame = kSize;
+    add_test_line(&set, "x0", LineAxis::kX, 0.0, 0.15, kStations);
+    add_test_line(&set, "z0", LineAxis::kZ, 0.0, 0.15, kStations);
+    add_test_line(&set, "v0", LineAxis::kX, 0.1, 0.15, kStations);
+    set.lines[2].validation = true;
+    for (std::size_t i = 0; i < set.frames.size(); ++i) {
+      CaptureFrame& frame = set.frames[i];
+      const int station = static_cast<int>(i) % kStations;
+      const Attitude attitude{0.02 * (frame.line + 1), -0.01 * station,
+                              0.015 * (station - frame.line)};
+      poses.emplace_back(
+          FramePose{.position_m = frame.nominal_m + Eigen::Vector3d(0.001, 0.002, -0.0015),
+                    .world_from_camera = world_from_camera(attitude),
+                    .origin = PoseOrigin::kSolved});
+      frame.file = folder / (frame.name + ".png");
+      write_image(frame.file,
+                  room.render(capture::PanoramaRays(kSize), {poses[i]->position_m, attitude}));
     }
   }
-  static void TearDownTestSuite() {
-    delete room_;
-    delete set_;
-    delete poses_;
-    delete frames_;
-  }
-  static void add_station(int line, int i) {
-    CaptureLine& of = set_->lines[static_cast<std::size_t>(line)];
-    const int index = static_cast<int>(set_->frames.size());
-    const double along_m = 0.05 * (i - 1.5);
-    const Eigen::Vector3d nominal_m = of.axis == LineAxis::kX
-                                          ? Eigen::Vector3d(along_m, 0.0, of.across_m)
-                                          : Eigen::Vector3d(of.across_m, 0.0, along_m);
-    const Attitude attitude{0.02 * (line + 1), -0.01 * i, 0.015 * (i - line)};
-    FramePose pose{.position_m = nominal_m + Eigen::Vector3d(0.001, 0.002, -0.0015),
-                   .world_from_camera = world_from_camera(attitude),
-                   .origin = PoseOrigin::kSolved};
-    const cv::Mat seen = room_->render(capture::PanoramaRays(kSize), {pose.position_m, attitude});
-    const std::string name = of.id + "_" + std::to_string(i);
-    const fs::path file = *frames_ / (name + ".png");
-    write_image(file, seen);
-    set_->frames.push_back({.name = name, .line = line, .file = file, .nominal_m = nominal_m});
-    of.frames.push_back(index);
-    poses_->emplace_back(pose);
-  }
+};
 
+const Captured& captured() {
+  static const Captured lines;
+  return lines;
+}
+
+class RectifySetTest : public ::testing::Test {
+ protected:
   RectifyOptions options() const { return {.out = out_.path() / "calibration"}; }
   fs::path in_out(const std::string& file) const { return out_.path() / "calibration" / file; }
+  std::vector<Frame> listed_in(const std::string& list) const {
+    return read_frame_list(in_out(list));
+  }
   nlohmann::json report() const { return nlohmann::json::parse(read_file(in_out("rectify.json"))); }
   // Mean PSNR over the frames of a list, in world axes, against upright ground truth where they
   // were taken. The list has the order of the set.
   double mean_psnr_db(const std::string& list, std::size_t first) const {
     double sum = 0.0;
-    const std::vector<Frame> frames = read_frame_list(in_out(list));
+    const std::vector<Frame> frames = listed_in(list);
     for (std::size_t i = 0; i < frames.size(); ++i) {
       const cv::Mat truth =
-          room_->render(capture::PanoramaRays(kSize), {(*poses_)[first + i]->position_m, {}});
+          captured().room.render(capture::PanoramaRays(kSize), {poses_[first + i]->position_m, {}});
       sum += psnr_db(truth,
                      rotate_panorama(read_panorama(frames[i].path),
                                      world_from_camera(frames[i].attitude.value_or(Attitude{}))));
@@ -93,31 +89,45 @@ class RectifySetTest : public ::testing::Test {
     return sum / static_cast<double>(frames.size());
   }
 
-  static capture::VirtualRoom* room_;
-  static CaptureSet* set_;
-  static FramePoses* poses_;
-  static TestDirectory* frames_;
+  // A frame between the stations that is no station, and one that has no pose.
+  void add_held_out() {
+    const Attitude attitude{0.1, 0.0, 0.02};
+    const FramePose pose{.position_m = {0.02, 0.0, 0.03},
+                         .world_from_camera = world_from_camera(attitude)};
+    const cv::Mat seen =
+        captured().room.render(capture::PanoramaRays(kSize), {pose.position_m, attitude});
+    for (const std::string name : {"t0", "unposed"}) {
+      const fs::path file = out_ / (name + ".png");
+      write_image(file, seen);
+      set_.frames.push_back({.name = name,
+                             .line = kHeldOut,
+                             .file = file,
+                             .nominal_m = pose.position_m,
+                             .where = "gt.csv:2"});
+    }
+    poses_.emplace_back(pose);
+    poses_.emplace_back(std::nullopt);
+  }
+
   TestDirectory out_;
+  CaptureSet set_ = captured().set;
+  FramePoses poses_ = captured().poses;
 };
-capture::VirtualRoom* RectifySetTest::room_ = nullptr;
-CaptureSet* RectifySetTest::set_ = nullptr;
-FramePoses* RectifySetTest::poses_ = nullptr;
-TestDirectory* RectifySetTest::frames_ = nullptr;
 
 TEST_F(RectifySetTest, ListsHoldThePosesAndTheValidationLineApart) {
-  const RectifyResult result = rectify_set(*set_, *poses_, options());
+  const RectifyResult result = rectify_set(set_, poses_, options());
   EXPECT_EQ(result.frames, 2 * kStations);
   EXPECT_EQ(result.validation_frames, kStations);
   EXPECT_TRUE(result.left_out.empty());
-  const std::vector<Frame> listed = read_frame_list(in_out("poses.csv"));
+  const std::vector<Frame> listed = listed_in("poses.csv");
   ASSERT_EQ(listed.size(), 2U * kStations);
-  EXPECT_EQ(listed[0].path, set_->frames[0].file);
-  EXPECT_LT((listed[0].position_m - (*poses_)[0]->position_m).norm(), 1e-8);
+  EXPECT_EQ(listed[0].path, set_.frames[0].file);
+  EXPECT_LT((listed[0].position_m - poses_[0]->position_m).norm(), 1e-8);
   EXPECT_FALSE(listed[0].mask);
   EXPECT_EQ(listed[0].line, "x0");
-  const std::vector<Frame> truth = read_frame_list(in_out("gt.csv"));
+  const std::vector<Frame> truth = listed_in("gt.csv");
   ASSERT_EQ(truth.size(), static_cast<std::size_t>(kStations));
-  EXPECT_EQ(truth[0].path, set_->frames[2 * kStations].file);
+  EXPECT_EQ(truth[0].path, set_.frames[2 * kStations].file);
   EXPECT_FALSE(fs::exists(in_out("rectified")));
   // Panoramas of 256 pixels resampled once have 31 dB against upright ray-traced ones.
   EXPECT_GT(mean_psnr_db("poses.csv", 0), 29.0);
@@ -127,15 +137,14 @@ TEST_F(RectifySetTest, ListsHoldThePosesAndTheValidationLineApart) {
 
 // A capture and its calibration are moved together.
 TEST_F(RectifySetTest, PicturesBesideTheCalibrationAreNamedRelativeToIt) {
-  RectifyOptions beside = options();
-  beside.out = frames_->path() / "calibration";
-  rectify_set(*set_, *poses_, beside);
+  const RectifyOptions beside{.out = captured().folder / "calibration"};
+  rectify_set(set_, poses_, beside);
   EXPECT_EQ(read_frame_list(beside.out / "poses.csv")[0].file, "../x0_0.png");
   fs::remove_all(beside.out);
 }
 
 TEST_F(RectifySetTest, OverlaysShowTheLinesAgree) {
-  const RectifyResult result = rectify_set(*set_, *poses_, options());
+  const RectifyResult result = rectify_set(set_, poses_, options());
   ASSERT_GE(result.crossings.size(), 1U);
   for (const CrossingComparison& crossing : result.crossings) {
     EXPECT_LT(crossing.difference_after, 0.8 * crossing.difference_before);
@@ -143,90 +152,41 @@ TEST_F(RectifySetTest, OverlaysShowTheLinesAgree) {
   }
   const auto written = report();
   EXPECT_EQ(written["grid_frames"], result.frames);
-  EXPECT_EQ(written["frames"][3]["file"], set_->frames[3].file.string());
+  EXPECT_EQ(written["frames"][3]["file"], set_.frames[3].file.string());
   ASSERT_EQ(written["crossings"].size(), result.crossings.size());
   EXPECT_EQ(written["figures"][0]["file"], result.crossings[0].before.generic_string());
   EXPECT_EQ(written["line_tolerance_mm"], result.line_tolerance_mm.value());
-  EXPECT_TRUE(written["same_station_mm"].is_null());
+  EXPECT_THAT(written["figures"][0]["row"], StartsWith("x0 × z0, frames x0_"));
+  EXPECT_THAT(written["figures"][1]["caption"], StartsWith("after: differ by "));
+  EXPECT_TRUE(written["same_station_mm"].is_null() && written["frame_masks"].is_null());
+  EXPECT_EQ(written["before_list"], in_out("before.csv").string());
 }
 
-TEST_F(RectifySetTest, FramesWithoutAPoseAreListed) {
-  FramePoses poses = *poses_;
-  poses[2].reset();
-  const RectifyResult result = rectify_set(*set_, poses, options());
-  EXPECT_THAT(result.left_out, ElementsAre("x0_2"));
-  EXPECT_EQ(read_frame_list(in_out("poses.csv")).size(), 2U * kStations - 1);
-  for (auto& pose : poses) pose.reset();
-  EXPECT_THROW(rectify_set(*set_, poses, options()), Error);
+TEST_F(RectifySetTest, FramesWithoutAPoseAreLeftOut) {
+  // Lines are compared at their nearest stations with a pose.
+  for (int i = 0; i < kStations; ++i) poses_[kStations + i]->position_m.z() += 0.01;
+  poses_[1].reset();
+  EXPECT_THAT(rectify_set(set_, poses_, options()).left_out, ElementsAre("x0_1"));
+  EXPECT_THAT(report()["left_out"], ElementsAre("x0_1"));
+  EXPECT_EQ(report()["figures"][0]["row"], "x0 × z0, frames x0_2 and z0_1");
+  // The list of the frames before the calibration has the same stations.
+  const std::vector<Frame> listed = listed_in("poses.csv"), before = listed_in("before.csv");
+  ASSERT_EQ(listed.size(), 2U * kStations - 1);
+  ASSERT_EQ(before.size(), listed.size());
+  EXPECT_EQ(before[0].path, set_.frames[0].file);
+  EXPECT_EQ(before[1].path, set_.frames[2].file);
+  EXPECT_LT((before[1].position_m - set_.frames[2].nominal_m).norm(), 1e-8);
+  for (auto& pose : poses_) pose.reset();
+  EXPECT_THROW(rectify_set(set_, poses_, options()), Error);
 }
-
-TEST_F(RectifySetTest, FramesBeforeTheCalibrationAreListedWithTheSameStations) {
-  FramePoses poses = *poses_;
-  poses[2].reset();
-  rectify_set(*set_, poses, options());
-  const std::vector<Frame> before = read_frame_list(in_out("before.csv"));
-  ASSERT_EQ(before.size(), read_frame_list(in_out("poses.csv")).size());
-  EXPECT_EQ(before[0].path, set_->frames[0].file);
-  EXPECT_EQ(before[2].path, set_->frames[3].file);
-  EXPECT_LT((before[2].position_m - set_->frames[3].nominal_m).norm(), 1e-8);
-  EXPECT_FALSE(before[0].mask);
-  EXPECT_FALSE(fs::exists(in_out("joined_masks")));
-
-  CaptureSet own = *set_;
-  cv::Mat half(kSize.height, kSize.width, CV_8UC1, cv::Scalar(255));
-  half.colRange(0, 10).setTo(0);
-  make_directories(in_out("panoramas"));
-  write_image(in_out("panoramas/own.png"), half);
-  own.frames[1].mask = in_out("panoramas/own.png");
-  rectify_set(own, poses, options());
-  EXPECT_EQ(read_frame_list(in_out("before.csv"))[1].mask, in_out("panoramas/own.png"));
-  EXPECT_THAT(read_file(in_out("before.csv")), HasSubstr(",panoramas/own.png,x0\n"));
-  RectifyOptions masked = options();
-  masked.mask = cv::Mat(kSize.height, kSize.width, CV_8UC1, cv::Scalar(255));
-  masked.mask->rowRange(120, 128).setTo(0);
-  rectify_set(own, poses, masked);
-  const std::vector<Frame> joined = read_frame_list(in_out("before.csv"));
-  ASSERT_TRUE(joined[0].mask && joined[1].mask);
-  const cv::Mat common = read_mask(*joined[0].mask, kSize),
-                both = read_mask(*joined[1].mask, kSize);
-  EXPECT_EQ(common.at<uchar>(10, 5), 255);
-  EXPECT_EQ(both.at<uchar>(10, 5), 0);
-  EXPECT_EQ(common.at<uchar>(125, 50), 0);
-  EXPECT_EQ(both.at<uchar>(125, 50), 0);
-}
-
-// A frame between the stations that is no station, and one that has no pose.
-struct WithHeldOut {
-  CaptureSet set{};
-  FramePoses poses{};
-
-  WithHeldOut(const CaptureSet& stations, const FramePoses& posed, const fs::path& directory,
-              const capture::VirtualRoom& room)
-      : set(stations), poses(posed) {
-    FramePose pose{.position_m = {0.02, 0.0, 0.03},
-                   .world_from_camera = world_from_camera({0.1, 0.0, 0.02})};
-    const cv::Mat seen =
-        room.render(capture::PanoramaRays(kSize), {pose.position_m, {0.1, 0.0, 0.02}});
-    for (const char* name : {"t0", "unposed"}) {
-      write_image(directory / (std::string(name) + ".png"), seen);
-      set.frames.push_back({.name = name,
-                            .line = kHeldOut,
-                            .file = directory / (std::string(name) + ".png"),
-                            .nominal_m = pose.position_m,
-                            .where = "gt.csv:2"});
-    }
-    poses.emplace_back(pose);
-    poses.emplace_back(std::nullopt);
-  }
-};
 
 TEST_F(RectifySetTest, HeldOutFramesAreListedApartFromTheStations) {
-  const RectifyResult alone = rectify_set(*set_, *poses_, options());
+  const RectifyResult alone = rectify_set(set_, poses_, options());
   const std::string stations = read_file(in_out("poses.csv"));
-  const WithHeldOut more(*set_, *poses_, out_.path(), *room_);
+  add_held_out();
   testing::internal::CaptureStderr();
   testing::internal::CaptureStdout();
-  const RectifyResult result = rectify_set(more.set, more.poses, options());
+  const RectifyResult result = rectify_set(set_, poses_, options());
   const std::string said =
       testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr();
   EXPECT_THAT(said, HasSubstr("held-out frame unposed has no pose"));
@@ -234,7 +194,7 @@ TEST_F(RectifySetTest, HeldOutFramesAreListedApartFromTheStations) {
   EXPECT_EQ(result.frames, alone.frames);
   EXPECT_EQ(result.validation_frames, kStations + 1);
   EXPECT_EQ(read_file(in_out("poses.csv")), stations);
-  const std::vector<Frame> truth = read_frame_list(in_out("gt.csv"));
+  const std::vector<Frame> truth = listed_in("gt.csv");
   ASSERT_EQ(truth.size(), static_cast<std::size_t>(kStations + 1));
   EXPECT_TRUE(fs::equivalent(truth.back().path, out_ / "t0.png"));
   ASSERT_TRUE(truth.back().attitude);
@@ -243,32 +203,102 @@ TEST_F(RectifySetTest, HeldOutFramesAreListedApartFromTheStations) {
 }
 
 TEST_F(RectifySetTest, MasksOfFramesAreJoinedWithThatOfAll) {
-  WithHeldOut more(*set_, *poses_, out_.path(), *room_);
+  add_held_out();
   cv::Mat own(kSize.height, kSize.width, CV_8UC1, cv::Scalar(1));
   own(cv::Rect(kSize.width / 2 - 8, kSize.height / 2 - 8, 16, 16)) = cv::Scalar(0);
   const fs::path file = in_out("masks/own.png");  // the user's folder, which stays
   make_directories(directory_of(file));
   write_image(file, own);
-  more.set.frames[0].mask = file;
-  more.set.frames[3 * kStations].mask = file;
-  const RectifyResult result = rectify_set(more.set, more.poses, options());
+  set_.frames[0].mask = file;
+  set_.frames[3 * kStations].mask = file;
+  const RectifyResult result = rectify_set(set_, poses_, options());
   EXPECT_EQ(result.masks.frames, 2);
+  EXPECT_EQ(report()["frame_masks"]["frames"], 2);
   EXPECT_NEAR(result.masks.share, 256.0 / (256.0 * 128.0) * kHalfPi, 1e-3);
-  const std::vector<Frame> listed = read_frame_list(in_out("poses.csv"));
+  const std::vector<Frame> listed = listed_in("poses.csv");
   ASSERT_TRUE(listed[0].mask);
   EXPECT_FALSE(listed[1].mask);
-  EXPECT_TRUE(read_frame_list(in_out("gt.csv")).back().mask);
+  EXPECT_TRUE(listed_in("gt.csv").back().mask);
+  EXPECT_THAT(read_file(in_out("before.csv")), HasSubstr(",masks/own.png,x0\n"));
   RectifyOptions joined = options();
   joined.mask = cv::Mat(kSize.height, kSize.width, CV_8UC1, cv::Scalar(255));
   joined.mask->rowRange(120, 128).setTo(0);
-  rectify_set(more.set, more.poses, joined);
-  const std::vector<Frame> again = read_frame_list(in_out("poses.csv"));
+  rectify_set(set_, poses_, joined);
+  const std::vector<Frame> again = listed_in("poses.csv");
   const cv::Mat both = read_mask(*again[0].mask, kSize);
   EXPECT_EQ(both.at<uchar>(kSize.height / 2, kSize.width / 2), 0);
   EXPECT_EQ(both.at<uchar>(127, 0), 0);
   ASSERT_TRUE(again[1].mask);
   EXPECT_EQ(read_mask(*again[1].mask, kSize).at<uchar>(kSize.height / 2, kSize.width / 2), 255);
   EXPECT_TRUE(fs::exists(file));
+}
+
+// That of the capture is needed only where the default of `pack` fails.
+TEST_F(RectifySetTest, TolerancesArePassedOn) {
+  RectifyOptions tolerant = options();
+  tolerant.tolerance = {.off_line_m = 0.08, .same_station_m = 0.002};
+  const std::string command =
+      "raywalk-build-lf pack --frames " + in_out("poses.csv").string() + " --out ROOM.lf";
+  EXPECT_EQ(rectify_set(set_, poses_, tolerant).line_tolerance_mm, 0.0);
+  EXPECT_EQ(report()["pack_command"], command + " --same-station-mm 2");
+  for (const int i : {0, 2}) poses_[i]->position_m.z() += 0.06;
+  EXPECT_EQ(rectify_set(set_, poses_, tolerant).line_tolerance_mm, 80.0);
+  EXPECT_EQ(report()["pack_command"], command + " --line-tolerance-mm 80 --same-station-mm 2");
+  // Where none is enough, as where there is no grid at all, that is not an error.
+  EXPECT_FALSE(rectify_set(set_, poses_, options()).line_tolerance_mm);
+  EXPECT_EQ(report()["pack_command"], command);
+  for (std::size_t i = 1; i < poses_.size(); ++i) poses_[i].reset();
+  EXPECT_FALSE(rectify_set(set_, poses_, options()).line_tolerance_mm);
+}
+
+// Grey, with stripes over an eighth of the width that starts at column `left`.
+cv::Mat panorama_with_stripes(int left) {
+  cv::Mat panorama(64, 128, CV_8UC3, cv::Scalar(100, 100, 100));
+  for (int u = 0; u < 16; ++u) {
+    if (u % 4 < 2) panorama.col((left + u) % 128) = cv::Scalar(200, 200, 200);
+  }
+  return panorama;
+}
+
+TEST(CrossingOverlayTest, WindowHasTheMostTexture) {
+  for (const int left : {0, 40, 120}) {
+    const HorizonWindow window = most_textured_window(panorama_with_stripes(left));
+    EXPECT_EQ(window.width, 32);
+    const int into = (left - window.left + 128) % 128;
+    EXPECT_LE(into, 16) << left;  // all sixteen columns within the window
+    EXPECT_EQ(window.top, (64 - window.height) / 2);
+  }
+}
+
+TEST(CrossingOverlayTest, PicturesThatAgreeAreGrey) {
+  const cv::Mat panorama = panorama_with_stripes(120);
+  const HorizonWindow window = most_textured_window(panorama);
+  const Overlay same = overlay_of(panorama, panorama, window);
+  EXPECT_EQ(same.difference_levels, 0.0);
+  std::vector<cv::Mat> channels;
+  cv::split(same.picture, channels);
+  EXPECT_EQ(cv::norm(channels[0], channels[2], cv::NORM_INF), 0.0);
+  const Overlay moved = overlay_of(panorama, panorama_with_stripes(122), window);
+  EXPECT_GT(moved.difference_levels, 10.0);
+  cv::split(moved.picture, channels);
+  EXPECT_EQ(cv::norm(channels[0], channels[2], cv::NORM_INF), 100.0);
+}
+
+// Most texture, and all of the difference, is where a mask hides it.
+TEST(CrossingOverlayTest, MaskedPixelsAreNotCompared) {
+  cv::Mat first(90, 180, CV_8UC3, cv::Scalar::all(100)), valid(90, 180, CV_8UC1, cv::Scalar(255));
+  for (int u = 0; u < 20; ++u) first.col(20 + 2 * u).setTo(cv::Scalar::all(200));
+  first.col(130).setTo(cv::Scalar::all(120));
+  cv::Mat second = first.clone();
+  second.colRange(0, 70).setTo(cv::Scalar::all(0));
+  valid.colRange(0, 70).setTo(0);
+  const HorizonWindow window = most_textured_window(first, valid);
+  EXPECT_TRUE(window.left <= 130 && 130 < window.left + window.width) << window.left;
+  const HorizonWindow partly_masked{40, 45, 35, 20};
+  EXPECT_EQ(overlay_of(first, second, partly_masked, valid).difference_levels, 0.0);
+  EXPECT_GT(overlay_of(first, second, partly_masked).difference_levels, 50.0);
+  valid.setTo(0);
+  EXPECT_TRUE(std::isnan(overlay_of(first, second, window, valid).difference_levels));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
+#include <span>
 
 #include "calibrate/stitch/stitch_record.h"
 #include "calibrate/stitch/stitch_test_camera.h"
@@ -47,24 +48,13 @@ const std::vector<cv::Mat>& line_frames() {
 
 class StitchSetTest : public testing::Test {
  protected:
-  // The first `count` stations, one PNG each.
-  CaptureSet line(int count) {
-    CaptureSet set;
-    set.layout = FrameLayout::kDualFisheye;
-    set.frame = camera_.picture;
-    set.lines = {{.id = "x0"}};
-    for (int i = 0; i < count; ++i) {
-      const std::string name = "x0_" + std::to_string(i);
-      const fs::path file = directory_ / (name + ".png");
-      write_image(file, line_frames()[static_cast<std::size_t>(i)]);
-      set.lines[0].frames.push_back(i);
-      set.frames.push_back({.name = name, .file = file});
-    }
-    return set;
+  // The first `count` stations.
+  CaptureSet line(std::size_t count) const {
+    return fisheye_line(directory_.path(), std::span(line_frames()).first(count));
   }
 
   // The same with a file for each lens, and the camera's lens file for them.
-  CaptureSet in_halves(int count) {
+  CaptureSet in_halves(std::size_t count) {
     CaptureSet set = line(count);
     const int half = camera_.picture.width / 2;
     camera_.picture.width = set.frame.width = half;

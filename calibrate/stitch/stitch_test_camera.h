@@ -2,10 +2,14 @@
 #pragma once
 
 #include <cmath>
+#include <filesystem>
 #include <opencv2/core.hpp>
-#include <optional>
+#include <span>
+#include <string>
 
+#include "calibrate/base/capture_set.h"
 #include "calibrate/stitch/stitch_tables.h"
+#include "core/files/image_file.h"
 #include "core/files/lens_file.h"
 #include "simulator/room/virtual_room.h"
 
@@ -51,6 +55,21 @@ inline cv::Mat near_seam(PanoramaSize size, double within_deg) {
     }
   }
   return mask;
+}
+
+// A line of stations x0_0, x0_1, ... with these pictures of both lenses, one PNG each.
+inline CaptureSet fisheye_line(const std::filesystem::path& folder,
+                               std::span<const cv::Mat> pictures) {
+  CaptureSet set{.source = folder, .layout = FrameLayout::kDualFisheye};
+  set.frame = {pictures.front().cols, pictures.front().rows};
+  set.lines = {{.id = "x0"}};
+  for (const cv::Mat& picture : pictures) {
+    const std::string name = "x0_" + std::to_string(set.frames.size());
+    set.lines[0].frames.push_back(static_cast<int>(set.frames.size()));
+    set.frames.push_back({.name = name, .file = folder / (name + ".png")});
+    write_image(set.frames.back().file, picture);
+  }
+  return set;
 }
 
 inline const capture::VirtualRoom& test_room() {

@@ -283,7 +283,8 @@ TEST_F(CalibrateTest, AllStepsAlignTheLinesAndAreNotRepeated) {
   EXPECT_THAT(first.output, Not(HasSubstr("done earlier")));
   EXPECT_THAT(first.output,
               ::testing::ContainsRegex("poses: 32 of 32 stations posed.* largest error at "
-                                       "the 4 crossings [0-9.]+ mm and [0-9.]+ px"));
+                                       "the 4 crossings [0-9.]+ mm and [0-9.]+ px .W = 4096., by "
+                                       "[0-9.]+ mm and [0-9.]+ degrees corrected"));
   EXPECT_THAT(first.output, HasSubstr("rectify: 32 frames\n"));
   EXPECT_THAT(first.output, HasSubstr("\ntrustworthy; see " + (out() / "index.html").string()));
   EXPECT_THAT(first.errors, ::testing::ContainsRegex("matching features: [0-9]+ of [0-9]+ pairs"));
