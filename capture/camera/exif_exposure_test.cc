@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdint>
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 
 #include "capture/camera/osc_exposure.h"
-#include "simulator/rig/exif_segment.h"
+#include "core/files/exif.h"
 
 namespace raywalk::capture {
 namespace {
@@ -15,8 +17,13 @@ std::string plain_jpeg() {
   return {bytes.begin(), bytes.end()};
 }
 
+// The exposure time in units of 10 microseconds.
 std::string jpeg_with(double shutter_s, int iso) {
-  return with_exif(plain_jpeg(), {"camera", WallTime{}, shutter_s, iso, false});
+  const auto time = static_cast<std::uint32_t>(std::lround(1e5 * shutter_s));
+  const std::string block =
+      exif_block({}, {rational_entry(EXIF_TAG_EXPOSURE_TIME, time, 100'000),
+                      short_entry(EXIF_TAG_ISO_SPEED_RATINGS, static_cast<std::uint16_t>(iso))});
+  return with_app1(plain_jpeg(), kExifIdentifier, block);
 }
 
 TEST(ExifExposure, IsReadBackFromFastToSlow) {

@@ -1,14 +1,20 @@
 #include "simulator/rig/drive_server.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <pty.h>
 #include <spdlog/spdlog.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <chrono>
+#include <cstdlib>
+#include <string>
 #include <system_error>
 #include <utility>
 
@@ -16,6 +22,8 @@
 
 namespace raywalk::capture {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr int kLongestWait_ms = 20;  // until it is asked whether the link is cut or the server ends
 // Longer than the specified 3.5 characters at any common baud rate (4 ms at 9600), and than the
@@ -44,6 +52,55 @@ void send_bytes(int line, const std::vector<std::uint8_t>& bytes) {
 
 }  // namespace
 
+// The master side of a pseudo-terminal; clients open the other side through a symbolic link. The
+// slave side is also held open here, so that clients may close and reopen it: otherwise the master
+// would read EIO while no client is connected.
+class DriveServer::Terminal {
+ public:
+  explicit Terminal(fs::path link) : link_(std::move(link)) {
+    if (openpty(&master_, &slave_, nullptr, nullptr, nullptr) != 0) {
+      throw Error("cannot create a pseudo-terminal: " + reason());
+    }
+    termios settings{};
+    tcgetattr(slave_, &settings);
+    cfmakeraw(&settings);
+    tcsetattr(slave_, TCSANOW, &settings);
+    // Bytes that do not fit its buffer are lost, as on a serial line.
+    fcntl(master_, F_SETFL, O_NONBLOCK);
+    name_ = ptsname(master_);
+    std::error_code error;
+    if (fs::is_symlink(link_)) fs::remove(link_, error);
+    fs::create_symlink(name_, link_, error);
+    if (!error) return;
+    close_sides();
+    throw Error(fmt::format("cannot create the link {}: {}", link_.string(), error.message()));
+  }
+  // Hangs up, so that the client reads end of file or EIO.
+  ~Terminal() {
+    std::error_code ignored;
+    if (fs::read_symlink(link_, ignored) == name_) fs::remove(link_, ignored);
+    close_sides();
+  }
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+
+  int descriptor() const { return master_; }
+  // Clears the exclusive mode (TIOCEXCL) set by a client. As the terminal stays open here, it would
+  // otherwise outlast the client and lock out the next one.
+  void lift_exclusion() const { ioctl(slave_, TIOCNXCL); }
+
+ private:
+  void close_sides() const {
+    close(slave_);
+    close(master_);
+  }
+
+  fs::path link_;
+  fs::path name_;
+  int master_ = -1;
+  int slave_ = -1;
+};
+
 DriveServer::DriveServer(const DriveServerSettings& settings, const RegisterMap& map,
                          SimulatedDrive* drive, Faults* faults)
     : settings_(settings),
@@ -70,7 +127,7 @@ DriveServer::DriveServer(const DriveServerSettings& settings, const RegisterMap&
       throw Error(
           fmt::format("cannot listen on port {} of 127.0.0.1: {}", *settings.tcp_port, reason()));
     }
-    if (!settings.serial_link.empty()) terminal_.emplace(settings.serial_link);
+    if (!settings.serial_link.empty()) terminal_ = std::make_unique<Terminal>(settings.serial_link);
   } catch (...) {
     close_lines();
     throw;
@@ -117,7 +174,7 @@ void DriveServer::connect_or_hang_up() {
     for (const int client : clients_) close(client);
     clients_.clear();
   } else if (!terminal_ && !settings_.serial_link.empty()) {
-    terminal_.emplace(settings_.serial_link);
+    terminal_ = std::make_unique<Terminal>(settings_.serial_link);
   }
 }
 

@@ -15,7 +15,6 @@
 
 #include "simulator/rig/drive_registers.h"
 #include "simulator/rig/faults.h"
-#include "simulator/rig/pseudo_terminal.h"
 #include "simulator/room/hash_random.h"
 
 namespace raywalk::capture {
@@ -52,6 +51,7 @@ class DriveServer {
     void operator()(modbus_t* context) const { modbus_free(context); }
   };
   using Context = std::unique_ptr<modbus_t, Free>;
+  class Terminal;
   using Bytes = std::vector<std::uint8_t>;
 
   void run();
@@ -69,7 +69,7 @@ class DriveServer {
   HashRandom damage_;
   Context rtu_;
   Context tcp_;
-  std::optional<PseudoTerminal> terminal_;
+  std::unique_ptr<Terminal> terminal_;
   int listener_ = -1;
   std::vector<int> clients_;
   // libmodbus writes its replies into the first; they are read from the second, so that faults of

@@ -12,7 +12,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "simulator/rig/exif_segment.h"
+#include "core/files/exif.h"
 #include "simulator/room/hash_random.h"
 
 namespace raywalk::capture {
@@ -111,6 +111,29 @@ double nearest_shutter(double wanted_s) {
   });
 }
 
+// A JPEG file with what cameras tell of their exposure (Exif 2.32, CIPA DC-008); times are UTC.
+std::string with_exif(const std::string& jpeg, const ExposureNow& exposure, WallTime taken_at) {
+  const auto whole_s = std::chrono::floor<std::chrono::seconds>(taken_at);
+  const auto ms = std::chrono::floor<std::chrono::milliseconds>(taken_at - whole_s).count();
+  const std::string date = fmt::format("{:%Y:%m:%d %H:%M:%S}",
+                                       fmt::gmtime(std::chrono::system_clock::to_time_t(whole_s)));
+  // 1/60 s rather than 16667/1000000 s.
+  const auto rounded = [](double value) { return static_cast<std::uint32_t>(std::lround(value)); };
+  const TiffEntry time =
+      exposure.shutter_s < 0.3
+          ? rational_entry(EXIF_TAG_EXPOSURE_TIME, 1, rounded(1.0 / exposure.shutter_s))
+          : rational_entry(EXIF_TAG_EXPOSURE_TIME, rounded(exposure.shutter_s * 10.0), 10);
+  const std::string block =
+      exif_block({ascii_entry(EXIF_TAG_MAKE, "Raywalk"), ascii_entry(EXIF_TAG_MODEL, kModel)},
+                 {ascii_entry(EXIF_TAG_DATE_TIME_ORIGINAL, date),
+                  ascii_entry(EXIF_TAG_SUB_SEC_TIME_ORIGINAL, fmt::format("{:03}", ms)),
+                  ascii_entry(EXIF_TAG_OFFSET_TIME_ORIGINAL, "+00:00"), time,
+                  short_entry(EXIF_TAG_ISO_SPEED_RATINGS, static_cast<std::uint16_t>(exposure.iso)),
+                  short_entry(EXIF_TAG_EXPOSURE_PROGRAM, exposure.automatic ? 2 : 1),
+                  short_entry(EXIF_TAG_WHITE_BALANCE, exposure.automatic ? 0 : 1)});
+  return with_app1(jpeg, kExifIdentifier, block);
+}
+
 // The number in "R0010001.JPG"; 0 for another file.
 int number_in(const std::string& name) {
   if (name.size() != 12 || name.front() != 'R' || name.substr(8) != ".JPG") return 0;
@@ -135,9 +158,6 @@ SimulatedCamera::SimulatedCamera(SimulatedCameraSettings settings, const Clock* 
     last_number_ = std::max(last_number_, number_in(name));
   }
 }
-
-// --- Answers
-// --------------------------------------------------------------------------------------
 
 OscReply SimulatedCamera::info() {
   return {200,
@@ -267,9 +287,6 @@ void SimulatedCamera::set_options(const Json& wanted) {
   options_ = options;
 }
 
-// --- Pictures
-// -------------------------------------------------------------------------------------
-
 void SimulatedCamera::require_idle_locked() const {
   if (is_exposing_locked()) throw CommandRefused("disabledCommand", "The camera is shooting.");
 }
@@ -303,7 +320,8 @@ ExposureNow SimulatedCamera::exposure_locked() const {
   ExposureNow now;
   now.camera_name = trigger_.camera_name;
   now.number = trigger_.number;
-  if (options_["exposureProgram"] == kManual) {
+  now.automatic = options_["exposureProgram"] != kManual;
+  if (!now.automatic) {
     now.shutter_s = options_["shutterSpeed"].get<double>();
     now.iso = options_["iso"].get<int>();
   } else {
@@ -318,10 +336,10 @@ ExposureNow SimulatedCamera::exposure_locked() const {
 }
 
 // The file appears on the card, damaged where a fault says so. False: there is none.
-bool SimulatedCamera::expose(const ExposureNow& exposure, bool automatic) {
-  const PictureExif exif{kModel, wall_now(), exposure.shutter_s, exposure.iso, automatic};
+bool SimulatedCamera::expose(const ExposureNow& exposure) {
+  const WallTime taken_at = wall_now();
   try {
-    std::string jpeg = with_exif(source_(exposure), exif);
+    std::string jpeg = with_exif(source_(exposure), exposure, taken_at);
     if (faults_->occurs(RigFault::kEmptyPicture)) {
       jpeg.clear();
     } else if (faults_->occurs(RigFault::kTruncatedPicture)) {
@@ -342,17 +360,15 @@ bool SimulatedCamera::expose(const ExposureNow& exposure, bool automatic) {
 // Starts an exposure: the scene is that of now; the file can be fetched after exposure_ms.
 Json SimulatedCamera::take_picture() {
   ExposureNow exposure;
-  bool automatic = false;
   {
     const std::lock_guard lock(mutex_);
     const Trigger trigger = begin_locked();
     trigger_ = trigger;
     exposure = exposure_locked();
-    automatic = options_["exposureProgram"] != kManual;
     rendering_ = true;
   }
   // Rendering takes long; the mutex is released so that the camera's state can be queried.
-  const bool written = !exposure.camera_name.empty() && expose(exposure, automatic);
+  const bool written = !exposure.camera_name.empty() && expose(exposure);
   const std::lock_guard lock(mutex_);
   rendering_ = false;
   if (!written) trigger_.camera_name.clear();
@@ -376,9 +392,6 @@ WallTime SimulatedCamera::wall_now() const {
   return clock_->wall_now() + std::chrono::duration_cast<WallTime::duration>(
                                   duration_from_ms(1000.0 * settings_.clock_offset_s));
 }
-
-// --- The card
-// -------------------------------------------------------------------------------------
 
 std::int64_t SimulatedCamera::free_bytes_locked() const {
   return std::max<std::int64_t>(settings_.card_bytes - used_bytes_, 0);

@@ -26,6 +26,7 @@ struct ExposureNow {
   double gain = 1.0;         // of linear light, relative to the metered exposure
   double shutter_s = 0.0;    // as used, automatic or not
   int iso = 0;               // as used
+  bool automatic = false;
 };
 
 // Returns an encoded JPEG file of the scene at the time of the call. Called from a server thread,
@@ -91,7 +92,7 @@ class SimulatedCamera {
   Json take_picture();
   Trigger begin_locked();
   ExposureNow exposure_locked() const;
-  bool expose(const ExposureNow& exposure, bool automatic);
+  bool expose(const ExposureNow& exposure);
   bool is_exposing_locked() const;
   std::int64_t free_bytes_locked() const;
   int pictures_left_locked() const;
