@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <numeric>
 
 #include "core/base/error.h"
@@ -55,9 +56,9 @@ Vector2d free_place(int number, HashRandom* random) {
 }
 
 Eigen::Vector3d in_world(const GridSettings& grid, std::int64_t cell, const Vector2d& in_cell) {
-  const auto column = static_cast<double>(cell % grid.cells_x);
-  const auto row = static_cast<double>(cell / grid.cells_x);
-  const Vector2d centre(column + 0.5 - 0.5 * grid.cells_x, row + 0.5 - 0.5 * grid.cells_z);
+  const auto [row, column] = std::lldiv(cell, grid.cells_x);
+  const Vector2d centre(static_cast<double>(column) + 0.5 - 0.5 * grid.cells_x,
+                        static_cast<double>(row) + 0.5 - 0.5 * grid.cells_z);
   const Vector2d at_m = grid.cell_side_m * (centre + in_cell);
   return {at_m.x(), 0.0, at_m.y()};
 }
