@@ -28,6 +28,22 @@ Eigen::Vector2d plan_of(const StationPose& station) {
   return {station.position_m.x(), station.position_m.z()};
 }
 
+// Rails do not climb by more than some degrees: a list that is high and narrow has y and another
+// axis exchanged. Throws Error.
+void require_level(std::span<const StationPose> stations) {
+  Eigen::AlignedBox3d box;
+  for (const StationPose& station : stations) box.extend(station.position_m);
+  const Eigen::Vector3d span_m = box.sizes();
+  const char narrow = span_m.x() < span_m.z() ? 'x' : 'z';
+  const double narrow_m = std::min(span_m.x(), span_m.z());
+  const double wide_m = std::max(span_m.x(), span_m.z());
+  if (span_m.y() <= 0.3 * wide_m || span_m.y() <= 10.0 * narrow_m) return;
+  throw Error(
+      fmt::format("the heights y of the stations span {:.3g} m and their {} only {:.3g} m: y is "
+                  "up, and seems to be exchanged with {} in the list",
+                  span_m.y(), narrow, narrow_m, narrow));
+}
+
 // Throws Error for a station whose height does not fit those of its line: heights may go up and
 // down hill by 6 degrees (a road of 10 %), and each may be within the tolerance of such a hill.
 void check_heights(const Line& line, std::span<const std::string> names, double tolerance_m) {
@@ -323,6 +339,7 @@ Grid find_grid(std::span<const StationPose> stations, const GridTolerance& toler
     if (station.position_m.allFinite()) continue;
     throw Error(fmt::format("{}: the position is not finite", name_of(station)));
   }
+  if (stations.size() > 2) require_level(stations);
   // By name, so that the order of the list does not matter.
   std::vector<StationPose> by_name(stations.begin(), stations.end());
   std::ranges::stable_sort(by_name, {}, &StationPose::file);

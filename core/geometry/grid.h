@@ -90,7 +90,7 @@ PlanPoint crossing_of(const Line& a, const Line& b);
 // kept as they are. Lines never share a station: one captured at a crossing belongs to one of the
 // two lines. Throws Error that names stations, distances and limits when a station belongs to no
 // line, two stations of a line count as one, a line has only one station, only some stations name
-// their line, heights do not fit, or a coordinate is not finite.
+// their line, heights do not fit (or y is exchanged with x or z), or a coordinate is not finite.
 Grid find_grid(std::span<const StationPose> stations, const GridTolerance& tolerance);
 
 // The cells that these lines close; those along x come first.

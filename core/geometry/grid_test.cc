@@ -346,6 +346,12 @@ TEST(FindGrid, WhatIsNoGridIsAnError) {
     EXPECT_THAT(error_of(stations), AllOf(HasSubstr("x00_0004"), HasSubstr("not finite")));
   }
   EXPECT_THAT(error_of(stations_of({.turned_deg = 20.0})), HasSubstr("3 degrees of x or z"));
+  for (const int axis : {0, 2}) {
+    std::vector<StationPose> exchanged = stations_of({});
+    for (StationPose& one : exchanged) std::swap(one.position_m[1], one.position_m[axis]);
+    EXPECT_THAT(error_of(exchanged),
+                HasSubstr(axis == 0 ? "exchanged with x" : "exchanged with z"));
+  }
   const std::vector<StationPose> same(9, {"a", {1, 2, 3}});
   EXPECT_THAT(error_of(same), HasSubstr("at least two"));
 }
