@@ -11,6 +11,7 @@
 #include <limits>
 #include <map>
 #include <random>
+#include <utility>
 
 #include "core/base/test_error.h"
 #include "core/geometry/line_gaps.h"
