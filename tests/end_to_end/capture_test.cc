@@ -141,7 +141,8 @@ TEST_F(CaptureCommandTest, SignalsStopTheSliderAndTheSessionResumes) {
     EXPECT_FALSE(rig_state()["moving"].get<bool>());
     EXPECT_THAT(run_log(), HasSubstr("the same command resumes"));
   }
-  EXPECT_EQ(run().exit_code, 0);
+  const CommandResult resumed = run();
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
   expect_finished_session();
 }
 
