@@ -42,7 +42,7 @@ struct ShapeKey {
 };
 
 // In the order of Shape.
-constexpr std::array<ShapeKey, 5> kShapes{
+constexpr std::array<ShapeKey, 5> kShapeKeys{
     {{"box", 6, "x, y, z of the least corner and of the opposite one"},
      {"panel", 6, "x, y, z of the least corner and of the opposite one"},
      {"rod", 8, "x, y, z of both ends and their radii"},
@@ -77,7 +77,7 @@ struct MaterialKeys {
 };
 
 struct SolidKeys {
-  std::array<Numbers, kShapes.size()> shapes{};
+  std::array<Numbers, kShapeKeys.size()> shapes{};
   Numbers texture_at{}, at{0.0, 0.0, 0.0};
   fs::path mesh{};
   double yaw_deg = 0.0, scale = 1.0;
@@ -119,8 +119,8 @@ SettingsSchema schema_of(MaterialKeys* material) {
 
 SettingsSchema schema_of(SolidKeys* solid) {
   SettingsSchema schema;
-  for (std::size_t i = 0; i < kShapes.size(); ++i) {
-    schema.numbers(kShapes[i].key, &solid->shapes[i], -kFar_m, kFar_m, kShapes[i].count);
+  for (std::size_t i = 0; i < kShapeKeys.size(); ++i) {
+    schema.numbers(kShapeKeys[i].key, &solid->shapes[i], -kFar_m, kFar_m, kShapeKeys[i].count);
   }
   schema.numbers("texture_at", &solid->texture_at, -kFar_m, kFar_m, 3)
       .path("mesh", &solid->mesh)
@@ -339,11 +339,11 @@ class SceneReader {
     std::vector<Facet>* facets = &object->facets;
     const std::size_t first = facets->size();
     if (!solid.mesh.empty()) add_mesh(solid, place, key, source, facets);
-    for (std::size_t kind = 0; kind < kShapes.size(); ++kind) {
+    for (std::size_t kind = 0; kind < kShapeKeys.size(); ++kind) {
       const Numbers& numbers = solid.shapes[kind];
       if (numbers.empty()) continue;
-      const std::string shape = fmt::format("{}.{}", key, kShapes[kind].key);
-      source.require_count(numbers, kShapes[kind].count, shape, kShapes[kind].meaning);
+      const std::string shape = fmt::format("{}.{}", key, kShapeKeys[kind].key);
+      source.require_count(numbers, kShapeKeys[kind].count, shape, kShapeKeys[kind].meaning);
       const int surface = material(solid.material, key + ".material", source);
       add_shape(static_cast<Shape>(kind), numbers, place, surface, facets);
       const bool has_size = std::all_of(

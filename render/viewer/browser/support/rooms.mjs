@@ -10,7 +10,7 @@ const execute = promisify(execFile);
 
 const ONE_CELL = "grid: {spacing_mm: 50, overhang_share: 0.1}";
 const TWO_CELLS = `
-scene: {file: large-room}
+scene: {file: wide-room}
 grid: {cells_x: 2, spacing_mm: 100, overhang_share: 0.1}
 `;
 
