@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capture/base/clock.h"
+#include "core/base/error.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk::capture {
@@ -65,10 +66,15 @@ class Camera {
   virtual Shot shoot(SteadyTime settled_at) = 0;
   // Start and end a film, for capture while the slider moves slowly. Throw UsageError for a camera
   // that cannot film under the program's control.
-  virtual void start_film();
-  virtual void stop_film();
+  virtual void start_film() { refuse_film(); }
+  virtual void stop_film() { refuse_film(); }
   // Whether pictures stay on the camera's card and are imported later.
   virtual bool keeps_pictures() const { return false; }
+
+ private:
+  [[noreturn]] void refuse_film() const {
+    throw UsageError(description() + " cannot film under the program's control");
+  }
 };
 
 }  // namespace raywalk::capture

@@ -3,43 +3,14 @@
 #include <linux/v4l2-controls.h>
 
 #include <algorithm>
-#include <array>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "capture/base/device_fault.h"
-#include "core/files/settings.h"
 
 namespace raywalk::capture {
 namespace {
-
-constexpr int kMaxFrames = 1000000;
-
-SettingsSchema schema_of(FakeVideoSettings* settings) {
-  SettingsSchema schema;
-  schema.integer("width_px", &settings->width_px, 2, 16384)
-      .integer("height_px", &settings->height_px, 1, 8192)
-      .boolean("any_size", &settings->any_size)
-      .choice("pixel_format", &settings->pixel_format,
-              std::array{OfferedPixels::kAny, OfferedPixels::kMjpg, OfferedPixels::kYuyv})
-      .number("frames_per_second", &settings->frames_per_second, 0.01, 1000.0)
-      .integer("line_padding_bytes", &settings->line_padding_bytes, 0, 4096)
-      .boolean("huffman_tables", &settings->huffman_tables)
-      .choice("stamps", &settings->stamps, std::array{StampClock::kMonotonic, StampClock::kUnknown})
-      .boolean("controls", &settings->controls)
-      .integer("sensor_exposure", &settings->sensor_exposure, 1, 10000)
-      .integer("exposure_delay_frames", &settings->exposure_delay_frames, 0, 10)
-      .text("refused_control", &settings->refused_control)
-      .integer("drift_after_frame", &settings->drift_after_frame, 0, kMaxFrames)
-      .integer("damaged_every", &settings->damaged_every, 0, kMaxFrames)
-      .integer("short_every", &settings->short_every, 0, kMaxFrames)
-      .integer("empty_every", &settings->empty_every, 0, kMaxFrames)
-      .integer("gone_after_frame", &settings->gone_after_frame, 0, kMaxFrames)
-      .integer("silent_after_frame", &settings->silent_after_frame, 0, kMaxFrames)
-      .boolean("taken", &settings->taken);
-  return schema;
-}
 
 bool is_due(int every, int number) { return every > 0 && number % every == 0; }
 bool is_over(int after, int number) { return after > 0 && number >= after; }
@@ -94,18 +65,6 @@ std::string yuyv_from_bgr(const cv::Mat& bgr, const VideoFormat& format) {
 
 }  // namespace
 
-std::string_view name_of(OfferedPixels pixels) { return word_of(pixels, {"any", "mjpg", "yuyv"}); }
-
-std::string_view name_of(StampClock clock) {
-  return clock == StampClock::kMonotonic ? "monotonic" : "unknown";
-}
-
-FakeVideoSettings parse_fake_video(std::string_view yaml) {
-  FakeVideoSettings settings;
-  schema_of(&settings).parse(yaml, "fake video");
-  return settings;
-}
-
 FakeVideoDevice::FakeVideoDevice(FakeVideoSettings settings, Clock* clock, FakeScene scene)
     : settings_(std::move(settings)),
       clock_(clock),
@@ -128,9 +87,7 @@ PanoramaSize FakeVideoDevice::current_size() { return format_.size; }
 
 VideoFormat FakeVideoDevice::try_format(const std::string& pixels, PanoramaSize size) {
   VideoFormat format;
-  format.pixels = settings_.pixel_format == OfferedPixels::kAny    ? pixels
-                  : settings_.pixel_format == OfferedPixels::kMjpg ? "MJPG"
-                                                                   : "YUYV";
+  format.pixels = settings_.pixels.empty() ? pixels : settings_.pixels;
   format.size = settings_.any_size ? size : PanoramaSize{settings_.width_px, settings_.height_px};
   format.bytes_per_line = 2 * static_cast<std::size_t>(format.size.width) +
                           static_cast<std::size_t>(settings_.line_padding_bytes);
@@ -250,7 +207,7 @@ VideoFrame FakeVideoDevice::frame_of(const Exposed& exposed) {
   VideoFrame frame;
   frame.bytes = std::as_bytes(std::span(bytes_));
   frame.is_damaged = is_due(settings_.damaged_every, exposed.number);
-  if (settings_.stamps == StampClock::kMonotonic) frame.stamped_at = exposed.at;
+  if (settings_.monotonic_stamps) frame.stamped_at = exposed.at;
   return frame;
 }
 

@@ -7,37 +7,27 @@
 #include <map>
 #include <opencv2/core/mat.hpp>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "capture/camera/video_device.h"
 
 namespace raywalk::capture {
 
-// kMjpg, kYuyv: any other format snaps to it.
-enum class OfferedPixels { kAny, kMjpg, kYuyv };
-// The clock that frames are stamped by: CLOCK_MONOTONIC, or none that the host knows.
-enum class StampClock { kMonotonic, kUnknown };
-
-// The words of the YAML.
-std::string_view name_of(OfferedPixels pixels);
-std::string_view name_of(StampClock clock);
-
-// Read from YAML with keys of the same names. Frames are counted from 1; 0 disables a fault.
+// Frames are counted from 1; 0 disables a fault.
 struct FakeVideoSettings {
   int width_px = 64;
   int height_px = 32;
   bool any_size = true;  // else every other size snaps to width_px x height_px
-  OfferedPixels pixel_format = OfferedPixels::kAny;
+  std::string pixels{};  // "MJPG", "YUYV": any other format snaps to it; empty: it has all
   double frames_per_second = 25.0;
-  int line_padding_bytes = 0;   // of YUYV
-  bool huffman_tables = false;  // in MJPG frames
-  StampClock stamps = StampClock::kMonotonic;
+  int line_padding_bytes = 0;    // of YUYV
+  bool huffman_tables = false;   // in MJPG frames
+  bool monotonic_stamps = true;  // else of a clock that the host does not know
 
   bool controls = true;           // exposure, gain and white balance
   int sensor_exposure = 300;      // measured by the automatic exposure, in 0.1 ms
   int exposure_delay_frames = 2;  // until a new exposure time takes effect
-  std::string refused_control;    // as named by name_of(VideoControl)
+  std::string refused_control{};  // as named by name_of(VideoControl)
   int drift_after_frame = 0;      // the exposure changes after this frame
 
   int damaged_every = 0;       // with the driver's error flag
@@ -47,9 +37,6 @@ struct FakeVideoSettings {
   int silent_after_frame = 0;  // no more frames after this one
   bool taken = false;          // another program streams from it
 };
-
-// Throws UsageError as SettingsSchema does.
-FakeVideoSettings parse_fake_video(std::string_view yaml);
 
 // The scene: a BGR picture (CV_8UC3) of the given size, exposed until the time `exposed` for
 // `exposure_100us` times 0.1 ms.

@@ -25,10 +25,9 @@ CameraConfig streaming(PixelFormat pixel_format = PixelFormat::kMjpg) {
 }
 
 struct VideoRig {
-  explicit VideoRig(std::string_view yaml = "{}", const CameraConfig& config = streaming(),
-                    FakeScene scene = {})
-      : camera(config, std::make_unique<FakeVideoDevice>(parse_fake_video(yaml), &clock, scene),
-               &clock) {}
+  explicit VideoRig(const FakeVideoSettings& settings = {},
+                    const CameraConfig& config = streaming(), FakeScene scene = {})
+      : camera(config, std::make_unique<FakeVideoDevice>(settings, &clock, scene), &clock) {}
 
   ManualClock clock;
   V4l2Camera camera;
@@ -51,7 +50,7 @@ class V4l2CameraPixels : public testing::TestWithParam<PixelFormat> {};
 INSTANTIATE_TEST_SUITE_P(Formats, V4l2CameraPixels, testing::ValuesIn(kPixelFormats));
 
 TEST_P(V4l2CameraPixels, PictureWasExposedAfterTheCarriageSettled) {
-  VideoRig rig("{frames_per_second: 25}", streaming(GetParam()), clock_face);
+  VideoRig rig({.frames_per_second = 25}, streaming(GetParam()), clock_face);
   rig.camera.prepare({}, "");
   for (int station = 0; station < 4; ++station) {
     rig.clock.sleep(milliseconds(2300));  // the slider moves, and nobody fetches frames
@@ -104,33 +103,33 @@ TEST(V4l2Camera, ReportsWithoutStreaming) {
 TEST(V4l2Camera, UsesTheCurrentSizeIfNoneIsConfigured) {
   CameraConfig config = streaming();
   config.width_px = config.height_px = 0;
-  VideoRig rig("{width_px: 96, height_px: 48}", config);
+  VideoRig rig({.width_px = 96, .height_px = 48}, config);
   EXPECT_EQ(rig.camera.shoot(rig.clock.now()).pictures.at(0).size, (PanoramaSize{96, 48}));
 }
 
 TEST(V4l2Camera, DriverThatOffersAnotherFormatIsAWrongDevice) {
-  VideoRig size("{any_size: false, width_px: 80, height_px: 40}");
+  VideoRig size({.width_px = 80, .height_px = 40, .any_size = false});
   EXPECT_THAT(fault_of([&] { size.camera.report(); }).what(),
               HasSubstr("offers 80x40 MJPG instead of 64x32 MJPG; set camera.width_px"));
   const DeviceFault fault = fault_of([&] { size.camera.prepare({}, ""); });
   EXPECT_EQ(fault.kind(), FaultKind::kWrongDevice);
-  VideoRig pixels("{pixel_format: yuyv}");
+  VideoRig pixels({.pixels = "YUYV"});
   EXPECT_THAT(fault_of([&] { pixels.camera.report(); }).what(), HasSubstr("offers 64x32 YUYV"));
 }
 
 TEST(V4l2Camera, PanoramasAreTwiceAsWideAsHigh) {
   CameraConfig config = streaming();
   config.height_px = 40;
-  VideoRig rig("{}", config);
+  VideoRig rig({}, config);
   EXPECT_THAT(fault_of([&] { rig.camera.report(); }).what(),
               HasSubstr("a panorama is twice as wide as high"));
   config.frames = FrameKind::kDualFisheye;
-  VideoRig fisheye("{}", config);
+  VideoRig fisheye({}, config);
   EXPECT_NO_THROW(fisheye.camera.report());
 }
 
 TEST_P(V4l2CameraPixels, DamagedShortAndEmptyFramesAreSkipped) {
-  VideoRig rig("{damaged_every: 2, short_every: 3, empty_every: 5}", streaming(GetParam()));
+  VideoRig rig({.damaged_every = 2, .short_every = 3, .empty_every = 5}, streaming(GetParam()));
   rig.camera.prepare({}, "");
   for (int station = 0; station < 20; ++station) {
     rig.clock.sleep(milliseconds(330));
@@ -141,17 +140,20 @@ TEST_P(V4l2CameraPixels, DamagedShortAndEmptyFramesAreSkipped) {
 }
 
 TEST_P(V4l2CameraPixels, OnlyDamagedFramesAreABadPicture) {
-  for (const std::string how : {"damaged_every", "short_every", "empty_every"}) {
-    VideoRig rig("{" + how + ": 1}", streaming(GetParam()));
+  for (const auto how : {&FakeVideoSettings::damaged_every, &FakeVideoSettings::short_every,
+                         &FakeVideoSettings::empty_every}) {
+    FakeVideoSettings settings;
+    settings.*how = 1;
+    VideoRig rig(settings, streaming(GetParam()));
     const DeviceFault fault = fault_of([&] { rig.camera.shoot(rig.clock.now()); });
-    EXPECT_EQ(fault.kind(), FaultKind::kBadPicture) << how;
+    EXPECT_EQ(fault.kind(), FaultKind::kBadPicture);
     EXPECT_TRUE(fault.is_retryable());
-    EXPECT_THAT(fault.what(), HasSubstr("gave only damaged frames within 3000 ms (")) << how;
+    EXPECT_THAT(fault.what(), HasSubstr("gave only damaged frames within 3000 ms ("));
   }
 }
 
 TEST(V4l2Camera, CameraThatFallsSilentIsATimeout) {
-  VideoRig rig("{silent_after_frame: 80}");
+  VideoRig rig({.silent_after_frame = 80});
   rig.camera.prepare({}, "");
   SteadyTime settled;
   const DeviceFault fault = fault_of([&] {
@@ -167,12 +169,12 @@ TEST(V4l2Camera, CameraThatFallsSilentIsATimeout) {
 }
 
 TEST(V4l2Camera, CameraWithoutFramesIsAFaultBeforeAnyMove) {
-  VideoRig rig("{silent_after_frame: 1}");
+  VideoRig rig({.silent_after_frame = 1});
   EXPECT_EQ(fault_of([&] { rig.camera.prepare({}, ""); }).kind(), FaultKind::kTimeout);
 }
 
 TEST(V4l2Camera, UnpluggedCameraIsNoContact) {
-  VideoRig rig("{gone_after_frame: 60}");
+  VideoRig rig({.gone_after_frame = 60});
   rig.camera.prepare({}, "");
   const DeviceFault fault = fault_of([&] {
     for (int station = 0; station < 60; ++station) rig.camera.shoot(rig.clock.now());
@@ -182,19 +184,19 @@ TEST(V4l2Camera, UnpluggedCameraIsNoContact) {
 }
 
 TEST(V4l2Camera, CameraInUseElsewhereIsBusy) {
-  VideoRig rig("{taken: true}");
+  VideoRig rig({.taken = true});
   EXPECT_EQ(fault_of([&] { rig.camera.prepare({}, ""); }).kind(), FaultKind::kBusy);
 }
 
 TEST(V4l2Camera, FramesStampedByAnotherClockAreRefused) {
-  VideoRig rig("{stamps: unknown}");
+  VideoRig rig({.monotonic_stamps = false});
   const DeviceFault fault = fault_of([&] { rig.camera.shoot(rig.clock.now()); });
   EXPECT_EQ(fault.kind(), FaultKind::kWrongDevice);
   EXPECT_THAT(fault.what(), HasSubstr("uvcvideo: clock=CLOCK_MONOTONIC"));
 }
 
 TEST(V4l2Camera, EveryPictureCarriesTheLockedExposure) {
-  VideoRig rig("{sensor_exposure: 240}");
+  VideoRig rig({.sensor_exposure = 240});
   const std::string locked = rig.camera.prepare({}, "");
   const Picture picture = rig.camera.shoot(rig.clock.now()).pictures.at(0);
   EXPECT_EQ(picture.exposure, locked);
@@ -202,7 +204,7 @@ TEST(V4l2Camera, EveryPictureCarriesTheLockedExposure) {
 }
 
 TEST(V4l2Camera, ExposureThatDriftsIsAFault) {
-  VideoRig rig("{drift_after_frame: 80}");
+  VideoRig rig({.drift_after_frame = 80});
   rig.camera.prepare({}, "");
   const DeviceFault fault = fault_of([&] {
     for (int station = 0; station < 80; ++station) rig.camera.shoot(rig.clock.now());
@@ -213,7 +215,7 @@ TEST(V4l2Camera, ExposureThatDriftsIsAFault) {
 
 // The brightness of each picture shows that the sensor had changed before it was exposed.
 TEST(V4l2Camera, BracketIsOnePictureOfEachExposure) {
-  VideoRig rig("{sensor_exposure: 200, exposure_delay_frames: 3}");
+  VideoRig rig({.sensor_exposure = 200, .exposure_delay_frames = 3});
   ExposureSettings settings;
   settings.bracket_ev = {-1.0, 0.0, 2.0};
   rig.camera.prepare(settings, "");
@@ -232,14 +234,14 @@ TEST(V4l2Camera, YuyvOfAnyPaddingKeepsItsColours) {
   const FakeScene orange = [](SteadyTime, int, PanoramaSize size) {
     return cv::Mat(size.height, size.width, CV_8UC3, cv::Scalar(30, 120, 220));
   };
-  for (const std::string yaml : {"{}", "{line_padding_bytes: 64}"}) {
-    VideoRig rig(yaml, streaming(PixelFormat::kYuyv), orange);
+  for (const int padding : {0, 64}) {
+    VideoRig rig({.line_padding_bytes = padding}, streaming(PixelFormat::kYuyv), orange);
     const Picture picture = rig.camera.shoot(rig.clock.now()).pictures.at(0);
     const std::vector<unsigned char> bytes(picture.bytes.begin(), picture.bytes.end());
     const cv::Scalar mean = cv::mean(cv::imdecode(bytes, cv::IMREAD_COLOR));
-    EXPECT_NEAR(mean[0], 30.0, 4.0) << yaml;
-    EXPECT_NEAR(mean[1], 120.0, 4.0) << yaml;
-    EXPECT_NEAR(mean[2], 220.0, 4.0) << yaml;
+    EXPECT_NEAR(mean[0], 30.0, 4.0) << padding;
+    EXPECT_NEAR(mean[1], 120.0, 4.0) << padding;
+    EXPECT_NEAR(mean[2], 220.0, 4.0) << padding;
   }
 }
 

@@ -13,8 +13,8 @@ namespace {
 using testing::HasSubstr;
 
 struct ExposureRig {
-  explicit ExposureRig(std::string_view yaml = "{}")
-      : device(parse_fake_video(yaml), &clock), exposure(&device) {}
+  explicit ExposureRig(const FakeVideoSettings& settings = {})
+      : device(settings, &clock), exposure(&device) {}
 
   std::string lock(const ExposureSettings& settings, const std::string& earlier = "") {
     return exposure.lock(settings, earlier, [this] { ++measured; });
@@ -38,7 +38,7 @@ std::string exposure_fault_of(Call call) {
 }
 
 TEST(V4l2Exposure, LocksWhatTheCameraMeasured) {
-  ExposureRig rig("{sensor_exposure: 321}");
+  ExposureRig rig({.sensor_exposure = 321});
   EXPECT_EQ(rig.lock({}), R"({"exposure_100us":321,"gain":8,"white_balance_k":4600})");
   EXPECT_EQ(rig.measured, 1);
   EXPECT_EQ(rig.device.control(VideoControl::kExposureMode), 1);
@@ -47,7 +47,7 @@ TEST(V4l2Exposure, LocksWhatTheCameraMeasured) {
 }
 
 TEST(V4l2Exposure, GivenValuesAreSetAndTheRestMeasured) {
-  ExposureRig rig("{sensor_exposure: 321}");
+  ExposureRig rig({.sensor_exposure = 321});
   ExposureSettings settings;
   settings.shutter_s = 0.02;
   settings.white_balance_k = 5003;  // the camera has steps of 10
@@ -55,7 +55,7 @@ TEST(V4l2Exposure, GivenValuesAreSetAndTheRestMeasured) {
 }
 
 TEST(V4l2Exposure, ResumedSessionIsSetAgainAndNotMeasured) {
-  ExposureRig rig("{sensor_exposure: 999}");
+  ExposureRig rig({.sensor_exposure = 999});
   const std::string earlier = R"({"exposure_100us":321,"gain":3,"white_balance_k":4700})";
   EXPECT_EQ(rig.lock({}, earlier), earlier);
   EXPECT_EQ(rig.measured, 0);
@@ -70,7 +70,7 @@ TEST(V4l2Exposure, ResumingWithAnotherKindOfCameraIsRefused) {
 }
 
 TEST(V4l2Exposure, CameraWithoutControlsIsLeftAlone) {
-  ExposureRig rig("{controls: false}");
+  ExposureRig rig({.controls = false});
   EXPECT_EQ(rig.lock({}), "");
   EXPECT_EQ(rig.exposure.confirm(), "");
   ExposureSettings settings;
@@ -99,13 +99,13 @@ TEST(V4l2Exposure, NamesUnsupportedSettings) {
   settings.iso = 100;
   EXPECT_THROW(rig.lock(settings), UsageError);
   for (const std::string control : {"exposure_mode", "auto_gain", "gain", "white_balance_k"}) {
-    ExposureRig stubborn("{refused_control: " + control + "}");
+    ExposureRig stubborn({.refused_control = control});
     EXPECT_THAT(exposure_fault_of([&] { stubborn.lock({}); }), HasSubstr("refuses"));
   }
 }
 
 TEST(V4l2Exposure, BracketMultipliesTheExposureTime) {
-  ExposureRig rig("{sensor_exposure: 200}");
+  ExposureRig rig({.sensor_exposure = 200});
   ExposureSettings settings;
   settings.bracket_ev = {-2.0, 0.0, 1.5};
   rig.lock(settings);
@@ -119,7 +119,7 @@ TEST(V4l2Exposure, BracketMultipliesTheExposureTime) {
 
 TEST(V4l2Exposure, BracketBeyondTheCameraIsRefusedAtTheStart) {
   for (const double ev : {-9.0, 5.0, 1e300}) {
-    ExposureRig rig("{sensor_exposure: 200}");
+    ExposureRig rig({.sensor_exposure = 200});
     ExposureSettings settings;
     settings.bracket_ev = {0.0, ev};
     EXPECT_THAT(exposure_fault_of([&] { rig.lock(settings); }), HasSubstr("cannot expose by"));

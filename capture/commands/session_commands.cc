@@ -78,10 +78,9 @@ void add_status(CLI::App* app) {
   command->footer("Example:\n  raywalk-capture status hall");
   command->callback([arguments] {
     SessionReader session(arguments->directory);
-    const SessionStatus status = status_of(&session);
+    const nlohmann::json status = session_status(&session);
     if (arguments->json) {
-      fmt::print("{}\n", status_json(status).dump(
-                             2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+      fmt::print("{}\n", status.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     } else {
       fmt::print("{}", status_text(status));
     }

@@ -161,6 +161,13 @@ void require_camera(const CaptureConfig& config) {
   }
   require_frame_size(config);
   require_exposure(config);
+  if (config.run.mode == CaptureMode::kVideo && camera.kind != CameraKind::kGpio) {
+    refuse_setting(
+        config, "run.mode",
+        fmt::format("is video, but the program cannot film with the {} camera; film with "
+                    "a gpio camera, or capture stations",
+                    name_of(camera.kind)));
+  }
 }
 
 }  // namespace

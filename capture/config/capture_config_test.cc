@@ -204,6 +204,8 @@ TEST_F(CaptureConfigTest, FramesAndExposuresHaveToFitTogether) {
   EXPECT_THAT(camera_error("exposure: {bracket_ev: [0, 1, 0]}"), HasSubstr("twice"));
   EXPECT_THAT(camera_error("exposure: {bracket_ev: [0, 1]}", "run: {mode: video}\n"),
               HasSubstr("which a video cannot have"));
+  EXPECT_THAT(camera_error("exposure: {bracket_ev: [0]}", "run: {mode: video}\n"),
+              HasSubstr("'run.mode' is video, but the program cannot film with the osc camera"));
 }
 
 TEST_F(CaptureConfigTest, ContradictoryPlansAreRefused) {

@@ -107,7 +107,7 @@ Motion motion_of(const Travel& travel) {
 std::vector<double> starts_of(const Motion& motion) {
   std::vector<double> starts_s;
   bool moves = motion.values.front() > kMoving;
-  std::size_t changed = 0;  // where it began to be in the other state
+  std::size_t changed = 1;  // where it began to be in the other state
   for (std::size_t i = 1; i < motion.values.size(); ++i) {
     const bool is_above = motion.values[i] > kMoving;
     if (is_above == moves) {

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -12,7 +14,7 @@
 #include "capture/import/card_pictures.h"
 #include "capture/import/match_pictures.h"
 #include "capture/import/session_shots.h"
-#include "capture/import/unnamed_frames.h"
+#include "capture/session/frame_files.h"
 #include "capture/session/session.h"
 #include "capture/session/session_reader.h"
 #include "core/base/error.h"
@@ -36,6 +38,45 @@ Picture read_checked_picture(const fs::path& file, PanoramaSize size) {
   picture.camera_name = file.filename().string();
   return picture;
 }
+
+// Frames are named after their station: "x0_007.jpg", "x0_007_e1_front.jpg".
+bool is_of_station(const fs::path& file, const std::string& station) {
+  const std::string name = file.filename().string();
+  return name.starts_with(station + ".") || name.starts_with(station + "_");
+}
+
+// The files in a session's frames/ that no row of its database names: of a killed import.
+class UnnamedFrames {
+ public:
+  explicit UnnamedFrames(SessionReader* reader) : session_directory_(reader->directory()) {
+    std::set<std::string> named;
+    const SessionContents contents = reader->contents();
+    for (const SessionFrame& frame : contents.frames) named.insert(frame.file);
+    files_ = list_frames(session_directory_);
+    std::erase_if(files_, [&](const std::string& file) {
+      const fs::file_status status = fs::symlink_status(session_directory_ / file);
+      return named.contains(file) || is_temporary_frame(file) || !fs::is_regular_file(status);
+    });
+  }
+
+  // A file of this station with exactly these bytes, relative to the session's directory, to be
+  // reused as its name is taken. It and its directory are synced on return. Throws Error if that
+  // fails.
+  std::optional<std::string> find(const std::string& station, const std::string& bytes) const {
+    for (const std::string& file : files_) {
+      const fs::path path = session_directory_ / file;
+      if (!is_of_station(path, station) || read_file(path) != bytes) continue;
+      // The file was synced before it was renamed; its directory may not have been.
+      sync_directory(path.parent_path());
+      return file;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  fs::path session_directory_;
+  std::vector<std::string> files_;  // ascending
+};
 
 // Copies pictures station by station.
 class PictureCopier {

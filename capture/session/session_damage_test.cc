@@ -4,6 +4,7 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
@@ -56,7 +57,7 @@ class SessionDamageTest : public testing::Test {
     std::optional<int> captured;
     error_of([&] {
       SessionReader reader(capture_.directory);
-      captured = status_of(&reader).captured();
+      captured = session_status(&reader)["captured"].get<int>();
     });
     return captured;
   }

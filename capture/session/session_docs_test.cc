@@ -89,7 +89,7 @@ TEST_F(SessionDocsTest, ExplainsExactlyTheExistingColumns) {
 
 TEST_F(SessionDocsTest, ExplainsEveryKeyOfTheStatus) {
   SessionReader reader(capture_.directory);
-  const nlohmann::json status = status_json(status_of(&reader));
+  const nlohmann::json status = session_status(&reader);
   std::vector<std::string> keys;
   for (const auto& [key, value] : status.items()) keys.push_back(key);
   for (const auto& [key, value] : status["lines"][0].items()) keys.push_back(key);

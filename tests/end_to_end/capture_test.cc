@@ -240,7 +240,7 @@ TEST_F(CaptureCommandTest, ASessionOfAnotherPlanIsRefused) {
   files_.write();
   const CommandResult refused = run();
   EXPECT_EQ(refused.exit_code, 1);
-  EXPECT_THAT(refused.errors, HasSubstr("line x0"));
+  EXPECT_THAT(refused.errors, HasSubstr("lines/x0/stations"));
 }
 
 TEST_F(CaptureCommandTest, EachMissingDeviceIsNamed) {

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "capture/run/capture_sequence.h"
 #include "capture/run/fake_camera.h"
@@ -56,7 +57,7 @@ TEST(LongSession, MemoryStaysFlatOverTenThousandStations) {
     EXPECT_LT(resident_mb() - early_mb, 8.0);
   }
   SessionReader reader(capture.directory);
-  EXPECT_EQ(status_of(&reader).captured(), kLines * kStationsOfLine);
+  EXPECT_EQ(session_status(&reader)["captured"], kLines * kStationsOfLine);
 }
 
 }  // namespace
