@@ -105,8 +105,8 @@ TEST(LensBundleTest, RecoversLensesWithinTheirSigmas) {
     const BundleInput input = observed({}, truth, &random);
     const BundleResult result = adjust_bundle(input, start_of(input), {4.0, 50, true});
     const DualFisheyeLayout fitted = layout_of(result.state.camera, input.start);
-    const double difference_px = imaging_difference_px(fitted, truth);
-    EXPECT_LT(difference_px, 0.3) << "run " << run;
+    EXPECT_LT(imaging_difference_px(fitted, truth), 0.3) << "run " << run;
+    EXPECT_LT((fitted.front_position_m - truth.front_position_m).norm(), 0.002) << "run " << run;
     EXPECT_NEAR(result.sigma_px, 0.2, 0.03);
     ASSERT_TRUE(result.covariance);
     const CameraUncertainty sigma = uncertainty_of(result.state.camera, *result.covariance, fitted);

@@ -41,8 +41,6 @@ struct RailParameter {
     kCount = 18
   };
 };
-// Every line has the parameters before kBow.
-inline constexpr int kRigidParameters = RailParameter::kBow;
 
 using RailParameters = std::array<double, RailParameter::kCount>;
 
