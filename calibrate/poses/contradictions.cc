@@ -170,36 +170,66 @@ std::optional<Contradiction> station_off(const CaptureSet& set, const FramePose&
                   1e3 * off_m[2])};
 }
 
-// Whether each of two stations was found at the other's place on its rail.
-bool are_exchanged(const CaptureSet& set, const FramePoses& poses, const std::vector<Rail>& rails,
-                   std::size_t a, std::size_t b) {
-  const auto place_m = [&](std::size_t frame) {
-    return pose_on_rail(set, rails[set.frames[frame].line], frame).position_m;
-  };
-  const double tolerance_m = 0.25 * (place_m(a) - place_m(b)).norm();
-  return (poses[a]->position_m - place_m(b)).norm() < tolerance_m &&
-         (poses[b]->position_m - place_m(a)).norm() < tolerance_m;
-}
+// Joins what are single stations to pairs that were exchanged: each was found at the other's place
+// on its rail, or one was and the other, whose picture was matched where it is listed, not solved.
+class Exchanges {
+ public:
+  Exchanges(const CaptureSet& set, const FramePoses& poses, const std::vector<Rail>& rails)
+      : set_(set), poses_(poses), rails_(rails) {}
 
-// Joins pairs of single stations that were exchanged.
-void join_exchanged(const CaptureSet& set, const FramePoses& poses, const std::vector<Rail>& rails,
-                    std::vector<Contradiction>* single) {
-  for (std::size_t i = 0; i < single->size(); ++i) {
-    const std::size_t a = (*single)[i].frames.front();
-    const auto other =
-        std::find_if(single->begin() + static_cast<std::ptrdiff_t>(i) + 1, single->end(),
-                     [&](const Contradiction& one) {
-                       return are_exchanged(set, poses, rails, a, one.frames.front());
-                     });
-    if (other == single->end()) continue;
-    const std::size_t b = other->frames.front();
-    (*single)[i] = {"exchanged",
-                    {a, b},
-                    fmt::format("{} and {} lie at each other's listed places: they are exchanged",
-                                set.frames[a].name, set.frames[b].name)};
-    single->erase(other);
+  void join(std::vector<Contradiction>* single) const {
+    for (std::size_t i = 0; i < single->size(); ++i) {
+      const std::size_t a = (*single)[i].frames.front();
+      const auto other = std::find_if(single->begin() + static_cast<std::ptrdiff_t>(i) + 1,
+                                      single->end(), [&](const Contradiction& one) {
+                                        const std::size_t b = one.frames.front();
+                                        return found_at(a, b) && found_at(b, a);
+                                      });
+      if (other != single->end()) {
+        const std::size_t b = other->frames.front();
+        (*single)[i] = {
+            "exchanged",
+            {a, b},
+            fmt::format("{} and {} lie at each other's listed places: they are exchanged", name(a),
+                        name(b))};
+        single->erase(other);
+      } else if (const auto b = unsolved_where_found(a)) {
+        (*single)[i] = {"exchanged",
+                        {a, *b},
+                        fmt::format("{} lies at the listed place of {}, which could not be solved: "
+                                    "they seem to be exchanged",
+                                    name(a), name(*b))};
+      }
+    }
   }
-}
+
+ private:
+  const std::string& name(std::size_t frame) const { return set_.frames[frame].name; }
+  bool is_solved(std::size_t frame) const {
+    return poses_[frame] && poses_[frame]->origin == PoseOrigin::kSolved;
+  }
+  Eigen::Vector3d place_m(std::size_t frame) const {
+    return pose_on_rail(set_, rails_[set_.frames[frame].line], frame).position_m;
+  }
+  bool found_at(std::size_t frame, std::size_t other) const {
+    const double tolerance_m = 0.25 * (place_m(frame) - place_m(other)).norm();
+    return (poses_[frame]->position_m - place_m(other)).norm() < tolerance_m;
+  }
+  std::optional<std::size_t> unsolved_where_found(std::size_t frame) const {
+    const double tolerance_m = 0.25 * station_spacing_m(set_);
+    for (const CaptureLine& line : set_.lines) {
+      for (const std::size_t other : line.frames) {
+        if (is_solved(other)) continue;
+        if ((poses_[frame]->position_m - place_m(other)).norm() < tolerance_m) return other;
+      }
+    }
+    return std::nullopt;
+  }
+
+  const CaptureSet& set_;
+  const FramePoses& poses_;
+  const std::vector<Rail>& rails_;
+};
 
 }  // namespace
 
@@ -227,7 +257,7 @@ std::vector<Contradiction> contradictions_of(const CaptureSet& set, const FrameP
       if (off) single.push_back(std::move(*off));
     }
   }
-  join_exchanged(believed, poses, fitted, &single);
+  Exchanges(believed, poses, fitted).join(&single);
   found.insert(found.end(), single.begin(), single.end());
   return found;
 }

@@ -24,8 +24,9 @@ struct Contradiction {
 // missing, or there twice); whichever explains its stations far better than the list does. Of the
 // other stations one is named if it is more than five standard deviations (the scatter of its line
 // and its own sigma) and a fiftieth of the spacing off; with another one if they lie at each
-// other's places. A line whose stations scatter by more than a quarter of the spacing is named as a
-// whole. Fewer than three solved stations of a line contradict nothing.
+// other's places, or it lies where one that was not solved is listed. A line whose stations scatter
+// by more than a quarter of the spacing is named as a whole. Fewer than three solved stations of a
+// line contradict nothing.
 std::vector<Contradiction> contradictions_of(const CaptureSet& set, const FramePoses& poses,
                                              const std::vector<Rail>& rails);
 

@@ -75,6 +75,11 @@ TEST(Contradictions, NameExchangedStations) {
     EXPECT_THAT(found.frames, ElementsAre(std::min(a, b), std::max(a, b)));
     EXPECT_THAT(found.text,
                 AllOf(HasSubstr(grid.set.frames[a].name), HasSubstr(grid.set.frames[b].name)));
+    // The picture of one was matched where it is listed, so it could not be solved.
+    grid.truth[b]->origin = PoseOrigin::kRail;
+    const Contradiction half = grid.contradiction();
+    EXPECT_EQ(half.kind, "exchanged");
+    EXPECT_THAT(half.frames, ElementsAre(a, b));
   }
 }
 

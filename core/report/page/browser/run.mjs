@@ -44,10 +44,7 @@ function makeReports() {
     execFileSync(path.join(bin, `raywalk-${program}`), options, {
       stdio: ["ignore", "ignore", "pipe"],
     });
-  writeFileSync(
-    at("room.yaml"),
-    "grid: {spacing_mm: 200, overhang_share: 0.2}\n",
-  );
+  writeFileSync(at("room.yaml"), "grid: {spacing_mm: 200, overhang_share: 0.2}\n");
   const small = ["--width", "256", "--truth-views", "2"];
   raywalk("simulate", "room", at("room.yaml"), "--out", at("capture"), ...small, "-q");
   const room = at("room.lf");
