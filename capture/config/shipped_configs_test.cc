@@ -1,4 +1,6 @@
 // The files in configs/ document the configuration; these tests check that they are complete.
+#include "core/files/shipped_configs.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +12,6 @@
 #include "capture/config/capture_config.h"
 #include "capture/config/capture_schema.h"
 #include "core/files/atomic_output.h"
-#include "core/files/shipped_configs.h"
 #include "core/files/test_yaml_keys.h"
 
 namespace raywalk::capture {

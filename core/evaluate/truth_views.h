@@ -85,7 +85,8 @@ cv::Mat truth_completed_by(const cv::Mat& view, const TrueView& truth);
 nlohmann::ordered_json quarter_scores_of(const Grid& grid, const cv::Mat& view,
                                          const TrueView& truth);
 
-// The 90 degrees around longitude `theta_rad` of a panorama: a quarter of its columns, rounded down.
+// The 90 degrees around longitude `theta_rad` of a panorama: a quarter of its columns, rounded
+// down.
 cv::Mat quarter_of(const cv::Mat& panorama, double theta_rad);
 
 // Mean of a key over the rows where it is known; null where it is in none.
