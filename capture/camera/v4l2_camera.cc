@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <span>
-#include <vector>
 
 #include "capture/base/device_fault.h"
 #include "capture/base/word_of.h"
+#include "capture/camera/yuyv_picture.h"
 #include "core/base/interrupt.h"
 #include "core/files/image_file.h"
 
@@ -26,30 +24,6 @@ constexpr int kFramesUntilExposed = 3;
 
 std::string text_of(PanoramaSize size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height);
-}
-
-// The minimum size of a YUYV frame in bytes: the last line may lack its padding.
-std::size_t min_yuyv_bytes(const VideoFormat& format) {
-  return static_cast<std::size_t>(format.size.height - 1) * format.bytes_per_line +
-         2 * static_cast<std::size_t>(format.size.width);
-}
-
-// A YUYV frame, in the usual colours of cameras (ITU-R BT.601, luma from 16 to 235), as a JPEG
-// file. Pixel pairs already share a chroma sample, so JPEG's subsampling loses resolution only
-// between lines.
-std::string jpeg_from_yuyv(std::span<const std::byte> frame, const VideoFormat& format,
-                           int quality) {
-  std::vector<std::byte> bytes(frame.begin(), frame.end());
-  bytes.resize(static_cast<std::size_t>(format.size.height) * format.bytes_per_line);
-  const cv::Mat yuyv(format.size.height, format.size.width, CV_8UC2, bytes.data(),
-                     format.bytes_per_line);
-  cv::Mat bgr;
-  cv::cvtColor(yuyv, bgr, cv::COLOR_YUV2BGR_YUYV);
-  std::vector<unsigned char> file;
-  if (!cv::imencode(".jpg", bgr, file, {cv::IMWRITE_JPEG_QUALITY, quality})) {
-    throw Error("cannot encode a camera's frame as JPEG");
-  }
-  return {file.begin(), file.end()};
 }
 
 // The damage of a frame that the driver did not flag; empty if none.

@@ -49,11 +49,42 @@ constexpr std::array<__u32, 6> kControlIds = {
 
 __u32 id_of(VideoControl control) { return kControlIds.at(static_cast<std::size_t>(control)); }
 
+// The driver's colorimetry, with defaults resolved as in videodev2.h.
+VideoColour colour_of(const v4l2_pix_format& pixels) {
+  __u32 encoding = pixels.ycbcr_enc;
+  if (encoding == V4L2_YCBCR_ENC_DEFAULT) encoding = V4L2_MAP_YCBCR_ENC_DEFAULT(pixels.colorspace);
+  __u32 range = pixels.quantization;
+  if (range == V4L2_QUANTIZATION_DEFAULT) {
+    range = V4L2_MAP_QUANTIZATION_DEFAULT(false, pixels.colorspace, encoding);
+  }
+  VideoColour colour;
+  colour.full_range = range == V4L2_QUANTIZATION_FULL_RANGE;
+  switch (encoding) {
+    case V4L2_YCBCR_ENC_709:
+    case V4L2_YCBCR_ENC_XV709:
+      colour.kr = 0.2126;  // ITU-R BT.709
+      colour.kb = 0.0722;
+      break;
+    case V4L2_YCBCR_ENC_BT2020:
+      colour.kr = 0.2627;  // ITU-R BT.2020
+      colour.kb = 0.0593;
+      break;
+    case V4L2_YCBCR_ENC_SMPTE240M:
+      colour.kr = 0.212;  // SMPTE 240M
+      colour.kb = 0.087;
+      break;
+    default:
+      break;  // ITU-R BT.601
+  }
+  return colour;
+}
+
 VideoFormat format_of(const v4l2_pix_format& pixels) {
   return {
       .pixels = text_of_fourcc(pixels.pixelformat),
       .size = {static_cast<int>(pixels.width), static_cast<int>(pixels.height)},
-      .bytes_per_line = std::max<std::size_t>(pixels.bytesperline, std::size_t{2} * pixels.width)};
+      .bytes_per_line = std::max<std::size_t>(pixels.bytesperline, std::size_t{2} * pixels.width),
+      .colour = colour_of(pixels)};
 }
 
 class FileDescriptor {

@@ -20,10 +20,19 @@ struct VideoIdentity {
   std::string bus;     // USB or PCI address
 };
 
+// The encoding of Y'CbCr samples: luma coefficients kr, kb of the red and blue primaries, and
+// range.
+struct VideoColour {
+  double kr = 0.299;  // ITU-R BT.601
+  double kb = 0.114;
+  bool full_range = false;  // Y' 0..255; else 16..235, and chroma 16..240 around 128
+};
+
 struct VideoFormat {
   std::string pixels;  // four characters, as V4L2 names it: "MJPG", "YUYV", ...
   PanoramaSize size{};
   std::size_t bytes_per_line = 0;  // of YUYV; at least 2 * width
+  VideoColour colour{};            // of YUYV
 };
 
 // A frame from the driver. `bytes` are valid until the next call of next_frame or stop.
