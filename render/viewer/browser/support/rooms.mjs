@@ -8,7 +8,6 @@ import { setup } from "./setup.mjs";
 
 const execute = promisify(execFile);
 
-const SCENES = new URL("../../../../configs/scenes/", import.meta.url);
 const ONE_CELL = "grid: {spacing_mm: 50, overhang_share: 0.1}";
 const TWO_CELLS = "grid: {cells_x: 2, spacing_mm: 100, overhang_share: 0.1}";
 
@@ -22,7 +21,9 @@ export async function makeRooms(bin, white_room, folder) {
 
 async function makeVirtualRoom(bin, folder, name, scene, settings, flags) {
   // Chairs' spindles are thinner than what these few pixels show.
-  const objects = (await readFile(new URL(`${scene}.yaml`, SCENES), "utf8")).split(/^(?= {2}# )/m);
+  const scenes = path.join(bin, "..", "share", "raywalk", "configs", "scenes");
+  const text = await readFile(path.join(scenes, `${scene}.yaml`), "utf8");
+  const objects = text.split(/^(?= {2}# )/m);
   const without_chairs = objects.filter((object) => !object.startsWith("  # chair"));
   await writeFile(path.join(folder, `${name}-scene.yaml`), without_chairs.join(""));
   const config = path.join(folder, `${name}.yaml`);
