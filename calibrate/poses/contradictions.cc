@@ -194,11 +194,12 @@ class Exchanges {
                         name(b))};
         single->erase(other);
       } else if (const auto b = unsolved_where_found(a)) {
-        (*single)[i] = {"exchanged",
-                        {a, *b},
-                        fmt::format("{} lies at the listed place of {}, which could not be solved: "
-                                    "they seem to be exchanged",
-                                    name(a), name(*b))};
+        (*single)[i] = {
+            "exchanged",
+            {a, *b},
+            fmt::format(
+                "{} lies at the listed place of {}, which was not solved: they may be exchanged",
+                name(a), name(*b))};
       }
     }
   }
