@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "build_lf/free_space.h"
+#include "build_lf/listed_motion.h"
 #include "build_lf/partial_room.h"
 #include "build_lf/reused_lines.h"
 #include "build_lf/station_data.h"
@@ -168,6 +169,7 @@ std::string checksum_of_line(const fs::path& volume) {
 void pack_room(const PackOptions& options) {
   require_free(without_trailing_slash(options.out), options.replace);
   const PackPlan plan = plan_pack(options);
+  require_listed_motion(plan, input_name(options.frames));
   PartialRoom partial(options.out, plan.fingerprint, options.replace);
   pack_lines(options, plan, lines_of(plan, {}), &partial);
   complete_room(plan, &partial);
@@ -183,6 +185,7 @@ std::string pack_block(const PackOptions& options, Block block) {
     return fmt::format("{} is empty: the room has {}", name,
                        counted(plan.grid.lines.size(), "line"));
   }
+  if (block.index == 1) require_listed_motion(plan, input_name(options.frames));
   PartialRoom partial(options.out, plan.fingerprint, options.replace, FileLock::Use::kShared);
   const std::size_t packed = pack_lines(options, plan, lines, &partial);
   return fmt::format("{}: {}, {}", name, counted(lines.size(), "line"),

@@ -150,7 +150,9 @@ LineInputs line_inputs(const PackPlan& plan, std::size_t line) {
   return inputs;
 }
 
-void write_line_inputs(const fs::path& room, const PackPlan& plan) {
+namespace {
+
+std::string inputs_text(const PackPlan& plan) {
   nlohmann::ordered_json lines = nlohmann::ordered_json::object();
   for (std::size_t i = 0; i < plan.grid.lines.size(); ++i) {
     const LineInputs& inputs = plan.inputs[i];
@@ -158,8 +160,19 @@ void write_line_inputs(const fs::path& room, const PackPlan& plan) {
     if (!inputs.distances.empty()) line["distances"] = inputs.distances;
     lines[plan.grid.lines[i].id] = std::move(line);
   }
-  write_file_atomically(line_inputs_path(room),
-                        json_text({{"format_version", kInputsVersion}, {"lines", lines}}));
+  return json_text({{"format_version", kInputsVersion}, {"lines", lines}});
+}
+
+}  // namespace
+
+void write_line_inputs(const fs::path& room, const PackPlan& plan) {
+  write_file_atomically(line_inputs_path(room), inputs_text(plan));
+}
+
+bool is_packed_from(const fs::path& room, const PackPlan& plan) {
+  std::error_code error;
+  return fs::exists(manifest_path(room), error) && fs::exists(line_inputs_path(room), error) &&
+         read_file(line_inputs_path(room)) == inputs_text(plan);
 }
 
 ReusedVolumes reuse_volumes(const fs::path& earlier, const PackPlan& plan,

@@ -21,6 +21,8 @@ LineInputs line_inputs(const PackPlan& plan, std::size_t line);
 
 // Writes inputs.json of a room that is complete but for its manifest. Throws Error.
 void write_line_inputs(const std::filesystem::path& room, const PackPlan& plan);
+// Whether the room there is complete and made from the plan's inputs. Throws Error.
+bool is_packed_from(const std::filesystem::path& room, const PackPlan& plan);
 
 // How many volumes were taken over.
 struct ReusedVolumes {

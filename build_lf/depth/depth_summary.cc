@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/room/distance_volume.h"
 
@@ -118,6 +119,17 @@ std::string text_of(const DepthSummary& summary) {
   }
   if (summary.gains) text += text_of(*summary.gains) + "\n";
   return text + use_text(summary) + "\n";
+}
+
+void require_usable(const DepthSummary& summary) {
+  constexpr double kMostLowShare = 0.5;
+  const double share = summary.low_confidence_share();
+  if (share <= kMostLowShare) return;
+  throw Error(fmt::format(
+      "{}: not usable between stations: distances have low confidence in {:.0f} % of the solid "
+      "angle; stations too far apart for what is near, plain or moving surfaces, or positions that "
+      "are not those of the pictures (raywalk-calibrate finds them); see {}",
+      summary.room, 100.0 * share, summary.page));
 }
 
 ordered_json depth_document(const DepthSummary& summary) {

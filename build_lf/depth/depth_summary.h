@@ -91,6 +91,10 @@ nlohmann::ordered_json depth_document(const DepthSummary& summary);
 // truth, the gains, and which distances views now use.
 std::string text_of(const DepthSummary& summary);
 
+// Throws Error if most of the solid angle has low confidence, so that views between stations would
+// be torn: a clear word instead of bad views.
+void require_usable(const DepthSummary& summary);
+
 // One sentence without a full stop: "92.8 % of the pixels within 1 px of parallax ...".
 std::string text_of(const TruthComparison& truth);
 

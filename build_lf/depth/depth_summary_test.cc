@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/base/test_error.h"
+
 namespace raywalk::build_lf {
 namespace {
 
@@ -62,6 +64,14 @@ TEST(DepthSummaryTest, EveryFigureHasItsKey) {
   EXPECT_EQ(json["distances"], "estimated by sweep");
   EXPECT_EQ(json["low_confidence_share"], 0.1875);
   EXPECT_NEAR(json["low_confidence_below"], 0.25, 0.002);
+}
+
+TEST(DepthSummaryTest, MostlyUnknownDistancesAreNotUsable) {
+  DepthSummary summary = some_summary();
+  require_usable(summary);
+  for (MapSummary& map : summary.maps) map.low_share = 0.6;
+  EXPECT_THAT(error_of([&] { require_usable(summary); }),
+              AllOf(HasSubstr("room.lf: not usable between stations"), HasSubstr("60 %")));
 }
 
 TEST(DepthSummaryTest, TextSaysWhatWasMadeAndWhatViewsUse) {

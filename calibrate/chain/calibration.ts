@@ -35,7 +35,7 @@ export const report: Describe = (d, images) => {
     warnings: d.warnings,
     sections: [
       section("Notes", d.notes),
-      rectify && section("The next step", h("p", {}, h("code", {}, rectify.pack_command))),
+      rectify && section("The next step", h("p", {}, h("code", {}, rectify.next_command))),
       lens && lensSection(lens, images),
       stitch && stitchSection(stitch, images),
       mask && maskSection(mask, images),

@@ -143,7 +143,7 @@ void run_all(Calibration* calibration, const ChainOptions& options, std::ostream
     out << fmt::format("{}: {}\n", name, step_numbers(run.step, of_step));
   }
   const bool trustworthy = document.at("trustworthy").get<bool>();
-  const auto next = document.at("rectify").at("pack_command").get<std::string>();
+  const auto next = document.at("rectify").at("next_command").get<std::string>();
   out << fmt::format("{}; see {}\n{}\n", trustworthy ? "trustworthy" : "not trustworthy",
                      escaped((calibration->out() / "index.html").string()), escaped(next));
   require_trustworthy(*calibration, document);

@@ -81,7 +81,7 @@ void run_poses(const StepArguments& arguments) {
 void run_rectify(const StepArguments& arguments) {
   const Calibration calibration = run_step(arguments, CalibrationStep::kRectify);
   const nlohmann::ordered_json rectified = step_document(calibration, CalibrationStep::kRectify);
-  fmt::print("{}\n", escaped(rectified.at("pack_command").get<std::string>()));
+  fmt::print("{}\n", escaped(rectified.at("next_command").get<std::string>()));
 }
 
 }  // namespace

@@ -215,10 +215,10 @@ std::string summary_of(const ImportedPoses& poses, const GridAxes& axes, const G
           : "";
   return fmt::format(
       "{} of {}: {}, stations {:.1f} to {:.1f} mm apart, {}{}; scale {:.6g}\n"
-      "next: raywalk-build-lf pack --frames {}{}",
+      "next: raywalk-build-lf all --frames {}{}",
       counted(poses.frames.size(), "panorama"), poses.kind, counted(grid.lines.size(), "line"),
       *least, *most, counted(grid.cells.size(), "cell"), cells.empty() ? "" : " (" + cells + ")",
-      axes.scale, escaped((options.out / "poses.csv").string()), tolerance);
+      axes.scale, escaped(shell_word((options.out / "poses.csv").string())), tolerance);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "calibrate/base/rotation.h"
 #include "core/base/median.h"
+#include "core/geometry/listed_axes.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -38,13 +39,6 @@ FlowRow flow_row(const FramePose& first, const FramePose& second, const BearingM
   return row;
 }
 
-// "x", "-z", ...: the axis nearest to a direction.
-std::string nearest_axis(const Eigen::Vector3d& direction) {
-  Eigen::Index axis = 0;
-  direction.cwiseAbs().maxCoeff(&axis);
-  return fmt::format("{}{}", direction[axis] < 0.0 ? "-" : "", "xyz"[axis]);
-}
-
 // The mean direction of the lines along an axis; zero if they do not agree or nothing is known.
 Eigen::Vector3d common_direction(const CaptureSet& set, std::span<const LineMotion> motions,
                                  LineAxis axis) {
@@ -57,31 +51,6 @@ Eigen::Vector3d common_direction(const CaptureSet& set, std::span<const LineMoti
   }
   return lines > 0.0 && sum.norm() > kMajority * lines ? sum.normalized()
                                                        : Eigen::Vector3d(0, 0, 0);
-}
-
-// What is likely if lines along x move along `x` by the pictures, and those along z along `z`.
-std::string likely_cause(const std::string& x, const std::string& z) {
-  if (x == "-x" && z == "z") {
-    return "the camera is mirrored left to right or hung upside down, or x grows the other way in "
-           "the list; mirror the pictures back, give the attitude (roll 180), or correct the "
-           "positions";
-  }
-  if (x == "-x" && z == "-z") {
-    return "the camera looks backwards, or every rail runs the other way; give the attitude (yaw "
-           "180), or correct the positions";
-  }
-  if (x == "x" && z == "-z") {
-    return "the camera is mirrored and looks backwards, or z grows the other way in the list; "
-           "mirror the pictures back, or correct the positions";
-  }
-  if (x.ends_with('y') || z.ends_with('y')) {
-    return "the list has y for another axis (y is up); correct the positions";
-  }
-  if ((x == "z" && z == "-x") || (x == "-z" && z == "x") || z.empty() || x.empty()) {
-    return "the camera looks to the side, or the list is turned by 90 degrees; give the attitude "
-           "(yaw 90 or -90), or correct the positions";
-  }
-  return "x and z are exchanged in the list; correct the positions";
 }
 
 }  // namespace
@@ -151,10 +120,10 @@ std::string common_fault(const CaptureSet& set, std::span<const LineMotion> moti
                          found.empty() ? "" : ", ", axis == LineAxis::kX ? "x" : "z", move);
   }
   const auto& [x, z] = moves;
-  if ((x.empty() || x == "x") && (z.empty() || z == "z")) return "";
   // A single line that runs the other way was listed in reverse order.
   if ((x == "-x" && z.empty()) || (x.empty() && z == "-z")) return "";
-  return fmt::format("by the pictures, {}: {}", found, likely_cause(x, z));
+  const std::string fault = likely_fault_of_axes(x, z);
+  return fault.empty() ? "" : fmt::format("by the pictures, {}: {}", found, fault);
 }
 
 }  // namespace raywalk::calibrate

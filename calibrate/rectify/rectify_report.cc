@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calibrate/base/figures.h"
+#include "core/base/escaped.h"
 #include "core/base/number_text.h"
 #include "core/files/atomic_output.h"
 #include "core/files/json.h"
@@ -68,9 +69,9 @@ ordered_json json_of(const std::optional<double>& value) {
 }
 
 // The next step.
-std::string pack_command(const RectifyResult& result, const fs::path& out) {
-  std::string command =
-      fmt::format("raywalk-build-lf pack --frames {} --out ROOM.lf", (out / "poses.csv").string());
+std::string next_command(const RectifyResult& result, const fs::path& out) {
+  std::string command = fmt::format("raywalk-build-lf all --frames {} --out ROOM.lf",
+                                    shell_word((out / "poses.csv").string()));
   if (result.line_tolerance_mm.value_or(0.0) > 0.0) {
     command += fmt::format(" --line-tolerance-mm {:g}", *result.line_tolerance_mm);
   }
@@ -99,7 +100,7 @@ ordered_json rectify_document(const CaptureSet& set, const FramePoses& poses,
           {"frame_masks", masks_json(set, result.masks)},
           {"line_tolerance_mm", json_of(result.line_tolerance_mm)},
           {"same_station_mm", json_of(result.same_station_mm)},
-          {"pack_command", pack_command(result, out)},
+          {"next_command", next_command(result, out)},
           {"before_list", (out / "before.csv").string()},
           {"crossings", crossings},
           {"frames", frames},

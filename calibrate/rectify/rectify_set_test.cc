@@ -238,15 +238,15 @@ TEST_F(RectifySetTest, TolerancesArePassedOn) {
   RectifyOptions tolerant = options();
   tolerant.tolerance = {.off_line_m = 0.08, .same_station_m = 0.002};
   const std::string command =
-      "raywalk-build-lf pack --frames " + in_out("poses.csv").string() + " --out ROOM.lf";
+      "raywalk-build-lf all --frames " + in_out("poses.csv").string() + " --out ROOM.lf";
   EXPECT_EQ(rectify_set(set_, poses_, tolerant).line_tolerance_mm, 0.0);
-  EXPECT_EQ(report()["pack_command"], command + " --same-station-mm 2");
+  EXPECT_EQ(report()["next_command"], command + " --same-station-mm 2");
   for (const int i : {0, 2}) poses_[i]->position_m.z() += 0.06;
   EXPECT_EQ(rectify_set(set_, poses_, tolerant).line_tolerance_mm, 80.0);
-  EXPECT_EQ(report()["pack_command"], command + " --line-tolerance-mm 80 --same-station-mm 2");
+  EXPECT_EQ(report()["next_command"], command + " --line-tolerance-mm 80 --same-station-mm 2");
   // Where none is enough, as where there is no grid at all, that is not an error.
   EXPECT_FALSE(rectify_set(set_, poses_, options()).line_tolerance_mm);
-  EXPECT_EQ(report()["pack_command"], command);
+  EXPECT_EQ(report()["next_command"], command);
   for (std::size_t i = 1; i < poses_.size(); ++i) poses_[i].reset();
   EXPECT_FALSE(rectify_set(set_, poses_, options()).line_tolerance_mm);
 }

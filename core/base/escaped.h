@@ -12,4 +12,8 @@ namespace raywalk {
 // they are.
 std::string escaped(std::string_view text);
 
+// A file's name as a word of a shell's command, for commands that are printed to be typed: in
+// single quotes if it has characters that mean something to a shell.
+std::string shell_word(std::string_view name);
+
 }  // namespace raywalk

@@ -41,6 +41,14 @@ TEST(Escaped, KeepsTextOfAllScripts) {
   EXPECT_EQ(escaped(""), "");
 }
 
+TEST(ShellWord, IsTakenByAShellAsTheName) {
+  EXPECT_EQ(shell_word("hall/poses-2.csv"), "hall/poses-2.csv");
+  EXPECT_EQ(shell_word("my hall"), "'my hall'");
+  EXPECT_EQ(shell_word("a'b$c"), R"('a'\''b$c')");
+  EXPECT_EQ(shell_word("Größe"), "'Größe'");
+  EXPECT_EQ(shell_word(""), "''");
+}
+
 TEST(Escaped, ShowsControlCharacters) {
   EXPECT_EQ(escaped("a\nb\tc\r"), R"(a\nb\tc\r)");
   EXPECT_EQ(escaped("\x1b[31mred\x7f"), R"(\u001b[31mred\u007f)");

@@ -4,12 +4,16 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <opencv2/imgproc.hpp>
 #include <regex>
 #include <set>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "core/files/atomic_output.h"
+#include "core/files/frame_list.h"
+#include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 #include "tests/end_to_end/run_command.h"
 
@@ -177,6 +181,41 @@ TestDirectory* WhiteRoomTest::directory_ = nullptr;
 
 TEST_F(WhiteRoomTest, RoomIsNamedAfterTheFolderOfItsFrames) {
   EXPECT_TRUE(fs::exists(*directory_ / "white-room.lf" / "manifest.json"));
+}
+
+// Every fourth frame of the room at a quarter of its size, in a folder whose name has a space.
+TEST_F(WhiteRoomTest, AllMakesARefinedRoomAndRepeatsNothing) {
+  const fs::path hall = *directory_ / "my hall";
+  make_directories(hall);
+  std::vector<ListedFrame> rows;
+  for (const Frame& frame : read_frame_list(fs::path(RAYWALK_TEST_ROOM) / "poses.csv")) {
+    if (frame.path.stem().string().back() % 4 != 0) continue;
+    rows.push_back({.file = frame.path.stem().string() + ".png", .position_m = frame.position_m});
+    cv::Mat small;
+    cv::resize(read_panorama(frame.path), small, {256, 128}, 0.0, 0.0, cv::INTER_AREA);
+    write_image(hall / rows.back().file, small);
+  }
+  write_file_atomically(hall / "poses.csv", frame_list_text(rows));
+  const std::string all = RAYWALK_BUILD_LF " all --frames 'my hall/poses.csv'";
+  const CommandResult made = in_directory(all);
+  ASSERT_EQ(made.exit_code, 0) << made.errors;
+  const std::string next = "next: raywalk-render view 'my hall-refined.lf' --at ";
+  ASSERT_THAT(made.output, HasSubstr(next));
+  const std::string at = made.output.substr(made.output.find(next) + next.size());
+  EXPECT_EQ(
+      in_directory(RAYWALK_RENDER " view 'my hall-refined.lf' --out all.png --at " + at).exit_code,
+      0);
+  const CommandResult again = in_directory(all);
+  EXPECT_EQ(again.exit_code, 0) << again.errors;
+  EXPECT_EQ(again.output, made.output);
+  EXPECT_THAT(again.errors, AllOf(HasSubstr("packed before"), HasSubstr("estimated before"),
+                                  HasSubstr("refined before")));
+  rows.pop_back();
+  write_file_atomically(hall / "poses.csv", frame_list_text(rows));
+  const CommandResult other = in_directory(all);
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.errors, AllOf(HasSubstr("my hall.lf"), HasSubstr("--force")));
+  EXPECT_EQ(in_directory(all + " -f -q").exit_code, 0);
 }
 
 TEST_F(WhiteRoomTest, ViewpointIsWrittenInAnyHabit) {
