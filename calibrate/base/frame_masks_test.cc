@@ -5,6 +5,7 @@
 
 #include "calibrate/base/test_capture_folder.h"
 #include "core/base/test_error.h"
+#include "core/base/test_log.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -35,12 +36,9 @@ class FrameMasksTest : public ::testing::Test {
 };
 
 TEST_F(FrameMasksTest, MasksOfTheListAreReadAndFramesWithoutOneCounted) {
-  testing::internal::CaptureStderr();
-  testing::internal::CaptureStdout();
+  const CapturedLog log;
   const CaptureSet set = folder_.read();
-  const std::string said =
-      testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr();
-  EXPECT_THAT(said, AllOf(HasSubstr("1 of 3 frames have no mask"), HasSubstr("poses.csv:4")));
+  EXPECT_THAT(log.text(), AllOf(HasSubstr("1 of 3 frames have no mask"), HasSubstr("poses.csv:4")));
   ASSERT_TRUE(any_masks(set));
   const cv::Mat mask = joint_mask(set, 0, {});
   EXPECT_EQ(mask.at<uchar>(3, 5), 255);

@@ -85,8 +85,7 @@ TEST(AlignPoses, TakesTheScaleFromTheSliderNotFromThePlan) {
 TEST(AlignPoses, ReportsARankOfZeroForOnePoint) {
   CaptureSet set = test_line(2);
   set.frames[1].nominal_m = set.frames[0].nominal_m;
-  const FramePoses nominal = nominal_poses(set);
-  const PoseAlignment alignment = align_poses(set, nominal, nominal);
+  const PoseAlignment alignment = align_poses(set, nominal_poses(set), nominal_poses(set));
   EXPECT_EQ(alignment.rank, 0);
   EXPECT_EQ(alignment.scale_pairs, 0);
   EXPECT_EQ(alignment.scale, 1.0);
@@ -95,11 +94,10 @@ TEST(AlignPoses, ReportsARankOfZeroForOnePoint) {
 
 TEST(AlignPoses, CountsOnlyFramesWithBothPoses) {
   const CaptureSet set = test_line(5);
-  const FramePoses nominal = nominal_poses(set);
-  FramePoses solved = nominal;
+  FramePoses solved = nominal_poses(set);
   solved[1].reset();
-  EXPECT_EQ(align_poses(set, solved, nominal).frames, 4);
-  EXPECT_THROW(align_poses(set, FramePoses(5), nominal), Error);
+  EXPECT_EQ(align_poses(set, solved, nominal_poses(set)).frames, 4);
+  EXPECT_THROW(align_poses(set, FramePoses(5), nominal_poses(set)), Error);
 }
 
 TEST(AlignPoses, ScalesSigmasOfPositions) {

@@ -12,6 +12,7 @@
 #include "calibrate/rectify/crossing_overlay.h"
 #include "calibrate/stitch/stitch_test_camera.h"
 #include "core/base/error.h"
+#include "core/base/test_log.h"
 #include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
@@ -184,12 +185,9 @@ TEST_F(RectifySetTest, HeldOutFramesAreListedApartFromTheStations) {
   const RectifyResult alone = rectify_set(set_, poses_, options());
   const std::string stations = read_file(in_out("poses.csv"));
   add_held_out();
-  testing::internal::CaptureStderr();
-  testing::internal::CaptureStdout();
+  const CapturedLog log;
   const RectifyResult result = rectify_set(set_, poses_, options());
-  const std::string said =
-      testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr();
-  EXPECT_THAT(said, HasSubstr("held-out frame unposed has no pose"));
+  EXPECT_THAT(log.text(), HasSubstr("held-out frame unposed has no pose"));
   EXPECT_THAT(result.left_out, ElementsAre("unposed"));
   EXPECT_EQ(result.frames, alone.frames);
   EXPECT_EQ(result.validation_frames, kStations + 1);
