@@ -38,7 +38,6 @@ struct Arguments {
   RequireOptions require{};
   ExportOptions exported{};
   std::string export_format = "colmap";
-  LineToleranceArguments lines{};
   std::string step;  // of depth
   int threads = 0;
   std::string room;
@@ -102,7 +101,7 @@ void add_pack(CLI::App* app, Arguments* arguments) {
   add_force_flag(pack, &arguments->pack.replace,
                  "Replace the room in --out once the new one is complete");
   add_compress_option(pack, &arguments->compress);
-  add_line_tolerance_options(pack, &arguments->lines);
+  add_line_tolerance_options(pack, &arguments->pack.tolerance);
   add_block_option(pack, &arguments->block, "lines");
   add_threads_option(pack, &arguments->threads);
   pack->footer(
@@ -114,7 +113,6 @@ void add_pack(CLI::App* app, Arguments* arguments) {
       "  raywalk-build-lf pack --frames poses.csv --out room.lf");
   pack->callback([arguments] {
     arguments->pack.form = ray_form_from_name(arguments->compress);
-    arguments->pack.tolerance = tolerance_of(arguments->lines);
     set_thread_count(arguments->threads);
     if (arguments->pack.out.empty()) {
       arguments->pack.out = default_room_name(arguments->pack.frames);

@@ -98,15 +98,6 @@ void check_domain(const CellSampling& sampling, std::span<const double> d_src_m)
 
 }  // namespace
 
-double corrected_latitude(double d_src_m, double d_p_m, double phi_rad) {
-  if (d_p_m == 0.0 || std::isinf(d_src_m)) return phi_rad;
-  // (5) with both arguments divided by d_src, which cannot overflow the products.
-  const double corrected_rad = std::atan2(std::sin(phi_rad), std::cos(phi_rad) + d_p_m / d_src_m);
-  if (d_p_m < 0.0) return corrected_rad;
-  // Correction towards the horizon never increases |phi|; rounding must not either.
-  return std::copysign(std::min(std::abs(corrected_rad), std::abs(phi_rad)), phi_rad);
-}
-
 double latitude_shift(double d_src_m, double phi_rad, double apart_m) {
   if (apart_m == 0.0 || std::isinf(d_src_m)) return std::copysign(0.0, phi_rad);
   // (2) and (4) are the angle between v = d (cos phi, sin phi) and w = v + (D, 0). It has
@@ -146,11 +137,6 @@ double mismatch_distance(CornerOffset corner, double k_deg) {
   if (k_deg >= 90.0 || k_deg >= corner_angle_deg(corner)) return 0.0;
   const LimitAngle k(k_deg);
   return std::max(0.0, std::fma(-corner.to_front_m, k.tangent, corner.to_side_m) / k.sine);
-}
-
-ConnectionRange connection_range(CornerOffset corner) {
-  const auto [nearer_m, farther_m] = std::minmax(corner.to_side_m, corner.to_front_m);
-  return {45.0, std::max(45.0, corner_angle_deg({farther_m, nearer_m}))};
 }
 
 ConnectionErrorCurve connection_error_curve(const CellSampling& sampling,

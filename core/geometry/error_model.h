@@ -17,14 +17,6 @@
 
 namespace raywalk {
 
-// (5): the latitude at which the viewpoint sees the source that the line sees at phi. `phi_rad` may
-// go past the pole, [-pi, pi]; `d_p_m` is the plan distance from viewpoint to acquisition point,
-// negative where the viewpoint is in front of the line. |result| <= |phi| for d_p >= 0; phi itself
-// when d_src is infinite or d_p is 0. Where x = cos(phi) + d_p / d_src cancels, because its terms
-// differ in sign, the error is at most 1e-15 rad * (1 + (|cos phi| + |d_p / d_src|) / hypot(x, sin
-// phi)).
-double corrected_latitude(double d_src_m, double d_p_m, double phi_rad);
-
 // (2), (4): the difference in latitude between two acquisition points, the second `apart_m` >= 0
 // farther from the source in the plan. With apart = d_p it is the vertical parallax phi - phi* of
 // (1). Odd in phi, |result| <= |phi|, decreases with d_src and increases with apart (to one ulp); 0
@@ -55,14 +47,6 @@ double corner_angle_deg(CornerOffset corner);
 // to_side, b = to_front, as if a had been off in its last digits; k counts as at the corner angle
 // when it equals corner_angle_deg.
 double mismatch_distance(CornerOffset corner, double k_deg);
-
-// (9): the range of limit angles that have an effect at this corner. A corner angle below 45
-// degrees is measured from the other line, so max_deg >= min_deg.
-struct ConnectionRange {
-  double min_deg = 45.0;
-  double max_deg = 45.0;
-};
-ConnectionRange connection_range(CornerOffset corner);
 
 // The sums (7) and (10) over a cell and their weighted sum (6); Fig. 11 plots these errors.
 

@@ -27,11 +27,6 @@ constexpr double kBoundUlp = 4.0;
 Exact exact_pi() { return boost::math::constants::pi<Exact>(); }
 
 // The equations as printed in the paper.
-Exact printed_5(double d, double d_p, double phi) {
-  const Exact p = phi;
-  return atan2(Exact(d * sin(p)), Exact(d * cos(p) + d_p));
-}
-
 Exact printed_2(double d, double phi, double apart) {
   const Exact p = phi;
   return atan2(Exact(d * sin(p)), Exact(d * cos(p))) -
@@ -158,54 +153,6 @@ TEST_F(ErrorModelNumerics, LatitudeShiftHoldsAtTheEdgeOfDouble) {
   }
 }
 
-TEST_F(ErrorModelNumerics, CorrectedLatitudeIsExactToFourUlp) {
-  for (int i = 0; i < kSamples; ++i) {
-    const double d = distance();
-    const double phi = latitude();
-    const double d_p = step();
-    EXPECT_LE(error_ulp(corrected_latitude(d, d_p, phi), printed_5(d, d_p, phi)), kBoundUlp)
-        << "d " << d << " phi " << phi << " d_p " << d_p;
-  }
-}
-
-TEST_F(ErrorModelNumerics, CorrectedLatitudeKeepsItsBoundWhereItCancels) {
-  std::uniform_real_distribution<double> over_the_pole(kHalfPi, kPi);
-  for (int i = 0; i < kSamples; ++i) {
-    const double d = distance();
-    // Over the pole from behind, or up to it from in front of the line: x = cos(phi) + r cancels.
-    const bool in_front = one_in(2);
-    const double phi = in_front ? latitude() : over_the_pole(random_);
-    const double ratio = log_uniform(1e-3, 1e3) * (in_front ? -1.0 : 1.0);
-    const double d_p = d * ratio;
-    const double r = d_p / d;
-    const double length = std::hypot(std::cos(phi) + r, std::sin(phi));
-    const double bound_rad = 1e-15 * (1.0 + (std::abs(std::cos(phi)) + std::abs(r)) / length);
-    const Exact error = abs(Exact(corrected_latitude(d, d_p, phi) - printed_5(d, d_p, phi)));
-    EXPECT_LE(static_cast<double>(error), bound_rad) << "phi " << phi << " r " << r;
-  }
-}
-
-TEST_F(ErrorModelNumerics, CorrectedLatitudeMovesTowardsTheHorizon) {
-  for (int i = 0; i < 100000; ++i) {
-    const double d = distance();
-    const double phi = one_in(4) ? kPi - log_uniform(1e-12, kHalfPi) : latitude();
-    const double d_p = step();
-    const double corrected = corrected_latitude(d, d_p, phi);
-    EXPECT_LE(std::abs(corrected), std::abs(phi));
-    EXPECT_EQ(corrected_latitude(d, d_p, -phi), -corrected);
-  }
-}
-
-TEST_F(ErrorModelNumerics, CorrectedLatitudeHasItsLimits) {
-  for (int i = 0; i < 1000; ++i) {
-    const double phi = latitude();
-    EXPECT_EQ(corrected_latitude(kInfinity, step(), phi), phi);
-    EXPECT_EQ(corrected_latitude(distance(), 0.0, phi), phi);
-    EXPECT_EQ(corrected_latitude(0.0, 0.0, phi), phi);
-    EXPECT_EQ(corrected_latitude(0.0, step(), phi), 0.0);
-  }
-}
-
 TEST_F(ErrorModelNumerics, BendingDistanceIsExactToFourUlp) {
   for (int i = 0; i < kSamples; ++i) {
     const double d = distance();
@@ -317,7 +264,6 @@ TEST_F(ErrorModelNumerics, ScalingLengthsByAPowerOfTwoChangesNoBit) {
     const double theta = latitude();
     const double s = step();
     EXPECT_EQ(latitude_shift(d * scale, phi, s * scale), latitude_shift(d, phi, s));
-    EXPECT_EQ(corrected_latitude(d * scale, s * scale, phi), corrected_latitude(d, s, phi));
     EXPECT_EQ(bending_distance(d * scale, phi, theta, s * scale),
               bending_distance(d, phi, theta, s) * scale);
     const CornerOffset offset = corner();
@@ -341,8 +287,6 @@ TEST_F(ErrorModelNumerics, NothingIsEverNanOrInfinite) {
     for (const double d : distances) {
       for (const double phi : angles) {
         EXPECT_TRUE(std::isfinite(latitude_shift(d, phi, s))) << d << " " << phi << " " << s;
-        EXPECT_TRUE(std::isfinite(corrected_latitude(d, s, phi))) << d << " " << phi << " " << s;
-        EXPECT_TRUE(std::isfinite(corrected_latitude(d, -s, phi))) << d << " " << phi << " " << s;
         for (const double theta : angles) {
           EXPECT_TRUE(std::isfinite(bending_distance(d, phi, theta, s)))
               << d << " " << phi << " " << theta << " " << s;
@@ -361,17 +305,6 @@ TEST_F(ErrorModelNumerics, CornerAngleIsExactToFourUlp) {
   EXPECT_EQ(corner_angle_deg({3.0, 3.0}), 45.0);
   EXPECT_EQ(corner_angle_deg({3.0, 0.0}), 90.0);
   EXPECT_EQ(corner_angle_deg({0.0, 3.0}), 0.0);
-}
-
-TEST(ConnectionRange, ReachesToTheCornerAngleSeenFromTheNearerLine) {
-  const CornerOffset near_front{0.7, 0.2};
-  EXPECT_EQ(connection_range(near_front).min_deg, 45.0);
-  EXPECT_EQ(connection_range(near_front).max_deg, corner_angle_deg(near_front));
-  const CornerOffset near_side{0.2, 0.7};
-  EXPECT_EQ(connection_range(near_side).max_deg, corner_angle_deg(near_front));
-  EXPECT_EQ(connection_range({0.5, 0.5}).max_deg, 45.0);
-  EXPECT_EQ(connection_range({0.0, 0.0}).max_deg, 45.0);
-  EXPECT_EQ(connection_range({0.0, 1.0}).max_deg, 90.0);
 }
 
 TEST(ConnectionErrorCurve, IsTheSumOfTheEquations) {

@@ -10,11 +10,11 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/geometry/grid.h"
-#include "core/geometry/length_text.h"
+#include "core/geometry/line_gaps.h"
 #include "core/geometry/line_search.h"
 #include "core/geometry/position_tolerance.h"
-#include "core/geometry/station_spacing.h"
 
 namespace raywalk {
 namespace {
@@ -129,7 +129,7 @@ class LineAssembly {
         rounding + tolerance.same_station_m.value_or(std::min(
                        std::max(kSameStationShare * spacing_m, least_m), 0.5 * off_line_m_));
     if (same_station_m_ > off_line_m_) {
-      throw Error(fmt::format(
+      throw UsageError(fmt::format(
           "stations within {} count as one, but a station may be only {} off its line; give a "
           "smaller --same-station-mm or a larger --line-tolerance-mm",
           mm_text(same_station_m_), mm_text(off_line_m_)));
