@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
+#include <cstddef>
 
-#include "core/base/error.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk {
@@ -60,41 +59,19 @@ double bending_error_of_column(const CellSampling& sampling, double d_src_m, dou
   });
 }
 
-void add_mismatch_errors(const CellSampling& sampling, double d_src_m, Values* sums) {
-  for (std::size_t i = 0; i < sums->size(); ++i) {
-    const double k_deg = static_cast<double>(i) + ConnectionErrorCurve::kMinDeg;
-    (*sums)[i] += mismatch_error(sampling, d_src_m, k_deg);
-  }
-}
-
-void add_bending_errors(const CellSampling& sampling, double d_src_m, Values* sums) {
+// (10) at one distance.
+Values bending_errors(const CellSampling& sampling, double d_src_m) {
+  Values errors{};
   double sum = 0.0;
   for (int theta_deg = 0; theta_deg <= ConnectionErrorCurve::kMaxDeg; ++theta_deg) {
     sum += bending_error_of_column(sampling, d_src_m, radians_from_degrees(theta_deg));
     if (theta_deg < ConnectionErrorCurve::kMinDeg) continue;
-    (*sums)[static_cast<std::size_t>(theta_deg - ConnectionErrorCurve::kMinDeg)] += sum;
+    errors[static_cast<std::size_t>(theta_deg - ConnectionErrorCurve::kMinDeg)] = sum;
   }
+  return errors;
 }
 
 double share_of(double value, double max) { return max > 0.0 ? value / max : 0.0; }
-
-void require(bool valid, const std::string& what) {
-  if (!valid) throw Error("error model: " + what);
-}
-
-void check_domain(const CellSampling& sampling, std::span<const double> d_src_m) {
-  require(std::isfinite(sampling.side_m) && sampling.side_m > 0.0,
-          "the cell's side must be positive and finite, not " + std::to_string(sampling.side_m));
-  require(std::isfinite(sampling.step_m) && sampling.step_m >= 0.0,
-          "the station step must be at least 0 and finite, not " + std::to_string(sampling.step_m));
-  require(sampling.viewpoints >= 1, "there must be at least one viewpoint per side, not " +
-                                        std::to_string(sampling.viewpoints));
-  require(!d_src_m.empty(), "there must be at least one source distance");
-  for (const double distance_m : d_src_m) {
-    require(distance_m >= 0.0,
-            "a source distance must be at least 0, not " + std::to_string(distance_m));
-  }
-}
 
 }  // namespace
 
@@ -139,14 +116,13 @@ double mismatch_distance(CornerOffset corner, double k_deg) {
   return std::max(0.0, std::fma(-corner.to_front_m, k.tangent, corner.to_side_m) / k.sine);
 }
 
-ConnectionErrorCurve connection_error_curve(const CellSampling& sampling,
-                                            std::span<const double> d_src_m) {
-  check_domain(sampling, d_src_m);
+ConnectionErrorCurve connection_error_curve(const CellSampling& sampling, double d_src_m) {
   ConnectionErrorCurve curve;
-  for (const double distance_m : d_src_m) {
-    add_mismatch_errors(sampling, distance_m, &curve.mismatch_rad);
-    add_bending_errors(sampling, distance_m, &curve.bending_rad);
+  for (std::size_t i = 0; i < curve.mismatch_rad.size(); ++i) {
+    const double k_deg = static_cast<double>(i) + ConnectionErrorCurve::kMinDeg;
+    curve.mismatch_rad[i] = mismatch_error(sampling, d_src_m, k_deg);
   }
+  curve.bending_rad = bending_errors(sampling, d_src_m);
   const double max_mismatch_rad = *std::ranges::max_element(curve.mismatch_rad);
   const double max_bending_rad = *std::ranges::max_element(curve.bending_rad);
   double least = 0.0;

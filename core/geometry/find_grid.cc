@@ -13,7 +13,7 @@
 #include "core/base/number_text.h"
 #include "core/geometry/grid.h"
 #include "core/geometry/line_gaps.h"
-#include "core/geometry/line_search.h"
+#include "core/geometry/plan_line.h"
 #include "core/geometry/position_tolerance.h"
 
 namespace raywalk {
