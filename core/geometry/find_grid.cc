@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <limits>
 #include <map>
+#include <set>
 #include <string>
 
 #include "core/base/error.h"
@@ -109,8 +110,8 @@ class LineAssembly {
     if (!named && tolerance.off_line_m.value_or(0.0) > spacing_m) {
       throw Error(fmt::format(
           "a line tolerance of {} exceeds the stations' spacing of {}, so that lines cannot be "
-          "told "
-          "from places beside them; give a smaller --line-tolerance-mm, or name the line of every "
+          "told from places beside them; give a smaller --line-tolerance-mm, or name the line of "
+          "every "
           "frame in a column line",
           mm_text(*tolerance.off_line_m), mm_text(spacing_m)));
     }
@@ -191,34 +192,31 @@ class LineAssembly {
   // Names the station farthest from all lines: a chance row of stations through it may have left
   // others without their line.
   void require_all_placed(const std::vector<LineGroup>& groups) const {
-    std::vector<bool> placed(stations_.size(), false);
+    std::set<int> unplaced;
+    for (std::size_t i = 0; i < stations_.size(); ++i) unplaced.insert(static_cast<int>(i));
     for (const LineGroup& group : groups) {
-      for (const int station : group.stations) placed[static_cast<std::size_t>(station)] = true;
+      for (const int station : group.stations) unplaced.erase(station);
     }
+    if (unplaced.empty()) return;
     constexpr double kTourShare = 0.25;
-    const auto on_none = std::ranges::count(placed, false);
-    if (spacing_m_ > 0.0 && static_cast<double>(on_none) > kTourShare * placed.size()) {
+    const auto most_on_none = kTourShare * static_cast<double>(stations_.size());
+    if (spacing_m_ > 0.0 && static_cast<double>(unplaced.size()) > most_on_none) {
       throw Error(fmt::format(
           "{} of {} stations, typically {} apart, are on no line within 3 degrees of x or z: the "
-          "axes "
-          "are turned, or this is a tour rather than lines. Views between stations need lines of "
+          "axes are turned, or this is a tour rather than lines. Views between stations need lines "
+          "of "
           "stations decimetres apart (docs/capture.md); where the lines are known, name them in a "
           "column line",
-          on_none, placed.size(), mm_text(spacing_m_)));
+          unplaced.size(), stations_.size(), mm_text(spacing_m_)));
     }
-    int farthest = -1;
-    double farthest_m = -1.0;
-    for (int station = 0; station < std::ssize(placed); ++station) {
-      if (placed[static_cast<std::size_t>(station)]) continue;
+    const auto off = [&](int station) {
       double nearest_m = std::numeric_limits<double>::infinity();
       for (const LineGroup& group : groups) {
         nearest_m = std::min(nearest_m, group.line.distance_to(point(station)));
       }
-      if (nearest_m <= farthest_m) continue;
-      farthest = station;
-      farthest_m = nearest_m;
-    }
-    if (farthest >= 0) throw_unplaced(farthest, groups);
+      return nearest_m;
+    };
+    throw_unplaced(*std::ranges::max_element(unplaced, {}, off), groups);
   }
 
   [[noreturn]] void throw_unplaced(int station, const std::vector<LineGroup>& groups) const {
@@ -238,8 +236,7 @@ class LineAssembly {
     throw Error(fmt::format(
         "{} at x = {:.6g}, z = {:.6g} is on no line: it is {}not in line with another station that "
         "is on none, within the line tolerance of {} and 3 degrees of x or z; a line needs at "
-        "least "
-        "two stations: correct its position, leave it out{}",
+        "least two stations: correct its position, leave it out{}",
         name(station), point(station).x(), point(station).y(), beside, mm_text(off_line_m_),
         is_near ? fmt::format(
                       ", name its line in a column line, or give a larger --line-tolerance-mm ({})",
@@ -250,13 +247,12 @@ class LineAssembly {
   void require_two_places(int a, int b) const {
     const double apart_m = (point(a) - point(b)).norm();
     if (apart_m > same_station_m_) return;
-    throw Error(
-        fmt::format("{} and {} {} (x = {:.6g}, z = {:.6g}) on one line; stations within {} count "
-                    "as one: remove "
-                    "one of them, correct its position, or give a smaller --same-station-mm",
-                    name(a), name(b),
-                    apart_m > 0.0 ? "are " + mm_text(apart_m) + " apart" : "have the same position",
-                    point(a).x(), point(a).y(), mm_text(same_station_m_)));
+    throw Error(fmt::format(
+        "{} and {} {} (x = {:.6g}, z = {:.6g}) on one line; stations within {} count "
+        "as one: remove one of them, correct its position, or give a smaller --same-station-mm",
+        name(a), name(b),
+        apart_m > 0.0 ? "are " + mm_text(apart_m) + " apart" : "have the same position",
+        point(a).x(), point(a).y(), mm_text(same_station_m_)));
   }
 
   // The line's final fit to its own stations; along_m is 0 at the first station.

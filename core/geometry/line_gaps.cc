@@ -144,8 +144,7 @@ std::optional<std::string> doubt_of_unit(const Grid& grid) {
   return fmt::format(
       "stations {:.4g} m apart{}: are the positions in another unit, such as millimetres? x, y and "
       "z are read as metres; divide millimetres by 1000. Surfaces cannot be matched between "
-      "stations "
-      "metres apart: capture them decimetres apart",
+      "stations metres apart: capture them decimetres apart",
       spacing_m, grid.cells.empty() ? "" : fmt::format(" and cells up to {:.4g} m wide", cell_m));
 }
 

@@ -69,7 +69,6 @@ TileLayout TileLayout::usual(PanoramaSize size) {
 
 TiledRays::TiledRays(const Hdf5File& hdf5, int stations, PanoramaSize panorama)
     : path_(hdf5.path()), form_(form_of(hdf5)), layout_(layout_of(hdf5, panorama)) {
-  hdf5.require_shape("rays", shape_of_rays(stations, panorama));
   hdf5.require_shape(
       "tiles", {static_cast<std::size_t>(stations), static_cast<std::size_t>(layout_.tiles()), 2});
   places_ = hdf5.read<std::uint64_t>("tiles");
