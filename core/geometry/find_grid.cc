@@ -88,13 +88,20 @@ class LineAssembly {
   LineAssembly(std::span<const StationPose> stations, const GridTolerance& tolerance)
       : stations_(stations) {
     for (const StationPose& station : stations) points_.push_back(plan_of(station));
+    const auto is_unnamed = [](const StationPose& station) { return station.line.empty(); };
+    const auto unnamed = std::ranges::find_if(stations, is_unnamed);
+    named_ = !std::ranges::all_of(stations, is_unnamed);
+    if (named_ && unnamed != stations.end()) {
+      throw Error(fmt::format(
+          "{}: no line is named, but others are; name the line of every frame or of none",
+          name_of(*unnamed)));
+    }
     set_limits(tolerance);
   }
 
   std::vector<Line> run() const {
-    const bool named = !stations_.front().line.empty();
     std::vector<Line> lines;
-    for (LineGroup& group : named ? named_groups() : found_groups()) {
+    for (LineGroup& group : named_ ? named_groups() : found_groups()) {
       lines.push_back(line_of(std::move(group)));
     }
     return lines;
@@ -104,10 +111,9 @@ class LineAssembly {
   void set_limits(const GridTolerance& tolerance) {
     constexpr double kSameStationShare = 0.002, kLeastShare = 1e-9;
     // Stations of a line that is named need not be told from those beside it.
-    const bool named = !stations_.front().line.empty();
-    const double off_share = named ? 0.5 : kOffPlaceShare;
+    const double off_share = named_ ? 0.5 : kOffPlaceShare;
     const double spacing_m = typical_spacing(stations_);
-    if (!named && tolerance.off_line_m.value_or(0.0) > spacing_m) {
+    if (!named_ && tolerance.off_line_m.value_or(0.0) > spacing_m) {
       throw Error(fmt::format(
           "a line tolerance of {} exceeds the stations' spacing of {}, so that lines cannot be "
           "told from places beside them; give a smaller --line-tolerance-mm, or name the line of "
@@ -142,11 +148,6 @@ class LineAssembly {
   std::vector<LineGroup> named_groups() const {
     std::map<std::string, std::vector<int>> members;
     for (std::size_t i = 0; i < stations_.size(); ++i) {
-      if (stations_[i].line.empty()) {
-        throw Error(fmt::format(
-            "{}: no line is named, but others are; name the line of every frame or of none",
-            name_of(stations_[i])));
-      }
       members[stations_[i].line].push_back(static_cast<int>(i));
     }
     std::vector<LineGroup> groups;
@@ -176,12 +177,6 @@ class LineAssembly {
   }
 
   std::vector<LineGroup> found_groups() const {
-    for (const StationPose& station : stations_) {
-      if (station.line.empty()) continue;
-      throw Error(fmt::format(
-          "{}: a line is named, but not that of {}; name the line of every frame or of none",
-          name_of(station), name_of(stations_.front())));
-    }
     std::vector<LineGroup> groups = find_lines(points_, off_line_m_);
     share_out_crossings(points_, twin_m_, &groups);
     std::erase_if(groups, [](const LineGroup& group) { return group.stations.size() < 2; });
@@ -304,6 +299,7 @@ class LineAssembly {
 
   std::span<const StationPose> stations_;
   std::vector<Eigen::Vector2d> points_;
+  bool named_ = false;  // all lines are
   // From a station to its line; within which two of a line count as one; and within which two may
   // be those of a crossing, one of each line.
   double off_line_m_ = 0.0, same_station_m_ = 0.0, twin_m_ = 0.0;
