@@ -199,8 +199,8 @@ class LineAssembly {
       throw Error(fmt::format(
           "{} of {} stations, typically {} apart, are on no line within 3 degrees of x or z: the "
           "axes are turned, or this is a tour rather than lines. Views between stations need lines "
-          "of "
-          "stations decimetres apart (docs/capture.md); where the lines are known, name them in a "
+          "of stations decimetres apart (docs/capture.md); where the lines are known, name them in "
+          "a "
           "column line",
           unplaced.size(), stations_.size(), mm_text(spacing_m_)));
     }
