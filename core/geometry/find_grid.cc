@@ -117,8 +117,7 @@ class LineAssembly {
       throw Error(fmt::format(
           "a line tolerance of {} exceeds the stations' spacing of {}, so that lines cannot be "
           "told from places beside them; give a smaller --line-tolerance-mm, or name the line of "
-          "every "
-          "frame in a column line",
+          "every frame in a column line",
           mm_text(*tolerance.off_line_m), mm_text(spacing_m)));
     }
     spacing_m_ = spacing_m;
@@ -200,8 +199,7 @@ class LineAssembly {
           "{} of {} stations, typically {} apart, are on no line within 3 degrees of x or z: the "
           "axes are turned, or this is a tour rather than lines. Views between stations need lines "
           "of stations decimetres apart (docs/capture.md); where the lines are known, name them in "
-          "a "
-          "column line",
+          "a column line",
           unplaced.size(), stations_.size(), mm_text(spacing_m_)));
     }
     const auto off = [&](int station) {
