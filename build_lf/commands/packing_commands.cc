@@ -27,7 +27,6 @@ template <typename Options>
 struct Arguments {
   Options options{};
   std::string compress = "none";
-  LineToleranceArguments lines{};
   std::optional<Block> block{};
   int threads = 0;
 };
@@ -67,14 +66,13 @@ void add_frames_options(CLI::App* command, Arguments<PackOptions>* arguments) {
   add_force_flag(command, &options->replace,
                  "Replace the room in --out once the new one is complete");
   add_compress_option(command, &arguments->compress);
-  add_line_tolerance_options(command, &arguments->lines);
+  add_line_tolerance_options(command, &options->tolerance);
   add_threads_option(command, &arguments->threads);
 }
 
 PackOptions given_options(const Arguments<PackOptions>& arguments) {
   PackOptions options = arguments.options;
   options.form = ray_form_from_name(arguments.compress);
-  options.tolerance = tolerance_of(arguments.lines);
   set_thread_count(arguments.threads);
   if (options.out.empty()) options.out = default_room_name(options.frames);
   return options;

@@ -8,7 +8,7 @@
 
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/inverse_distance_map.h"
-#include "core/panorama/gain_field.h"
+#include "core/room/gain_fields.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {

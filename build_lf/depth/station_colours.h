@@ -6,7 +6,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "build_lf/depth/inverse_distance_map.h"
-#include "core/panorama/gain_field.h"
+#include "core/room/gain_fields.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {

@@ -11,7 +11,7 @@
 
 #include "build_lf/depth/inverse_distance_map.h"
 #include "build_lf/depth/matching_kernels.h"
-#include "core/panorama/gain_field.h"
+#include "core/room/gain_fields.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {

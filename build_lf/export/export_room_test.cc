@@ -20,7 +20,6 @@
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
-#include "core/reconstruction/colmap_images.h"
 #include "core/reconstruction/colmap_model.h"
 #include "core/room/room.h"
 #include "tests/synthetic_room/synthetic_room.h"
@@ -93,13 +92,11 @@ class ExportRoomTest : public ::testing::Test {
 };
 
 // COLMAP's own projection of a point, by its documentation.
-FacePixel projected_by_colmap(const ColmapModel& model, const ColmapImage& image,
-                              const ColmapPoint& point) {
-  const ColmapCamera& camera = model.cameras[image.camera - 1];
+FacePixel projected_by_colmap(const ColmapImage& image, const ColmapPoint& point) {
+  constexpr double kFocal_px = 20.0;  // of faces of 40 x 40 pixels
   const Eigen::Vector3d at = image.pose.rotation * point.position + image.pose.translation;
   EXPECT_GT(at.z(), 0.0);
-  return {camera.focal_px * at.x() / at.z() + 0.5 * camera.side_px,
-          camera.focal_px * at.y() / at.z() + 0.5 * camera.side_px};
+  return {kFocal_px * (at.x() / at.z() + 1.0), kFocal_px * (at.y() / at.z() + 1.0)};
 }
 
 void expect_points_where_observed(const ColmapModel& model) {
@@ -112,7 +109,7 @@ void expect_points_where_observed(const ColmapModel& model) {
       const ColmapImage& image = model.images[seen.image - 1];
       const ColmapFeature& feature = image.features[seen.feature];
       EXPECT_EQ(feature.point, point.id);
-      const FacePixel truth = projected_by_colmap(model, image, point);
+      const FacePixel truth = projected_by_colmap(image, point);
       const double error_px = std::hypot(truth.x - feature.pixel.x, truth.y - feature.pixel.y);
       worst_px = std::max(worst_px, error_px);
       sum_px += error_px;
@@ -148,10 +145,10 @@ void expect_colmap_reads(const fs::path& exported, std::size_t points, const fs:
                  "--output_type", "TXT"},
                 logs / "log-converter");
   std::map<std::string, ColmapPose> poses;
-  for (const ColmapImagePose& image : read_colmap_images(converted)) {
+  for (const ColmapImage& image : read_colmap_images(converted)) {
     poses[image.name] = image.pose;
   }
-  for (const ColmapImagePose& image : read_colmap_images(exported / "sparse" / "0")) {
+  for (const ColmapImage& image : read_colmap_images(exported / "sparse" / "0")) {
     EXPECT_LT((poses.at(image.name).translation - image.pose.translation).norm(), 1e-14);
     EXPECT_LT(poses.at(image.name).rotation.angularDistance(image.pose.rotation), 1e-7);
   }

@@ -22,8 +22,8 @@ TEST(UsefulWidth, IsWhereResidualParallaxEqualsTheTolerance) {
   for (int degree = 0; degree <= 90; ++degree) {
     const double alpha_rad = radians_from_degrees(degree);
     const double wrong_m = 1.0 / (0.25 + 0.01);
-    worst_rad = std::max(worst_rad, std::abs(corrected_latitude(4.0, 0.5, alpha_rad) -
-                                             corrected_latitude(wrong_m, 0.5, alpha_rad)));
+    worst_rad = std::max(worst_rad, std::abs(latitude_shift(4.0, alpha_rad, 0.5) -
+                                             latitude_shift(wrong_m, alpha_rad, 0.5)));
   }
   EXPECT_NEAR(worst_rad, angle_of_pixels(0.5, static_cast<int>(width_px)), 0.05 * worst_rad);
 }

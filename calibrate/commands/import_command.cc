@@ -20,7 +20,6 @@ struct ImportArguments {
   std::string axes = "fit";
   double spacing_mm = 0.0;
   std::vector<std::string> distance{};
-  LineToleranceArguments lines{};
 };
 
 KnownDistance known_distance(const std::vector<std::string>& words) {
@@ -34,7 +33,6 @@ KnownDistance known_distance(const std::vector<std::string>& words) {
 void run(const ImportArguments& arguments) {
   ImportOptions options = arguments.options;
   options.axes.fit = arguments.axes == "fit";
-  options.axes.tolerance = tolerance_of(arguments.lines);
   if (arguments.spacing_mm > 0.0) options.axes.scale.spacing_m = arguments.spacing_mm / 1000.0;
   if (!arguments.distance.empty()) options.axes.scale.distance = known_distance(arguments.distance);
   fmt::print("{}\n", import_poses(options));
@@ -90,7 +88,7 @@ void add_import(CLI::App* app) {
   command->add_option("-o,--out", options->out, "Directory for poses.csv and import.json")
       ->required();
   add_force_flag(command, &options->replace, "Replace an earlier import in --out");
-  add_line_tolerance_options(command, &arguments->lines);
+  add_line_tolerance_options(command, &options->axes.tolerance);
   command->footer(
       "Examples:\n  raywalk-calibrate import sparse/0 --panoramas pictures --cell-m 1.2 --out "
       "hall\n"

@@ -24,7 +24,7 @@ void add_input(CLI::App* command, StepArguments* arguments) {
                     "Accept a session with stations not captured yet");
   command->add_flag("--dual-fisheye", arguments->options.input.dual_fisheye,
                     "The frames of poses.csv are dual-fisheye pictures");
-  add_line_tolerance_options(command, &arguments->lines);
+  add_line_tolerance_options(command, &arguments->options.input.tolerance);
   add_threads_option(command, &arguments->threads);
 }
 
@@ -99,7 +99,6 @@ CalibrationOptions options_of(const StepArguments& arguments) {
   CalibrationOptions options = arguments.options;
   options.input.directory = arguments.input;
   options.out = arguments.out;
-  options.input.tolerance = tolerance_of(arguments.lines);
   options.lens.start = named_config(arguments.lens_start, ConfigKind::kLens, "--lens-start");
   if (!arguments.lens_file.empty()) {
     options.lens_file = named_config(arguments.lens_file, ConfigKind::kLens, "--lens");

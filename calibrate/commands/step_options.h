@@ -24,7 +24,6 @@ struct StepArguments {
   std::string pose_table{};
   bool no_balance = false;
   std::string work{};  // COLMAP's directory
-  LineToleranceArguments lines{};
   int threads = 0;
 };
 

@@ -148,11 +148,11 @@ std::vector<NamedFace> read_face_table(const fs::path& file) {
   return faces;
 }
 
-std::vector<ImportedFrame> panoramas_of_faces(const std::vector<ColmapImagePose>& images,
+std::vector<ImportedFrame> panoramas_of_faces(const std::vector<ColmapImage>& images,
                                               const std::vector<NamedFace>& faces,
                                               const fs::path& model) {
   std::map<std::string, std::vector<CameraPose>> seen;
-  for (const ColmapImagePose& image : images) {
+  for (const ColmapImage& image : images) {
     const FaceImage of = face_image_of(image.name, faces, model);
     seen[of.panorama].push_back(camera_pose_of(image.pose, {of.face->camera_from_face}));
   }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "calibrate/import/imported_poses.h"
-#include "core/reconstruction/colmap_images.h"
+#include "core/reconstruction/colmap_model.h"
 
 namespace raywalk::calibrate {
 
@@ -28,7 +28,7 @@ std::vector<NamedFace> read_face_table(const std::filesystem::path& table);
 // Throws Error naming `model` and the image for one in no face's folder, or faces of a panorama
 // that disagree by more than 5 degrees or, in position, more than half of the panoramas' spacing:
 // then the table is not theirs.
-std::vector<ImportedFrame> panoramas_of_faces(const std::vector<ColmapImagePose>& images,
+std::vector<ImportedFrame> panoramas_of_faces(const std::vector<ColmapImage>& images,
                                               const std::vector<NamedFace>& faces,
                                               const std::filesystem::path& model);
 

@@ -12,7 +12,7 @@
 #include "calibrate/base/rotation.h"
 #include "calibrate/import/imported_poses.h"
 #include "core/base/error.h"
-#include "core/geometry/station_spacing.h"
+#include "core/geometry/line_gaps.h"
 
 namespace raywalk::calibrate {
 namespace {

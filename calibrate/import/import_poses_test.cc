@@ -136,13 +136,13 @@ TEST_F(ImportPosesTest, TakesAReferenceAndAFrameList) {
   EXPECT_LT((listed[5].position_m - square_frames()[5].pose.position_m).norm(), 2e-9);
 }
 
-std::vector<ColmapImagePose> images_of(const std::vector<ImportedFrame>& frames,
-                                       const std::vector<NamedFace>& faces) {
-  std::vector<ColmapImagePose> images;
+std::vector<ColmapImage> images_of(const std::vector<ImportedFrame>& frames,
+                                   const std::vector<NamedFace>& faces) {
+  std::vector<ColmapImage> images;
   for (const ImportedFrame& frame : frames) {
     for (const NamedFace& face : faces) {
-      images.push_back(
-          {face.folder + "/" + frame.file, colmap_pose(frame.pose, {face.camera_from_face})});
+      images.push_back({.name = face.folder + "/" + frame.file,
+                        .pose = colmap_pose(frame.pose, {face.camera_from_face})});
     }
   }
   return images;
@@ -150,7 +150,7 @@ std::vector<ColmapImagePose> images_of(const std::vector<ImportedFrame>& frames,
 
 TEST(FacePoses, GiveThePosesOfTheirPanoramas) {
   const std::vector<ImportedFrame> frames = square_frames();
-  std::vector<ColmapImagePose> images = images_of(frames, exported_faces());
+  std::vector<ColmapImage> images = images_of(frames, exported_faces());
   images.erase(images.begin() + 2, images.begin() + 6);  // two faces of the first are enough
   const auto found = panoramas_of_faces(images, exported_faces(), "model");
   ASSERT_EQ(found.size(), frames.size());
@@ -176,17 +176,17 @@ TEST(FacePoses, FollowATable) {
 
 TEST(FacePoses, OfOtherFacesAreRefused) {
   const std::vector<ImportedFrame> frames = square_frames();
-  const auto error_for = [&](const std::vector<ColmapImagePose>& images) {
+  const auto error_for = [&](const std::vector<ColmapImage>& images) {
     return error_of([&] { panoramas_of_faces(images, exported_faces(), "sparse/0"); });
   };
   EXPECT_THAT(
-      error_for({{"IMG_1.jpg", {}}}),
+      error_for({{.name = "IMG_1.jpg"}}),
       HasSubstr("sparse/0: image 'IMG_1.jpg' is in none of the folders of faces (front, right"));
   // Left and right exchanged.
   std::vector<NamedFace> swapped = exported_faces();
   std::swap(swapped[1].folder, swapped[3].folder);
   EXPECT_THAT(error_for(images_of(frames, swapped)), HasSubstr("disagree by"));
-  std::vector<ColmapImagePose> images = images_of(frames, exported_faces());
+  std::vector<ColmapImage> images = images_of(frames, exported_faces());
   images[1].pose.translation.x() += 0.9;
   EXPECT_THAT(error_for(images), HasSubstr("apart, while panoramas are"));
 }

@@ -24,10 +24,10 @@ ImportedPoses of_model(const fs::path& source, const std::optional<fs::path>& fa
     model = inner;
     break;
   }
-  const std::vector<ColmapImagePose> images = read_colmap_images(model);
+  const std::vector<ColmapImage> images = read_colmap_images(model);
   ImportedPoses poses{.kind = "a COLMAP model"};
   if (images_are_panoramas(model)) {
-    for (const ColmapImagePose& image : images) {
+    for (const ColmapImage& image : images) {
       poses.frames.push_back(
           {.file = image.name,
            .pose = camera_pose_of(image.pose, {}),

@@ -1,5 +1,7 @@
 #include "core/base/error.h"
 
+#include <sstream>
+
 #include "core/base/escaped.h"
 
 namespace raywalk {
@@ -7,23 +9,12 @@ namespace {
 
 constexpr std::size_t kMaxExcerptBytes = 60;
 
-bool is_space(unsigned char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
-
 }  // namespace
 
 std::string one_line(std::string_view text) {
+  std::istringstream words{std::string(text)};
   std::string line;
-  bool space_pending = false;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (is_space(byte)) {
-      space_pending = !line.empty();
-      continue;
-    }
-    if (space_pending) line += ' ';
-    space_pending = false;
-    line += c;
-  }
+  for (std::string word; words >> word;) line += (line.empty() ? "" : " ") + word;
   return escaped(line);
 }
 

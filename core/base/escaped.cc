@@ -8,36 +8,28 @@
 namespace raywalk {
 namespace {
 
-unsigned byte_at(std::string_view text, std::size_t i) {
-  return static_cast<unsigned char>(text[i]);
-}
+struct Character {
+  unsigned code = 0;       // its code point
+  std::size_t length = 0;  // in bytes; 0: none
+};
 
-// Length in bytes of the UTF-8 character at the front of `text`, which is not empty, by table 3-7
-// of the Unicode standard; 0 if there is none.
-std::size_t utf8_length(std::string_view text) {
-  const unsigned lead = byte_at(text, 0);
-  if (lead < 0x80) return 1;
-  if (lead < 0xC2 || lead > 0xF4) return 0;
+// The UTF-8 character at the front of `text`, which is not empty (RFC 3629).
+Character first_of(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned lead = byte(0);
+  if (lead < 0x80) return {lead, 1};
+  // 110xxxxx, 1110xxxx or 11110xxx, then bytes 10xxxxxx.
   const std::size_t length = lead < 0xE0 ? 2 : lead < 0xF0 ? 3 : 4;
-  if (text.size() < length) return 0;
+  if (lead < 0xC0 || lead >= 0xF8 || text.size() < length) return {};
+  unsigned code = lead & (0x7FU >> length);
   for (std::size_t i = 1; i < length; ++i) {
-    if ((byte_at(text, i) & 0xC0U) != 0x80U) return 0;
+    if ((byte(i) & 0xC0U) != 0x80U) return {};
+    code = code << 6U | (byte(i) & 0x3FU);
   }
-  // After some lead bytes the second has a narrower range: no overlong forms, no surrogates,
-  // nothing beyond U+10FFFF.
-  const unsigned second = byte_at(text, 1);
-  const bool is_out_of_range = (lead == 0xE0 && second < 0xA0) || (lead == 0xED && second > 0x9F) ||
-                               (lead == 0xF0 && second < 0x90) || (lead == 0xF4 && second > 0x8F);
-  return is_out_of_range ? 0 : length;
-}
-
-// The code point of the UTF-8 character that `text` consists of.
-unsigned code_point(std::string_view text) {
-  if (text.size() == 1) return byte_at(text, 0);
-  // The lead byte 110xxxxx, 1110xxxx or 11110xxx, then bytes 10xxxxxx.
-  unsigned code = byte_at(text, 0) & (0x7FU >> text.size());
-  for (std::size_t i = 1; i < text.size(); ++i) code = code << 6U | (byte_at(text, i) & 0x3FU);
-  return code;
+  const unsigned least = length == 2 ? 0x80 : length == 3 ? 0x800 : 0x10000;  // else overlong
+  const bool is_surrogate = code >= 0xD800 && code <= 0xDFFF;
+  if (code < least || is_surrogate || code > 0x10FFFF) return {};
+  return {code, length};
 }
 
 bool acts_on_text(unsigned code) {
@@ -50,9 +42,7 @@ bool acts_on_text(unsigned code) {
   return is_control || breaks_lines || turns;
 }
 
-std::string shown(std::string_view character) {
-  const unsigned code = code_point(character);
-  if (!acts_on_text(code)) return std::string(character);
+std::string escape_of(unsigned code) {
   if (code == '\n') return "\\n";
   if (code == '\r') return "\\r";
   if (code == '\t') return "\\t";
@@ -65,11 +55,13 @@ std::string escaped(std::string_view text) {
   std::string result;
   result.reserve(text.size());
   while (!text.empty()) {
-    const std::size_t length = utf8_length(text);
+    const auto [code, length] = first_of(text);
     if (length == 0) {
-      result += fmt::format("\\x{:02x}", byte_at(text, 0));
+      result += fmt::format("\\x{:02x}", static_cast<unsigned char>(text.front()));
+    } else if (acts_on_text(code)) {
+      result += escape_of(code);
     } else {
-      result += shown(text.substr(0, length));
+      result += text.substr(0, length);
     }
     text.remove_prefix(length == 0 ? 1 : length);
   }

@@ -24,6 +24,16 @@ std::string plain_number(double value, int decimals) {
   return text;
 }
 
+std::string mm_text(double metres) {
+  const double mm = metres * 1e3;
+  return std::abs(mm) < 1e3 ? fmt::format("{:.3g} mm", mm) : fmt::format("{:.0f} mm", mm);
+}
+
+std::string mm_at_least(double metres) {
+  const double step = std::pow(10.0, std::floor(std::log10(metres * 1e3)) - 1.0);
+  return fmt::format("{:.6g}", std::ceil(metres * 1e3 / step) * step);
+}
+
 std::string counted(std::size_t count, std::string_view noun) {
   return std::to_string(count) + " " + std::string(noun) + (count == 1 ? "" : "s");
 }

@@ -18,6 +18,12 @@ std::string number_or_dash(double value, int decimals);
 // "-3.1").
 std::string plain_number(double value, int decimals);
 
+// A length as in the options of the commands: "4.27 mm"; from a metre on whole millimetres.
+std::string mm_text(double metres);
+
+// For an option --...-mm that is to be at least `metres` > 0: the next larger number of two digits.
+std::string mm_at_least(double metres);
+
 // "1 line", "3 lines": the count and the noun, with an s unless the count is 1.
 std::string counted(std::size_t count, std::string_view noun);
 

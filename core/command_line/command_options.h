@@ -19,18 +19,9 @@ namespace raywalk {
 // Adds the option --threads, 0 to 1024, for set_thread_count (parallel.h); 0 means all cores.
 void add_threads_option(CLI::App* command, int* threads);
 
-// The values of the options below; 0: not given.
-struct LineToleranceArguments {
-  double line_tolerance_mm = 0.0;
-  double same_station_mm = 0.0;
-};
-
 // Adds the options --line-tolerance-mm and --same-station-mm, which decide how the lines of a frame
 // list are found.
-void add_line_tolerance_options(CLI::App* command, LineToleranceArguments* arguments);
-
-// Their values. Throws UsageError if two stations count as one at more than the line tolerance.
-GridTolerance tolerance_of(const LineToleranceArguments& arguments);
+void add_line_tolerance_options(CLI::App* command, GridTolerance* tolerance);
 
 // Adds the flag -f, --force; `description` says what it replaces.
 void add_force_flag(CLI::App* command, bool* force, const std::string& description);

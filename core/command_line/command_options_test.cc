@@ -29,26 +29,20 @@ TEST(ThreadsOptionTest, TakesANumberOfThreads) {
 }
 
 TEST(LineToleranceOptionsTest, GiveMetres) {
-  LineToleranceArguments arguments;
+  GridTolerance tolerance;
   CLI::App app("", "raywalk-test");
-  add_line_tolerance_options(&app, &arguments);
+  add_line_tolerance_options(&app, &tolerance);
   app.parse("");
-  EXPECT_FALSE(tolerance_of(arguments).off_line_m);
-  EXPECT_FALSE(tolerance_of(arguments).same_station_m);
+  EXPECT_FALSE(tolerance.off_line_m);
+  EXPECT_FALSE(tolerance.same_station_m);
   app.parse("--line-tolerance-mm 250 --same-station-mm 2.5");
-  EXPECT_DOUBLE_EQ(*tolerance_of(arguments).off_line_m, 0.25);
-  EXPECT_DOUBLE_EQ(*tolerance_of(arguments).same_station_m, 0.0025);
+  EXPECT_DOUBLE_EQ(*tolerance.off_line_m, 0.25);
+  EXPECT_DOUBLE_EQ(*tolerance.same_station_m, 0.0025);
   for (const char* wrong : {"0", "-1", "nan", "inf", "2e6", "wide"}) {
     for (const char* option : {"--line-tolerance-mm ", "--same-station-mm "}) {
       EXPECT_THROW(app.parse(std::string(option) + wrong), CLI::ParseError) << option << wrong;
     }
   }
-}
-
-TEST(LineToleranceOptionsTest, StationsCannotCountAsOneBeyondTheLineTolerance) {
-  EXPECT_THROW(tolerance_of({.line_tolerance_mm = 5.0, .same_station_mm = 5.1}), UsageError);
-  EXPECT_NO_THROW(tolerance_of({.line_tolerance_mm = 5.0, .same_station_mm = 5.0}));
-  EXPECT_NO_THROW(tolerance_of({.same_station_mm = 5.0}));
 }
 
 TEST(QuietFlagTest, EveryCommandHasItAndJsonIsStillPrinted) {

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <system_error>
 
+#include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/json.h"
 
@@ -17,25 +19,17 @@ using nlohmann::ordered_json;
 constexpr int kFormatVersion = 3;
 constexpr const char* kAdvice = "measure again with raywalk-render trade";
 
-double choice_from(const ViewParameter& parameter, const CheckedJson& json) {
-  const std::string name = json.text();
-  for (std::size_t i = 0; i < parameter.names.size(); ++i) {
-    if (name == parameter.names[i]) return static_cast<double>(i);
-  }
-  json.fail(fmt::format("is none of {}", values_text(parameter)));
-}
-
 // What json_of() wrote, also refusing the width 0.
 double value_from(const ViewParameter& parameter, const CheckedJson& json) {
-  if (parameter.value.kind == ParameterKind::kChoice) return choice_from(parameter, json);
-  if (parameter.value.kind == ParameterKind::kNumber)
-    return json.number(parameter.least, parameter.most);
-  const int value =
-      json.integer(static_cast<int>(parameter.least), static_cast<int>(parameter.most));
-  if (value % parameter.multiple_of != 0) {
-    json.fail(fmt::format("{} is not a multiple of {}", value, parameter.multiple_of));
+  const bool is_choice = parameter.value.kind == ParameterKind::kChoice;
+  const std::string text = is_choice ? json.text() : fmt::format("{}", json.number());
+  try {
+    const double value = value_of(parameter, text);
+    if (value >= parameter.least) return value;
+    throw std::invalid_argument(fmt::format("must be at least {:g}", parameter.least));
+  } catch (const std::invalid_argument& error) {
+    json.fail(fmt::format("{} {}", excerpt(text), error.what()));
   }
-  return value;
 }
 
 MeasuredChoice choice_from(const CheckedJson& json) {

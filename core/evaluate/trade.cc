@@ -20,6 +20,7 @@
 #include "core/evaluate/trade_settings.h"
 #include "core/evaluate/truth_views.h"
 #include "core/files/atomic_output.h"
+#include "core/files/csv.h"
 #include "core/files/fingerprint.h"
 #include "core/files/json.h"
 #include "core/panorama/pitch_remap.h"
@@ -256,12 +257,9 @@ ordered_json document_of(const Trade& trade, const std::vector<ordered_json>& ro
       {"settings", rows}};
 }
 
-std::string csv_field(const ordered_json& value) {
+std::string field_of(const ordered_json& value) {
   if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
-  if (!value.is_string()) return value.dump();
-  std::string quoted = "\"";
-  for (const char c : value.get<std::string>()) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
+  return value.is_string() ? csv_field(value.get<std::string>()) : value.dump();
 }
 
 // The settings, one row each.
@@ -271,7 +269,7 @@ std::string csv_of(const std::vector<ordered_json>& rows) {
   std::string text = fmt::format("{}\n", fmt::join(fields, ","));
   for (const ordered_json& row : rows) {
     fields.clear();
-    for (const ordered_json& value : row) fields.push_back(csv_field(value));
+    for (const ordered_json& value : row) fields.push_back(field_of(value));
     text += fmt::format("{}\n", fmt::join(fields, ","));
   }
   return text;

@@ -56,16 +56,6 @@ cv::Mat read_true_mask(const ListedTruth& truth) {
   return read_mask(truth.mask_file, {truth.width, truth.width / 2});
 }
 
-// Empty without; throws Error where its size is another than the image's.
-cv::Mat read_true_distances(const ListedTruth& truth) {
-  if (truth.distances_file.empty()) return {};
-  cv::Mat distances = read_distance_map(truth.distances_file);
-  if (distances.cols == truth.width && distances.rows == truth.width / 2) return distances;
-  throw Error(fmt::format("{}: the distance map is {}x{}, but {}x{} is needed",
-                          truth.distances_file.string(), distances.cols, distances.rows,
-                          truth.width, truth.width / 2));
-}
-
 ListedTruth truth_at(const CsvTable& table, std::size_t row, const std::filesystem::path& list,
                      const Room& room, TurnedPictures* turned) {
   ListedTruth truth{.file = list.parent_path() / table.text(row, "file"),
@@ -89,7 +79,14 @@ ListedTruth truth_at(const CsvTable& table, std::size_t row, const std::filesyst
     throw Error(truth.mask_file.string() + " masks every pixel; remove this view from the list");
   }
   truth.world_from_camera = world_from_camera(read_attitude(table, row));
-  read_true_distances(truth);
+  if (!truth.distances_file.empty()) {
+    const PanoramaSize size = distance_map_size_of(truth.distances_file);
+    if (size != header.size) {
+      throw Error(fmt::format("{}: the distance map is {}x{}, but {}x{} is needed",
+                              truth.distances_file.string(), size.width, size.height,
+                              header.size.width, header.size.height));
+    }
+  }
   const double height_m = table.number(row, "y");
   const double off_height_m = std::abs(height_m - plan.height_m());
   if (off_height_m > kHeightTolerance_m) {
@@ -129,8 +126,8 @@ std::vector<ListedTruth> read_truth(const std::filesystem::path& list, const Roo
 }
 
 TrueView read_view(const ListedTruth& truth) {
-  TrueView view{truth, read_panorama(truth.file), read_true_mask(truth),
-                read_true_distances(truth)};
+  TrueView view{truth, read_panorama(truth.file), read_true_mask(truth), {}};
+  if (!truth.distances_file.empty()) view.distances = read_distance_map(truth.distances_file);
   const Eigen::Matrix3d& turn = truth.world_from_camera;
   if (turn.isIdentity(0.0)) return view;
   view.image = rotate_panorama(view.image, turn);

@@ -215,6 +215,19 @@ std::string CsvTable::where(std::size_t row) const {
   return source_ + ":" + std::to_string(rows_.at(row).line);
 }
 
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos && !text.starts_with('#') &&
+      !text.starts_with(' ')) {
+    return text;
+  }
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
+}
+
 std::vector<std::string> file_names_of_rows(const CsvTable& table, const std::string& column) {
   std::vector<std::string> names;
   std::set<std::string> taken;

@@ -52,6 +52,9 @@ class CsvTable {
   std::vector<CsvRecord> rows_;
 };
 
+// A text as a field of such a table, in quotes where it needs them.
+std::string csv_field(const std::string& text);
+
 // The column of every row as names of output files, without extension. Throws Error with source and
 // line for a name that is not usable as a file name or would need quotes in a table (empty, a
 // leading dot, a slash, comma, quote or line break, over 200 bytes), or that occurs twice.

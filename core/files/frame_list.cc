@@ -35,20 +35,6 @@ double radians(const CsvTable& table, std::size_t row, const std::string& column
   return radians_from_degrees(read_within(kMaxDegrees, "an angle in degrees", table, row, column));
 }
 
-// Quoting by RFC 4180.
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos && !text.starts_with('#') &&
-      !text.starts_with(' ')) {
-    return text;
-  }
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + '"';
-}
-
 // Without a sign where all digits are 0.
 std::string nine_decimals(double value) {
   return fmt::format("{:.9f}", std::abs(value) < 0.5e-9 ? 0.0 : value);

@@ -181,16 +181,8 @@ std::span<const std::byte> SqliteStatement::blob(int column) const {
   return {static_cast<const std::byte*>(first), static_cast<std::size_t>(value.getBytes())};
 }
 
-std::optional<std::int64_t> SqliteStatement::optional_integer(int column) const {
-  return is_null(column) ? std::nullopt : std::optional(integer(column));
-}
-
 std::optional<std::int64_t> SqliteStatement::optional_utc_us(int column) const {
   return is_null(column) ? std::nullopt : std::optional(utc_us(column));
-}
-
-std::optional<double> SqliteStatement::optional_real(int column) const {
-  return is_null(column) ? std::nullopt : std::optional(real(column));
 }
 
 SqliteTransaction::SqliteTransaction(SqliteConnection* connection, Kind kind)

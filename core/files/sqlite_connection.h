@@ -104,9 +104,7 @@ class SqliteStatement {
   std::int64_t utc_us(int column) const;
   // The bytes of a blob, none of NULL; valid until the next step.
   std::span<const std::byte> blob(int column) const;
-  std::optional<std::int64_t> optional_integer(int column) const;
   std::optional<std::int64_t> optional_utc_us(int column) const;
-  std::optional<double> optional_real(int column) const;
 
  private:
   template <typename Value>

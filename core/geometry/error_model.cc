@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
+#include <cstddef>
 
-#include "core/base/error.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk {
@@ -60,52 +59,21 @@ double bending_error_of_column(const CellSampling& sampling, double d_src_m, dou
   });
 }
 
-void add_mismatch_errors(const CellSampling& sampling, double d_src_m, Values* sums) {
-  for (std::size_t i = 0; i < sums->size(); ++i) {
-    const double k_deg = static_cast<double>(i) + ConnectionErrorCurve::kMinDeg;
-    (*sums)[i] += mismatch_error(sampling, d_src_m, k_deg);
-  }
-}
-
-void add_bending_errors(const CellSampling& sampling, double d_src_m, Values* sums) {
+// (10) at one distance.
+Values bending_errors(const CellSampling& sampling, double d_src_m) {
+  Values errors{};
   double sum = 0.0;
   for (int theta_deg = 0; theta_deg <= ConnectionErrorCurve::kMaxDeg; ++theta_deg) {
     sum += bending_error_of_column(sampling, d_src_m, radians_from_degrees(theta_deg));
     if (theta_deg < ConnectionErrorCurve::kMinDeg) continue;
-    (*sums)[static_cast<std::size_t>(theta_deg - ConnectionErrorCurve::kMinDeg)] += sum;
+    errors[static_cast<std::size_t>(theta_deg - ConnectionErrorCurve::kMinDeg)] = sum;
   }
+  return errors;
 }
 
 double share_of(double value, double max) { return max > 0.0 ? value / max : 0.0; }
 
-void require(bool valid, const std::string& what) {
-  if (!valid) throw Error("error model: " + what);
-}
-
-void check_domain(const CellSampling& sampling, std::span<const double> d_src_m) {
-  require(std::isfinite(sampling.side_m) && sampling.side_m > 0.0,
-          "the cell's side must be positive and finite, not " + std::to_string(sampling.side_m));
-  require(std::isfinite(sampling.step_m) && sampling.step_m >= 0.0,
-          "the station step must be at least 0 and finite, not " + std::to_string(sampling.step_m));
-  require(sampling.viewpoints >= 1, "there must be at least one viewpoint per side, not " +
-                                        std::to_string(sampling.viewpoints));
-  require(!d_src_m.empty(), "there must be at least one source distance");
-  for (const double distance_m : d_src_m) {
-    require(distance_m >= 0.0,
-            "a source distance must be at least 0, not " + std::to_string(distance_m));
-  }
-}
-
 }  // namespace
-
-double corrected_latitude(double d_src_m, double d_p_m, double phi_rad) {
-  if (d_p_m == 0.0 || std::isinf(d_src_m)) return phi_rad;
-  // (5) with both arguments divided by d_src, which cannot overflow the products.
-  const double corrected_rad = std::atan2(std::sin(phi_rad), std::cos(phi_rad) + d_p_m / d_src_m);
-  if (d_p_m < 0.0) return corrected_rad;
-  // Correction towards the horizon never increases |phi|; rounding must not either.
-  return std::copysign(std::min(std::abs(corrected_rad), std::abs(phi_rad)), phi_rad);
-}
 
 double latitude_shift(double d_src_m, double phi_rad, double apart_m) {
   if (apart_m == 0.0 || std::isinf(d_src_m)) return std::copysign(0.0, phi_rad);
@@ -148,19 +116,13 @@ double mismatch_distance(CornerOffset corner, double k_deg) {
   return std::max(0.0, std::fma(-corner.to_front_m, k.tangent, corner.to_side_m) / k.sine);
 }
 
-ConnectionRange connection_range(CornerOffset corner) {
-  const auto [nearer_m, farther_m] = std::minmax(corner.to_side_m, corner.to_front_m);
-  return {45.0, std::max(45.0, corner_angle_deg({farther_m, nearer_m}))};
-}
-
-ConnectionErrorCurve connection_error_curve(const CellSampling& sampling,
-                                            std::span<const double> d_src_m) {
-  check_domain(sampling, d_src_m);
+ConnectionErrorCurve connection_error_curve(const CellSampling& sampling, double d_src_m) {
   ConnectionErrorCurve curve;
-  for (const double distance_m : d_src_m) {
-    add_mismatch_errors(sampling, distance_m, &curve.mismatch_rad);
-    add_bending_errors(sampling, distance_m, &curve.bending_rad);
+  for (std::size_t i = 0; i < curve.mismatch_rad.size(); ++i) {
+    const double k_deg = static_cast<double>(i) + ConnectionErrorCurve::kMinDeg;
+    curve.mismatch_rad[i] = mismatch_error(sampling, d_src_m, k_deg);
   }
+  curve.bending_rad = bending_errors(sampling, d_src_m);
   const double max_mismatch_rad = *std::ranges::max_element(curve.mismatch_rad);
   const double max_bending_rad = *std::ranges::max_element(curve.bending_rad);
   double least = 0.0;

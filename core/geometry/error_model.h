@@ -13,22 +13,13 @@
 #pragma once
 
 #include <array>
-#include <span>
 
 namespace raywalk {
 
-// (5): the latitude at which the viewpoint sees the source that the line sees at phi. `phi_rad` may
-// go past the pole, [-pi, pi]; `d_p_m` is the plan distance from viewpoint to acquisition point,
-// negative where the viewpoint is in front of the line. |result| <= |phi| for d_p >= 0; phi itself
-// when d_src is infinite or d_p is 0. Where x = cos(phi) + d_p / d_src cancels, because its terms
-// differ in sign, the error is at most 1e-15 rad * (1 + (|cos phi| + |d_p / d_src|) / hypot(x, sin
-// phi)).
-double corrected_latitude(double d_src_m, double d_p_m, double phi_rad);
-
 // (2), (4): the difference in latitude between two acquisition points, the second `apart_m` >= 0
 // farther from the source in the plan. With apart = d_p it is the vertical parallax phi - phi* of
-// (1). Odd in phi, |result| <= |phi|, decreases with d_src and increases with apart (to one ulp); 0
-// at infinite d_src or apart = 0, phi at d_src = 0.
+// (1). Odd in phi, |result| <= |phi|, decreases with d_src and increases with apart (up to
+// rounding); 0 at infinite d_src or apart = 0, phi at d_src = 0.
 double latitude_shift(double d_src_m, double phi_rad, double apart_m);
 
 // (3): the difference in plan distance to the source between the station `step_m` >= 0 further
@@ -56,14 +47,6 @@ double corner_angle_deg(CornerOffset corner);
 // when it equals corner_angle_deg.
 double mismatch_distance(CornerOffset corner, double k_deg);
 
-// (9): the range of limit angles that have an effect at this corner. A corner angle below 45
-// degrees is measured from the other line, so max_deg >= min_deg.
-struct ConnectionRange {
-  double min_deg = 45.0;
-  double max_deg = 45.0;
-};
-ConnectionRange connection_range(CornerOffset corner);
-
 // The sums (7) and (10) over a cell and their weighted sum (6); Fig. 11 plots these errors.
 
 // The sampling of the sums (7) and (10); latitude rows are one degree apart.
@@ -85,12 +68,10 @@ struct ConnectionErrorCurve {
   int optimum_k_deg = kMaxDeg;  // of the least E_t; ties: the largest, as it connects physically
 };
 
-// The errors of a cell whose sources are at `d_src_m`. With several distances E_m and E_b are
-// summed over them before (6). The maxima in (6) are those over k = 45..90 degrees at the same
-// distances, so E_m / max(E_m) is 1 at 45 and E_b / max(E_b) is 1 at 90; an error that is 0 at
-// every k contributes 0. Takes about 0.1 s per distance at 49 viewpoints. Throws Error for a
-// sampling or distance outside its domain, or if there is no distance.
-ConnectionErrorCurve connection_error_curve(const CellSampling& sampling,
-                                            std::span<const double> d_src_m);
+// The errors of a cell whose sources are at the distance `d_src_m` >= 0. The maxima in (6) are
+// those over k = 45..90 degrees at the same distance, so E_m / max(E_m) is 1 at 45 and E_b /
+// max(E_b) is 1 at 90; an error that is 0 at every k contributes 0. Takes about 0.1 s at 49
+// viewpoints.
+ConnectionErrorCurve connection_error_curve(const CellSampling& sampling, double d_src_m);
 
 }  // namespace raywalk

@@ -7,14 +7,15 @@
 #include <cstddef>
 #include <limits>
 #include <map>
+#include <set>
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/geometry/grid.h"
-#include "core/geometry/length_text.h"
-#include "core/geometry/line_search.h"
+#include "core/geometry/line_gaps.h"
+#include "core/geometry/plan_line.h"
 #include "core/geometry/position_tolerance.h"
-#include "core/geometry/station_spacing.h"
 
 namespace raywalk {
 namespace {
@@ -87,13 +88,20 @@ class LineAssembly {
   LineAssembly(std::span<const StationPose> stations, const GridTolerance& tolerance)
       : stations_(stations) {
     for (const StationPose& station : stations) points_.push_back(plan_of(station));
+    const auto is_unnamed = [](const StationPose& station) { return station.line.empty(); };
+    const auto unnamed = std::ranges::find_if(stations, is_unnamed);
+    named_ = !std::ranges::all_of(stations, is_unnamed);
+    if (named_ && unnamed != stations.end()) {
+      throw Error(fmt::format(
+          "{}: no line is named, but others are; name the line of every frame or of none",
+          name_of(*unnamed)));
+    }
     set_limits(tolerance);
   }
 
   std::vector<Line> run() const {
-    const bool named = !stations_.front().line.empty();
     std::vector<Line> lines;
-    for (LineGroup& group : named ? named_groups() : found_groups()) {
+    for (LineGroup& group : named_ ? named_groups() : found_groups()) {
       lines.push_back(line_of(std::move(group)));
     }
     return lines;
@@ -103,15 +111,13 @@ class LineAssembly {
   void set_limits(const GridTolerance& tolerance) {
     constexpr double kSameStationShare = 0.002, kLeastShare = 1e-9;
     // Stations of a line that is named need not be told from those beside it.
-    const bool named = !stations_.front().line.empty();
-    const double off_share = named ? 0.5 : kOffPlaceShare;
+    const double off_share = named_ ? 0.5 : kOffPlaceShare;
     const double spacing_m = typical_spacing(stations_);
-    if (!named && tolerance.off_line_m.value_or(0.0) > spacing_m) {
+    if (!named_ && tolerance.off_line_m.value_or(0.0) > spacing_m) {
       throw Error(fmt::format(
           "a line tolerance of {} exceeds the stations' spacing of {}, so that lines cannot be "
-          "told "
-          "from places beside them; give a smaller --line-tolerance-mm, or name the line of every "
-          "frame in a column line",
+          "told from places beside them; give a smaller --line-tolerance-mm, or name the line of "
+          "every frame in a column line",
           mm_text(*tolerance.off_line_m), mm_text(spacing_m)));
     }
     spacing_m_ = spacing_m;
@@ -129,7 +135,7 @@ class LineAssembly {
         rounding + tolerance.same_station_m.value_or(std::min(
                        std::max(kSameStationShare * spacing_m, least_m), 0.5 * off_line_m_));
     if (same_station_m_ > off_line_m_) {
-      throw Error(fmt::format(
+      throw UsageError(fmt::format(
           "stations within {} count as one, but a station may be only {} off its line; give a "
           "smaller --same-station-mm or a larger --line-tolerance-mm",
           mm_text(same_station_m_), mm_text(off_line_m_)));
@@ -141,11 +147,6 @@ class LineAssembly {
   std::vector<LineGroup> named_groups() const {
     std::map<std::string, std::vector<int>> members;
     for (std::size_t i = 0; i < stations_.size(); ++i) {
-      if (stations_[i].line.empty()) {
-        throw Error(fmt::format(
-            "{}: no line is named, but others are; name the line of every frame or of none",
-            name_of(stations_[i])));
-      }
       members[stations_[i].line].push_back(static_cast<int>(i));
     }
     std::vector<LineGroup> groups;
@@ -175,12 +176,6 @@ class LineAssembly {
   }
 
   std::vector<LineGroup> found_groups() const {
-    for (const StationPose& station : stations_) {
-      if (station.line.empty()) continue;
-      throw Error(fmt::format(
-          "{}: a line is named, but not that of {}; name the line of every frame or of none",
-          name_of(station), name_of(stations_.front())));
-    }
     std::vector<LineGroup> groups = find_lines(points_, off_line_m_);
     share_out_crossings(points_, twin_m_, &groups);
     std::erase_if(groups, [](const LineGroup& group) { return group.stations.size() < 2; });
@@ -191,34 +186,30 @@ class LineAssembly {
   // Names the station farthest from all lines: a chance row of stations through it may have left
   // others without their line.
   void require_all_placed(const std::vector<LineGroup>& groups) const {
-    std::vector<bool> placed(stations_.size(), false);
+    std::set<int> unplaced;
+    for (std::size_t i = 0; i < stations_.size(); ++i) unplaced.insert(static_cast<int>(i));
     for (const LineGroup& group : groups) {
-      for (const int station : group.stations) placed[static_cast<std::size_t>(station)] = true;
+      for (const int station : group.stations) unplaced.erase(station);
     }
+    if (unplaced.empty()) return;
     constexpr double kTourShare = 0.25;
-    const auto on_none = std::ranges::count(placed, false);
-    if (spacing_m_ > 0.0 && static_cast<double>(on_none) > kTourShare * placed.size()) {
+    const auto most_on_none = kTourShare * static_cast<double>(stations_.size());
+    if (spacing_m_ > 0.0 && static_cast<double>(unplaced.size()) > most_on_none) {
       throw Error(fmt::format(
           "{} of {} stations, typically {} apart, are on no line within 3 degrees of x or z: the "
-          "axes "
-          "are turned, or this is a tour rather than lines. Views between stations need lines of "
-          "stations decimetres apart (docs/capture.md); where the lines are known, name them in a "
-          "column line",
-          on_none, placed.size(), mm_text(spacing_m_)));
+          "axes are turned, or this is a tour rather than lines. Views between stations need lines "
+          "of stations decimetres apart (docs/capture.md); where the lines are known, name them in "
+          "a column line",
+          unplaced.size(), stations_.size(), mm_text(spacing_m_)));
     }
-    int farthest = -1;
-    double farthest_m = -1.0;
-    for (int station = 0; station < std::ssize(placed); ++station) {
-      if (placed[static_cast<std::size_t>(station)]) continue;
+    const auto off = [&](int station) {
       double nearest_m = std::numeric_limits<double>::infinity();
       for (const LineGroup& group : groups) {
         nearest_m = std::min(nearest_m, group.line.distance_to(point(station)));
       }
-      if (nearest_m <= farthest_m) continue;
-      farthest = station;
-      farthest_m = nearest_m;
-    }
-    if (farthest >= 0) throw_unplaced(farthest, groups);
+      return nearest_m;
+    };
+    throw_unplaced(*std::ranges::max_element(unplaced, {}, off), groups);
   }
 
   [[noreturn]] void throw_unplaced(int station, const std::vector<LineGroup>& groups) const {
@@ -238,8 +229,7 @@ class LineAssembly {
     throw Error(fmt::format(
         "{} at x = {:.6g}, z = {:.6g} is on no line: it is {}not in line with another station that "
         "is on none, within the line tolerance of {} and 3 degrees of x or z; a line needs at "
-        "least "
-        "two stations: correct its position, leave it out{}",
+        "least two stations: correct its position, leave it out{}",
         name(station), point(station).x(), point(station).y(), beside, mm_text(off_line_m_),
         is_near ? fmt::format(
                       ", name its line in a column line, or give a larger --line-tolerance-mm ({})",
@@ -250,13 +240,12 @@ class LineAssembly {
   void require_two_places(int a, int b) const {
     const double apart_m = (point(a) - point(b)).norm();
     if (apart_m > same_station_m_) return;
-    throw Error(
-        fmt::format("{} and {} {} (x = {:.6g}, z = {:.6g}) on one line; stations within {} count "
-                    "as one: remove "
-                    "one of them, correct its position, or give a smaller --same-station-mm",
-                    name(a), name(b),
-                    apart_m > 0.0 ? "are " + mm_text(apart_m) + " apart" : "have the same position",
-                    point(a).x(), point(a).y(), mm_text(same_station_m_)));
+    throw Error(fmt::format(
+        "{} and {} {} (x = {:.6g}, z = {:.6g}) on one line; stations within {} count "
+        "as one: remove one of them, correct its position, or give a smaller --same-station-mm",
+        name(a), name(b),
+        apart_m > 0.0 ? "are " + mm_text(apart_m) + " apart" : "have the same position",
+        point(a).x(), point(a).y(), mm_text(same_station_m_)));
   }
 
   // The line's final fit to its own stations; along_m is 0 at the first station.
@@ -308,6 +297,7 @@ class LineAssembly {
 
   std::span<const StationPose> stations_;
   std::vector<Eigen::Vector2d> points_;
+  bool named_ = false;  // all lines are
   // From a station to its line; within which two of a line count as one; and within which two may
   // be those of a crossing, one of each line.
   double off_line_m_ = 0.0, same_station_m_ = 0.0, twin_m_ = 0.0;

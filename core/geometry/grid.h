@@ -70,7 +70,7 @@ struct StationPose {
 struct GridTolerance {
   // Maximum distance of a station from its line, metres; at most the typical distance between
   // stations, unless lines are named. None: a tenth of the typical distance
-  // between stations (station_spacing.h), half of it where lines are named, at least 1e-9 of the
+  // between stations (line_gaps.h), half of it where lines are named, at least 1e-9 of the
   // grid's extent.
   std::optional<double> off_line_m{};
   // Distance within which two stations of a line count as one, metres; at most off_line_m. None:

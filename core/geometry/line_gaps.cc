@@ -2,15 +2,18 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <iterator>
+#include <limits>
 #include <numeric>
 #include <utility>
 
 #include "core/base/median.h"
-#include "core/geometry/length_text.h"
+#include "core/base/number_text.h"
 #include "core/geometry/position_tolerance.h"
 
 namespace raywalk {
@@ -24,26 +27,6 @@ std::vector<double> gaps_of(const Line& line) {
     gaps_m.push_back(line.stations[i].along_m - line.stations[i - 1].along_m);
   }
   return gaps_m;
-}
-
-// Of gaps the one such that half of their sum lies in gaps at least as large. Found by halving, as
-// views ask for it; reorders them.
-double middle_by_length(std::vector<double>* gaps_m) {
-  const double half_m = 0.5 * std::accumulate(gaps_m->begin(), gaps_m->end(), 0.0);
-  double above_m = 0.0;  // of gaps known to be larger
-  auto first = gaps_m->begin(), last = gaps_m->end();
-  while (last - first > 1) {
-    const auto middle = first + (last - first) / 2;
-    std::nth_element(first, middle, last);
-    const double upper_m = std::accumulate(middle, last, 0.0);
-    if (above_m + upper_m >= half_m) {
-      first = middle;
-    } else {
-      above_m += upper_m;
-      last = middle;
-    }
-  }
-  return *first;
 }
 
 PlanPoint place_at(const Line& line, double along_m) {
@@ -62,13 +45,52 @@ std::optional<double> distance_between(const Line& a, const Line& b) {
   return std::hypot(on_a.x_m - on_b.x_m, on_a.z_m - on_b.z_m);
 }
 
+struct Neighbour {
+  double distance_m = std::numeric_limits<double>::infinity();
+  Eigen::Vector2d towards{0, 0};
+};
+
+double spacing_at(const StationPose& station, std::span<const StationPose> stations) {
+  const double same_m = rounding_m(2.0 * station.position_m.cwiseAbs().maxCoeff());
+  Neighbour first, second;
+  for (const StationPose& other : stations) {
+    const Eigen::Vector3d away = other.position_m - station.position_m;
+    const Eigen::Vector2d towards(away.x(), away.z());
+    const double distance_m = towards.norm();
+    if (distance_m <= same_m || distance_m >= second.distance_m) continue;
+    second = {distance_m, towards};
+    if (second.distance_m < first.distance_m) std::swap(first, second);
+  }
+  if (!std::isfinite(second.distance_m)) return first.distance_m;
+  const bool in_one_direction =
+      first.towards.dot(second.towards) > 0.5 * first.distance_m * second.distance_m;
+  return in_one_direction ? first.distance_m : second.distance_m;
+}
+
 }  // namespace
 
+double typical_spacing(std::span<const StationPose> stations) {
+  constexpr std::size_t kMeasured = 1000;
+  const std::size_t count = std::min(kMeasured, stations.size());
+  std::vector<double> distances_m;
+  for (std::size_t i = 0; i < count; ++i) {
+    const StationPose& station = stations[i * stations.size() / count];
+    const double distance_m = spacing_at(station, stations);
+    if (std::isfinite(distance_m)) distances_m.push_back(distance_m);
+  }
+  return distances_m.empty() ? 0.0 : median(std::move(distances_m));
+}
+
 double covering_spacing(std::vector<double> gaps_m) {
-  const double middle_m = median(gaps_m);
-  std::iter_swap(std::max_element(gaps_m.begin(), gaps_m.end()), gaps_m.end() - 1);
-  gaps_m.pop_back();
-  return gaps_m.empty() ? middle_m : std::max(middle_m, middle_by_length(&gaps_m));
+  std::ranges::sort(gaps_m, std::greater());
+  const double middle_m = gaps_m[(gaps_m.size() - 1) / 2];
+  const double half_m = 0.5 * std::accumulate(gaps_m.begin() + 1, gaps_m.end(), 0.0);
+  double sum_m = 0.0;
+  for (std::size_t i = 1; i < gaps_m.size(); ++i) {
+    sum_m += gaps_m[i];
+    if (sum_m >= half_m) return std::max(middle_m, gaps_m[i]);
+  }
+  return middle_m;
 }
 
 double covering_spacing(const Line& line) { return covering_spacing(gaps_of(line)); }
@@ -122,8 +144,7 @@ std::optional<std::string> doubt_of_unit(const Grid& grid) {
   return fmt::format(
       "stations {:.4g} m apart{}: are the positions in another unit, such as millimetres? x, y and "
       "z are read as metres; divide millimetres by 1000. Surfaces cannot be matched between "
-      "stations "
-      "metres apart: capture them decimetres apart",
+      "stations metres apart: capture them decimetres apart",
       spacing_m, grid.cells.empty() ? "" : fmt::format(" and cells up to {:.4g} m wide", cell_m));
 }
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/geometry/line_gaps.h"
-#include "core/geometry/line_search.h"
+#include "core/geometry/plan_line.h"
 #include "core/geometry/position_tolerance.h"
 
 namespace raywalk {

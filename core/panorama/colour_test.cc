@@ -3,8 +3,8 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "core/panorama/gain_field.h"
 #include "core/panorama/srgb.h"
+#include "core/room/gain_fields.h"
 
 namespace raywalk {
 namespace {

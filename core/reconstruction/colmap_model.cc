@@ -1,15 +1,27 @@
 #include "core/reconstruction/colmap_model.h"
 
-#include <limits>
-#include <unordered_map>
+#include <fmt/format.h>
 
+#include <limits>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <unordered_map>
+#include <utility>
+
+#include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/words.h"
 #include "core/reconstruction/colmap_bytes.h"
 
 namespace raywalk {
 namespace {
 
-constexpr std::int32_t kPinhole = 1;       // COLMAP's number of the camera model fx, fy, cx, cy
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostBytes = std::numeric_limits<std::uint32_t>::max();
+constexpr std::int32_t kPinhole = 1;  // COLMAP's number of the camera model fx, fy, cx, cy
+constexpr std::int32_t kEquirectangular = 17;
 constexpr std::int32_t kCameraSensor = 0;  // COLMAP's number of the kind of sensor
 
 constexpr const char* kCameras = "cameras.bin";
@@ -18,8 +30,8 @@ constexpr const char* kPoints = "points3D.bin";
 constexpr const char* kRigs = "rigs.bin";
 constexpr const char* kFrames = "frames.bin";
 
-ColmapByteReader opened(const std::filesystem::path& file) {
-  return {read_file(file, std::numeric_limits<std::uint32_t>::max()), file.string()};
+ColmapByteReader opened(const fs::path& file) {
+  return {read_file(file, kMostBytes), file.string()};
 }
 
 std::string camera_bytes(const std::vector<ColmapCamera>& cameras) {
@@ -108,31 +120,7 @@ std::string frame_bytes(const ColmapModel& model) {
   return out.bytes();
 }
 
-std::vector<ColmapCamera> read_cameras(const std::filesystem::path& file) {
-  ColmapByteReader in = opened(file);
-  std::vector<ColmapCamera> cameras(in.take_count(56));
-  for (ColmapCamera& camera : cameras) {
-    camera.id = in.take<std::uint32_t>();
-    if (in.take<std::int32_t>() != kPinhole) in.fail("a camera is not a pinhole");
-    const auto width = in.take<std::uint64_t>();
-    const auto height = in.take<std::uint64_t>();
-    camera.focal_px = in.take_number();
-    const double focal_y_px = in.take_number();
-    const double middle_x = in.take_number();
-    const double middle_y = in.take_number();
-    const double middle = 0.5 * static_cast<double>(width);
-    if (width != height || width > 100000 || focal_y_px != camera.focal_px || middle_x != middle ||
-        middle_y != middle) {
-      in.fail("a camera was not written by Raywalk");
-    }
-    camera.side_px = static_cast<int>(width);
-  }
-  in.require_end();
-  return cameras;
-}
-
-std::vector<ColmapImage> read_images(const std::filesystem::path& file) {
-  ColmapByteReader in = opened(file);
+std::vector<ColmapImage> images_of(ColmapByteReader in) {
   std::vector<ColmapImage> images(in.take_count(73));
   for (ColmapImage& image : images) {
     image.id = in.take<std::uint32_t>();
@@ -150,8 +138,7 @@ std::vector<ColmapImage> read_images(const std::filesystem::path& file) {
   return images;
 }
 
-std::vector<ColmapPoint> read_points(const std::filesystem::path& file,
-                                     const std::vector<ColmapImage>& images) {
+std::vector<ColmapPoint> read_points(const fs::path& file, const std::vector<ColmapImage>& images) {
   std::unordered_map<std::uint32_t, std::size_t> feature_count;
   for (const ColmapImage& image : images) feature_count[image.id] = image.features.size();
   ColmapByteReader in = opened(file);
@@ -175,9 +162,50 @@ std::vector<ColmapPoint> read_points(const std::filesystem::path& file,
   return points;
 }
 
+void require_images(const std::vector<ColmapImage>& images, const std::string& source) {
+  if (images.empty()) throw Error(source + ": holds no image; COLMAP has not registered any");
+  std::set<std::string> names;
+  for (const ColmapImage& image : images) {
+    if (image.name.empty()) throw Error(source + ": an image has no name");
+    if (!names.insert(image.name).second) {
+      throw Error(fmt::format("{}: image {} is there twice", source, excerpt(image.name)));
+    }
+  }
+}
+
+bool next_line(std::istream* text, std::string* line) {
+  if (!std::getline(*text, *line)) return false;
+  if (line->ends_with('\r')) line->pop_back();
+  return true;
+}
+
+// IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME; the name may hold spaces.
+ColmapImage image_of(const std::string& line, const std::string& where) {
+  std::istringstream words(line);
+  const auto number = [&] {
+    std::string word;
+    words >> word;
+    if (const std::optional<double> value = parse_finite_number(word)) return *value;
+    throw Error(
+        fmt::format("{}: {} is not a number; expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME",
+                    where, excerpt(word)));
+  };
+  number();  // id
+  const double w = number(), x = number(), y = number(), z = number();
+  const Eigen::Quaterniond rotation(w, x, y, z);
+  if (!(rotation.norm() > 0.5 && rotation.norm() < 2.0)) {
+    throw Error(where + ": the rotation is not a quaternion; the model is damaged");
+  }
+  const double tx = number(), ty = number(), tz = number();
+  number();  // camera
+  ColmapImage image{.pose = {rotation.normalized(), {tx, ty, tz}}};
+  std::getline(words >> std::ws, image.name);
+  return image;
+}
+
 }  // namespace
 
-void write_colmap_model(const std::filesystem::path& directory, const ColmapModel& model) {
+void write_colmap_model(const fs::path& directory, const ColmapModel& model) {
   write_file_atomically(directory / kCameras, camera_bytes(model.cameras));
   write_file_atomically(directory / kImages, image_bytes(model.images));
   write_file_atomically(directory / kPoints, point_bytes(model.points));
@@ -186,12 +214,61 @@ void write_colmap_model(const std::filesystem::path& directory, const ColmapMode
   write_file_atomically(directory / kFrames, frame_bytes(model));
 }
 
-ColmapModel read_colmap_model(const std::filesystem::path& directory) {
+ColmapModel read_colmap_model(const fs::path& directory) {
   ColmapModel model;
-  model.cameras = read_cameras(directory / kCameras);
-  model.images = read_images(directory / kImages);
+  model.images = images_of(opened(directory / kImages));
   model.points = read_points(directory / kPoints, model.images);
   return model;
+}
+
+std::vector<ColmapImage> colmap_images_of_bytes(std::string bytes, const std::string& source) {
+  std::vector<ColmapImage> images = images_of({std::move(bytes), source});
+  require_images(images, source);
+  return images;
+}
+
+std::vector<ColmapImage> colmap_images_of_text(const std::string& text, const std::string& source) {
+  std::vector<ColmapImage> images;
+  std::istringstream lines(text);
+  std::string line;
+  for (int number = 1; next_line(&lines, &line); ++number) {
+    if (line.empty() || line.starts_with('#')) continue;
+    images.push_back(image_of(line, fmt::format("{}:{}", source, number)));
+    next_line(&lines, &line);  // its features, perhaps none
+    ++number;
+  }
+  require_images(images, source);
+  return images;
+}
+
+std::vector<ColmapImage> read_colmap_images(const fs::path& directory) {
+  const fs::path binary = directory / kImages;
+  if (fs::exists(binary))
+    return colmap_images_of_bytes(read_file(binary, kMostBytes), binary.string());
+  const fs::path text = directory / "images.txt";
+  if (fs::exists(text)) return colmap_images_of_text(read_file(text, kMostBytes), text.string());
+  throw Error(directory.string() +
+              ": holds neither images.bin nor images.txt; give the folder of a COLMAP model, such "
+              "as sparse/0");
+}
+
+// A camera is ID MODEL WIDTH HEIGHT PARAMETERS.
+bool images_are_panoramas(const fs::path& directory) {
+  const fs::path binary = directory / kCameras;
+  if (fs::exists(binary)) {
+    ColmapByteReader in = opened(binary);
+    if (in.take<std::uint64_t>() == 0) return false;
+    in.take<std::uint32_t>();
+    return in.take<std::int32_t>() == kEquirectangular;
+  }
+  if (!fs::exists(directory / "cameras.txt")) return false;
+  std::istringstream lines(read_file(directory / "cameras.txt", kMostBytes));
+  for (std::string line, id, model; next_line(&lines, &line);) {
+    if (line.empty() || line.starts_with('#')) continue;
+    std::istringstream(line) >> id >> model;
+    return model == "EQUIRECTANGULAR";
+  }
+  return false;
 }
 
 }  // namespace raywalk

@@ -34,7 +34,7 @@ inline constexpr std::uint64_t kNoPoint = ~std::uint64_t{0};
 struct ColmapImage {
   std::uint32_t id = 0;
   std::uint32_t camera = 0;  // id
-  std::string name{};
+  std::string name{};        // relative to COLMAP's folder of images, with '/'
   ColmapPose pose{};
   std::vector<ColmapFeature> features{};
 };
@@ -84,9 +84,22 @@ struct ColmapModel {
 // Writes the binary files into an existing directory. Throws Error if it cannot.
 void write_colmap_model(const std::filesystem::path& directory, const ColmapModel& model);
 
-// Reads cameras.bin, images.bin and points3D.bin. Throws Error naming the file if it is missing,
-// truncated, has extra bytes, a camera that is not such a pinhole, a non-finite number, or a track
-// of an image or feature that does not exist.
+// Reads images.bin and points3D.bin. Throws Error naming the file if it is missing, truncated, has
+// extra bytes, a non-finite number, or a track of an image or feature that does not exist.
 ColmapModel read_colmap_model(const std::filesystem::path& directory);
+
+// The images of a model of any camera and any version of COLMAP, from images.bin, or images.txt,
+// without features, where there is none. Throws Error naming the file, and the line of a text, if
+// there is none of the two, it is damaged, has no image, or one twice.
+std::vector<ColmapImage> read_colmap_images(const std::filesystem::path& directory);
+
+// The same of the contents of images.bin and images.txt; `source` names them in errors.
+std::vector<ColmapImage> colmap_images_of_bytes(std::string bytes, const std::string& source);
+std::vector<ColmapImage> colmap_images_of_text(const std::string& text, const std::string& source);
+
+// Whether the first camera of a model is EQUIRECTANGULAR, which COLMAP 4.1 and newer have: its
+// images are then panoramas, with the axes of a face that looks ahead. Throws Error naming
+// cameras.bin if it is damaged.
+bool images_are_panoramas(const std::filesystem::path& directory);
 
 }  // namespace raywalk

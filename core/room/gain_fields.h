@@ -7,15 +7,30 @@
 #pragma once
 
 #include <filesystem>
+#include <opencv2/core/mat.hpp>
 #include <vector>
 
 #include "core/geometry/grid.h"
-#include "core/panorama/gain_field.h"
 
 namespace raywalk {
 
 // The root attribute `format` of gains.h5.
 inline constexpr const char* kGainsFormat = "raywalk-gains";
+
+// Factors of 8-bit levels: red, green, blue.
+using ColourGain = cv::Vec3f;
+
+// Gains over a station's sphere of directions. A station's lenses differ in exposure, and clouds
+// pass over a part of the sky: one factor for the whole picture is not enough.
+struct GainField {
+  ColourGain whole{1.0F, 1.0F, 1.0F};
+  // Further factors, CV_32FC3 [theta][phi], at the middles of equal patches of the panorama and
+  // linear in between. Empty: 1 everywhere.
+  cv::Mat local{};
+};
+
+// Multiplies a transposed panorama (row = theta, column = phi), CV_8UC3, by its gains.
+void apply_gains(const GainField& gains, cv::Mat* colours);
 
 // [line][station]; empty: all are 1.
 using GainFields = std::vector<std::vector<GainField>>;

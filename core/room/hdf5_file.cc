@@ -2,21 +2,178 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <hdf5.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <functional>
 #include <limits>
+#include <mutex>
+#include <string_view>
 #include <system_error>
+#include <type_traits>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/room/hdf5_calls.h"
 
 namespace raywalk {
+
+// HDF5 is called by one thread at a time, with identifiers that close themselves and failures that
+// become Errors.
+namespace hdf5 {
+namespace {
+
+std::string last_reason;  // of the last call of HDF5 that failed
+
+// Walking downward ends at the function that detected the error, whose description is the most
+// specific.
+herr_t keep_last(unsigned, const H5E_error2_t* error, void*) {
+  if (error->desc != nullptr && *error->desc != '\0') last_reason = error->desc;
+  return 0;
+}
+
+// Instead of printing them.
+herr_t keep_reason(hid_t stack, void*) {
+  return H5Ewalk2(stack, H5E_WALK_DOWNWARD, keep_last, nullptr);
+}
+
+// The system's error number that HDF5's file drivers put into their description:
+// "file write failed: ..., errno = 28, error message = 'No space left on device', ..."; 0: none.
+int error_number_in(const std::string& reason) {
+  constexpr std::string_view kBefore = "errno = ";
+  const std::size_t at = reason.find(kBefore);
+  return at == std::string::npos ? 0 : std::atoi(reason.c_str() + at + kBefore.size());
+}
+
+std::string meaning_of_failure() {
+  const int number = error_number_in(last_reason);
+  if (number == ENOSPC || number == EDQUOT) {
+    return "the disk is full; free some space and run the command again";
+  }
+  if (number != 0) {
+    return std::generic_category().message(number) +
+           "; check the disk and the file's permissions, and run the command again";
+  }
+  return "the file is damaged or was cut short; restore it from a copy or create it again" +
+         (last_reason.empty() ? "" : " (HDF5: " + one_line(last_reason) + ")");
+}
+
+// A call of HDF5 failed; guarded() knows why.
+struct Failure {};
+
+inline void check(herr_t status) {
+  if (status < 0) throw Failure();
+}
+
+// Owns an identifier of HDF5.
+class Id {
+ public:
+  Id(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {
+    if (id < 0) throw Failure();
+  }
+  Id(Id&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Id& operator=(Id&&) = delete;
+  ~Id() {
+    if (id_ >= 0) close_(id_);
+  }
+  operator hid_t() const { return id_; }  // NOLINT(google-explicit-constructor): as HDF5 takes it
+
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+// Held while HDF5 is used; what it says of failures is kept from then on. The first call disables
+// HDF5's cleanup at exit (see Hdf5File::writing), which must precede its initialisation.
+std::unique_lock<std::mutex> locked() {
+  static std::mutex library;
+  std::unique_lock lock(library);
+  static const bool no_cleaning_at_exit = H5dont_atexit() >= 0;
+  static_cast<void>(no_cleaning_at_exit);
+  H5Eset_auto2(H5E_DEFAULT, keep_reason, nullptr);
+  last_reason.clear();
+  return lock;
+}
+
+[[noreturn]] void throw_failure(const std::filesystem::path& file, const std::string& what) {
+  throw Error(fmt::format("{}: {}: {}", file.string(), what, meaning_of_failure()));
+}
+
+// What `call` returns. Throws Error "<file>: <what>: <HDF5's innermost reason>" where HDF5 fails.
+template <typename Call>
+auto guarded(const std::filesystem::path& file, const std::string& what, const Call& call) {
+  const auto lock = locked();
+  try {
+    return call();
+  } catch (const Failure&) {
+    throw_failure(file, what);
+  }
+}
+
+// As stored; Raywalk's machines are little-endian.
+hid_t type_of(ElementType type) {
+  // In the order of the enumerators.
+  const std::array types{H5T_STD_U8LE, H5T_STD_I32LE, H5T_STD_U64LE, H5T_IEEE_F32LE,
+                         H5T_IEEE_F64LE};
+  return types.at(static_cast<std::size_t>(type));
+}
+
+template <typename T>
+constexpr ElementType kElementOf = std::is_same_v<T, double>         ? ElementType::kFloat64
+                                   : std::is_same_v<T, std::int32_t> ? ElementType::kInt32
+                                                                     : ElementType::kUint64;
+
+// An open dataset, and how it is stored.
+struct Dataset {
+  Dataset(hid_t file, const std::string& name)
+      : id(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose),
+        type(H5Dget_type(id), H5Tclose),
+        properties(H5Dget_create_plist(id), H5Pclose) {
+    const Id space(H5Dget_space(id), H5Sclose);
+    const int rank = H5Sget_simple_extent_ndims(space);
+    check(rank);
+    std::vector<hsize_t> dims(static_cast<std::size_t>(rank));
+    check(H5Sget_simple_extent_dims(space, dims.data(), nullptr));
+    shape = {dims.begin(), dims.end()};
+  }
+
+  Id id, type, properties;
+  Shape shape;
+};
+
+std::vector<hsize_t> dims_of(const Shape& shape) { return {shape.begin(), shape.end()}; }
+
+Id space_of(const Shape& shape) {
+  return {H5Screate_simple(static_cast<int>(shape.size()), dims_of(shape).data(), nullptr),
+          H5Sclose};
+}
+
+// The shape of one index of the first dimension, and its place among a file's values.
+Shape slab_of(Shape shape) {
+  shape.front() = 1;
+  return shape;
+}
+
+Id slab_space(const Shape& shape, std::size_t index) {
+  std::vector<hsize_t> start(shape.size(), 0);
+  start.front() = index;
+  Id space = space_of(shape);
+  check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr,
+                            dims_of(slab_of(shape)).data(), nullptr));
+  return space;
+}
+
+}  // namespace
+}  // namespace hdf5
+
 namespace {
 
 namespace fs = std::filesystem;
 using hdf5::check;
+using hdf5::Id;
 
 constexpr std::size_t kMostSmallBytes = std::size_t{1} << 27;
 
@@ -48,13 +205,58 @@ bool has_checksums(const fs::path& file) {
 }
 
 bool has_one_value(hid_t attribute) {
-  const hdf5::Id space(H5Aget_space(attribute), H5Sclose);
+  const Id space(H5Aget_space(attribute), H5Sclose);
   return H5Sget_simple_extent_npoints(space) == 1;
 }
 
 bool is_text(hid_t type) {
   return H5Tget_class(type) == H5T_STRING && H5Tis_variable_str(type) == 0 &&
          H5Tget_size(type) <= kMostSmallBytes;
+}
+
+constexpr unsigned kDeflateLevel = 4;  // higher ones save a hundredth
+
+// Creates a dataset that is contiguous or, with a shape of chunks, in these, through the filters
+// that `add_filters` adds to its properties.
+Id created(hid_t file, const std::string& name, hid_t type, const Shape& shape,
+           const Shape& chunk = {}, const std::function<void(hid_t)>& add_filters = {}) {
+  const Id properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  // Without times, files of the same content have the same bytes.
+  check(H5Pset_obj_track_times(properties, false));
+  if (chunk.empty()) {
+    check(H5Pset_layout(properties, H5D_CONTIGUOUS));
+    check(H5Pset_alloc_time(properties, H5D_ALLOC_TIME_EARLY));
+    check(H5Pset_fill_time(properties, H5D_FILL_TIME_NEVER));
+  } else {
+    const std::vector<hsize_t> dims = hdf5::dims_of(chunk);
+    check(H5Pset_chunk(properties, static_cast<int>(dims.size()), dims.data()));
+    add_filters(properties);
+  }
+  return {H5Dcreate2(file, name.c_str(), type, hdf5::space_of(shape), H5P_DEFAULT, properties,
+                     H5P_DEFAULT),
+          H5Dclose};
+}
+
+void write_whole(hid_t file, const std::string& name, hid_t type, const Shape& shape,
+                 const void* values) {
+  check(H5Dwrite(created(file, name, type, shape), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values));
+}
+
+void write_scalar(hid_t file, const std::string& where, const std::string& name, hid_t type,
+                  const void* value) {
+  const Id scalar(H5Screate(H5S_SCALAR), H5Sclose);
+  const Id attribute(H5Acreate_by_name(file, where.c_str(), name.c_str(), type, scalar, H5P_DEFAULT,
+                                       H5P_DEFAULT, H5P_DEFAULT),
+                     H5Aclose);
+  check(H5Awrite(attribute, type, value));
+}
+
+Id text_type(std::size_t length) {
+  Id type(H5Tcopy(H5T_C_S1), H5Tclose);
+  check(H5Tset_size(type, length));
+  check(H5Tset_strpad(type, H5T_STR_NULLPAD));
+  check(H5Tset_cset(type, H5T_CSET_UTF8));
+  return type;
 }
 
 }  // namespace
@@ -93,7 +295,7 @@ void Hdf5File::require_format(const std::string& format) const {
     throw Error(fmt::format("{}: its format is not {}", path_.string(), format));
   }
   const int version = hdf5::guarded(path_, "attribute 'format_version' cannot be read", [&] {
-    const hdf5::Id attribute(H5Aopen(file_, "format_version", H5P_DEFAULT), H5Aclose);
+    const Id attribute(H5Aopen(file_, "format_version", H5P_DEFAULT), H5Aclose);
     int value = 0;
     if (has_one_value(attribute)) check(H5Aread(attribute, H5T_NATIVE_INT, &value));
     return value;
@@ -109,8 +311,8 @@ std::optional<std::string> Hdf5File::text_attribute(const std::string& name) con
   std::optional<std::string> text;
   hdf5::guarded(path_, fmt::format("attribute '{}' cannot be read", name), [&] {
     if (H5Aexists(file_, name.c_str()) <= 0) return;
-    const hdf5::Id attribute(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose);
-    const hdf5::Id type(H5Aget_type(attribute), H5Tclose);
+    const Id attribute(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose);
+    const Id type(H5Aget_type(attribute), H5Tclose);
     if (!is_text(type) || !has_one_value(attribute)) return;
     text.emplace(H5Tget_size(type), '\0');
     check(H5Aread(attribute, type, text->data()));
@@ -215,6 +417,120 @@ void Hdf5File::read_slab(const std::string& name, std::size_t index, ElementType
     }
     check(H5Dread(dataset.id, stored, hdf5::space_of(hdf5::slab_of(shape)),
                   hdf5::slab_space(shape, index), H5P_DEFAULT, values.data()));
+  });
+}
+
+// HDF5 1.10 crashes when it closes a file whose buffers cannot be written (disk full), even at
+// process exit, so after a failed write the file is never closed.
+template <typename Call>
+auto Hdf5File::writing(const std::string& what, const Call& call) {
+  try {
+    return hdf5::guarded(path_, "cannot " + what, call);
+  } catch (const Error&) {
+    file_ = -1;
+    throw;
+  }
+}
+
+Hdf5File Hdf5File::create(const fs::path& path) {
+  Hdf5File file(path);
+  hdf5::guarded(path, "cannot create the file", [&] {
+    const Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    // The format of HDF5 1.10: its metadata have checksums, so that damage is detected.
+    check(H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110));
+    // Datasets are memory-mapped, so their numbers must be aligned in the file.
+    check(H5Pset_alignment(access, 1, 8));
+    const Id creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+    check(H5Pset_obj_track_times(creation, false));
+    file.file_ = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, access);
+    if (file.file_ < 0) throw hdf5::Failure();
+  });
+  return file;
+}
+
+void Hdf5File::write_format(const std::string& format, int version) {
+  write_attribute("/", "format", format);
+  writing("write attribute format_version",
+          [&] { write_scalar(file_, "/", "format_version", H5T_STD_I32LE, &version); });
+}
+
+void Hdf5File::write_attribute(const std::string& where, const std::string& name,
+                               const std::string& text) {
+  writing("write attribute " + name,
+          [&] { write_scalar(file_, where, name, text_type(text.size()), text.data()); });
+}
+
+template <typename T>
+void Hdf5File::write(const std::string& name, const std::vector<T>& values, Shape shape) {
+  if (shape.empty()) shape = {values.size()};
+  writing(fmt::format("write dataset '{}'", name), [&] {
+    write_whole(file_, name, hdf5::type_of(hdf5::kElementOf<T>), shape, values.data());
+  });
+}
+template void Hdf5File::write(const std::string&, const std::vector<std::int32_t>&, Shape);
+template void Hdf5File::write(const std::string&, const std::vector<std::uint64_t>&, Shape);
+template void Hdf5File::write(const std::string&, const std::vector<double>&, Shape);
+
+void Hdf5File::write_strings(const std::string& name, const std::vector<std::string>& values) {
+  std::string all;
+  for (const std::string& value : values) all += value;
+  writing(fmt::format("write dataset '{}'", name), [&] {
+    write_whole(file_, name, text_type(values.front().size()), {values.size()}, all.data());
+  });
+}
+
+void Hdf5File::create_contiguous(const std::string& name, ElementType type, const Shape& shape) {
+  writing(fmt::format("create dataset '{}'", name),
+          [&] { created(file_, name, hdf5::type_of(type), shape); });
+}
+
+void Hdf5File::create_deflated(const std::string& name, ElementType type, const Shape& shape) {
+  writing(fmt::format("create dataset '{}'", name), [&] {
+    created(file_, name, hdf5::type_of(type), shape, hdf5::slab_of(shape), [](hid_t properties) {
+      check(H5Pset_shuffle(properties));
+      check(H5Pset_deflate(properties, kDeflateLevel));
+    });
+  });
+}
+
+void Hdf5File::create_encoded(const std::string& name, const Shape& shape, const Shape& chunk,
+                              int filter, const std::vector<unsigned>& filter_values) {
+  writing(fmt::format("create dataset '{}'", name), [&] {
+    created(file_, name, H5T_STD_U8LE, shape, chunk, [&](hid_t properties) {
+      // HDF5 requires a filter that is not optional to be there where the dataset is created.
+      check(H5Pset_filter(properties, filter, H5Z_FLAG_OPTIONAL, filter_values.size(),
+                          filter_values.data()));
+    });
+  });
+}
+
+void Hdf5File::write_slab(const std::string& name, std::size_t index, const void* values) {
+  writing("write", [&] {
+    const hdf5::Dataset dataset(file_, name);
+    const Shape& shape = dataset.shape;
+    check(H5Dwrite(dataset.id, dataset.type, hdf5::space_of(hdf5::slab_of(shape)),
+                   hdf5::slab_space(shape, index), H5P_DEFAULT, values));
+  });
+}
+
+FilePlace Hdf5File::write_chunk(const std::string& name, const Shape& start,
+                                std::span<const std::uint8_t> encoded) {
+  return writing("write", [&] {
+    const hdf5::Dataset dataset(file_, name);
+    const std::vector<hsize_t> place = hdf5::dims_of(start);
+    unsigned skipped_filters = 0;
+    haddr_t begin = HADDR_UNDEF;
+    hsize_t bytes = 0;
+    check(H5Dwrite_chunk(dataset.id, H5P_DEFAULT, 0, place.data(), encoded.size(), encoded.data()));
+    check(H5Dget_chunk_info_by_coord(dataset.id, place.data(), &skipped_filters, &begin, &bytes));
+    return FilePlace{begin, bytes};
+  });
+}
+
+void Hdf5File::close() {
+  writing("write", [&] {
+    check(H5Fflush(file_, H5F_SCOPE_LOCAL));
+    check(H5Fclose(std::exchange(file_, -1)));
   });
 }
 

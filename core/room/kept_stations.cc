@@ -1,7 +1,7 @@
 #include "core/room/kept_stations.h"
 
 #include <algorithm>
-#include <iterator>
+#include <cmath>
 #include <set>
 
 #include "core/geometry/position_tolerance.h"
@@ -10,12 +10,9 @@ namespace raywalk {
 namespace {
 
 int nearest_station(const Line& line, double along_m) {
-  const auto after = std::ranges::lower_bound(line.stations, along_m, {}, &Station::along_m);
-  if (after == line.stations.begin()) return 0;
-  const auto before = std::prev(after);
-  const bool is_before =
-      after == line.stations.end() || along_m - before->along_m <= after->along_m - along_m;
-  return static_cast<int>((is_before ? before : after) - line.stations.begin());
+  const auto off_m = [&](const Station& station) { return std::abs(station.along_m - along_m); };
+  return static_cast<int>(std::ranges::min_element(line.stations, {}, off_m) -
+                          line.stations.begin());
 }
 
 std::set<int> fixed_stations(const Grid& grid, const Line& line) {

@@ -17,11 +17,11 @@ LineVolume LineVolume::open(const std::filesystem::path& file, int stations,
   volume.panorama_ = panorama;
   const auto count = static_cast<size_t>(stations);
   const auto width = static_cast<size_t>(panorama.width);
+  hdf5.require_shape("rays", {count, width, static_cast<size_t>(panorama.height), 3});
   if (hdf5.has_dataset("tiles")) {
     volume.tiles_ = std::make_shared<TiledRays>(hdf5, stations, panorama);
     volume.form_ = volume.tiles_->form();
   } else {
-    hdf5.require_shape("rays", {count, width, static_cast<size_t>(panorama.height), 3});
     volume.rays_ = std::make_shared<MappedDataset>(hdf5, "rays", ElementType::kUint8);
     volume.rays_->expect_scattered_reads();
   }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <memory>
 #include <new>
 
@@ -17,22 +18,11 @@ namespace {
 constexpr int kZstdLevel = 6;
 constexpr std::size_t kCrcBytes = 4;
 
-// The three planes of a tile.
-struct Planes {
-  std::uint8_t* green;
-  std::uint8_t* red;
-  std::uint8_t* blue;
-};
-
-Planes planes_of(std::uint8_t* first, TileSize size) {
-  const std::size_t pixels = size.bytes() / 3;
-  return {first, first + pixels, first + 2 * pixels};
-}
-
-void split_colours(const std::uint8_t* __restrict rgb, std::size_t pixels, Planes planes) {
-  std::uint8_t* __restrict green = planes.green;
-  std::uint8_t* __restrict red = planes.red;
-  std::uint8_t* __restrict blue = planes.blue;
+// A tile's planes follow each other: green, red and blue.
+void split_colours(const std::uint8_t* __restrict rgb, std::size_t pixels, std::uint8_t* planes) {
+  std::uint8_t* __restrict green = planes;
+  std::uint8_t* __restrict red = planes + pixels;
+  std::uint8_t* __restrict blue = planes + 2 * pixels;
   for (std::size_t i = 0; i < pixels; ++i) {
     green[i] = rgb[3 * i + 1];
     red[i] = static_cast<std::uint8_t>(rgb[3 * i] - green[i]);
@@ -40,10 +30,10 @@ void split_colours(const std::uint8_t* __restrict rgb, std::size_t pixels, Plane
   }
 }
 
-void join_colours(Planes planes, std::size_t pixels, std::uint8_t* __restrict rgb) {
-  const std::uint8_t* __restrict green = planes.green;
-  const std::uint8_t* __restrict red = planes.red;
-  const std::uint8_t* __restrict blue = planes.blue;
+void join_colours(const std::uint8_t* planes, std::size_t pixels, std::uint8_t* __restrict rgb) {
+  const std::uint8_t* __restrict green = planes;
+  const std::uint8_t* __restrict red = planes + pixels;
+  const std::uint8_t* __restrict blue = planes + 2 * pixels;
   for (std::size_t i = 0; i < pixels; ++i) {
     rgb[3 * i] = static_cast<std::uint8_t>(red[i] + green[i]);
     rgb[3 * i + 1] = green[i];
@@ -82,9 +72,9 @@ void undo_differences(std::uint8_t* plane, TileSize size) {
 
 std::vector<std::uint8_t> encode_lossless(TileSize size, const std::uint8_t* rgb) {
   std::vector<std::uint8_t> differences(size.bytes());
-  const Planes planes = planes_of(differences.data(), size);
-  split_colours(rgb, size.bytes() / 3, planes);
-  for (std::uint8_t* plane : {planes.green, planes.red, planes.blue}) take_differences(plane, size);
+  const std::size_t pixels = size.bytes() / 3;
+  split_colours(rgb, pixels, differences.data());
+  for (std::size_t i = 0; i < 3; ++i) take_differences(differences.data() + i * pixels, size);
   const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(),
                                                                      ZSTD_freeCCtx);
   if (!context) throw std::bad_alloc();
@@ -112,20 +102,17 @@ bool decode_lossless(TileSize size, std::span<const std::uint8_t> encoded, std::
                           encoded.data(), encoded.size()) != size.bytes()) {
     return false;
   }
-  const Planes planes = planes_of(scratch.differences.data(), size);
-  for (std::uint8_t* plane : {planes.green, planes.red, planes.blue}) undo_differences(plane, size);
-  join_colours(planes, size.bytes() / 3, rgb);
+  const std::size_t pixels = size.bytes() / 3;
+  std::uint8_t* const planes = scratch.differences.data();
+  for (std::size_t i = 0; i < 3; ++i) undo_differences(planes + i * pixels, size);
+  join_colours(planes, pixels, rgb);
   return true;
 }
 
+// Little-endian, as the machine.
 std::array<std::uint8_t, kCrcBytes> crc_of(std::span<const std::uint8_t> bytes) {
-  const auto crc =
-      static_cast<std::uint32_t>(::crc32(0, bytes.data(), static_cast<uInt>(bytes.size())));
-  std::array<std::uint8_t, kCrcBytes> little_endian{};
-  for (std::size_t i = 0; i < kCrcBytes; ++i) {
-    little_endian[i] = static_cast<std::uint8_t>(crc >> (8 * i));
-  }
-  return little_endian;
+  return std::bit_cast<std::array<std::uint8_t, kCrcBytes>>(
+      static_cast<std::uint32_t>(::crc32(0, bytes.data(), static_cast<uInt>(bytes.size()))));
 }
 
 // TurboJPEG's handle of a compression or decompression.

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <ranges>
 #include <stdexcept>
 #include <system_error>
 
@@ -69,7 +70,6 @@ TileLayout TileLayout::usual(PanoramaSize size) {
 
 TiledRays::TiledRays(const Hdf5File& hdf5, int stations, PanoramaSize panorama)
     : path_(hdf5.path()), form_(form_of(hdf5)), layout_(layout_of(hdf5, panorama)) {
-  hdf5.require_shape("rays", shape_of_rays(stations, panorama));
   hdf5.require_shape(
       "tiles", {static_cast<std::size_t>(stations), static_cast<std::size_t>(layout_.tiles()), 2});
   places_ = hdf5.read<std::uint64_t>("tiles");
@@ -157,18 +157,18 @@ bool TiledRays::evict_unless_used(std::int64_t tile) {
   const auto station = static_cast<int>(tile / layout_.tiles());
   const auto of_station = static_cast<int>(tile % layout_.tiles());
   const auto are_absent = [&](int tile_begin, int tile_end) {
-    for (int other = tile_begin; other < tile_end; ++other) {
-      if (state_of(index_of(station, other)) != State::kAbsent) return false;
-    }
-    return true;
+    return std::ranges::all_of(std::views::iota(tile_begin, tile_end), [&](int other) {
+      return state_of(index_of(station, other)) == State::kAbsent;
+    });
   };
   // Offsets from the station's first ray, which begins a page. A page shared with other tiles goes
   // too if none of them is decoded.
   const auto [first, last] = layout_.bytes_of(of_station);
   std::size_t begin = first / page_bytes() * page_bytes(), end = whole_pages(last);
   if (!are_absent(layout_.tile_of(begin), of_station)) begin = whole_pages(first);
-  if (!are_absent(of_station + 1, layout_.tile_of(end - 1) + 1))
+  if (!are_absent(of_station + 1, layout_.tile_of(end - 1) + 1)) {
     end = last / page_bytes() * page_bytes();
+  }
   if (begin < end) {
     ::madvise(const_cast<std::uint8_t*>(rays(station)) + begin, end - begin, MADV_DONTNEED);
   }

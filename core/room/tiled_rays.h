@@ -64,8 +64,9 @@ class TileLayout {
 
 class TiledRays {
  public:
-  // Reads nothing but the header. Throws Error naming the file where datasets are missing or not of
-  // the shapes that `stations` and `panorama` give, or the compression is unknown.
+  // Reads nothing but the header of a file whose dataset `rays` has the shape that `stations` and
+  // `panorama` give. Throws Error naming the file where `tiles` is missing or of another shape, or
+  // the compression is unknown.
   TiledRays(const Hdf5File& hdf5, int stations, PanoramaSize panorama);
   ~TiledRays();
   TiledRays(const TiledRays&) = delete;

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstddef>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <string>
 #include <utility>
 
@@ -84,7 +83,7 @@ Json curve_at(double distance, const ErrorModelOptions& options) {
   const CellSampling sampling{
       .side_m = options.side_m, .step_m = options.step_m, .viewpoints = options.viewpoints};
   const double distance_m = distance * options.side_m;
-  const ConnectionErrorCurve errors = connection_error_curve(sampling, std::span(&distance_m, 1));
+  const ConnectionErrorCurve errors = connection_error_curve(sampling, distance_m);
   const auto* stated =
       std::ranges::find(kStatedOptima, distance, &StatedOptimum::distance_over_side);
   const auto& given = options.distances_over_side;

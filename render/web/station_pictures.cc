@@ -5,7 +5,7 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "core/panorama/gain_field.h"
+#include "core/room/gain_fields.h"
 #include "core/room/tiled_rays.h"
 #include "core/view/view_plan.h"
 

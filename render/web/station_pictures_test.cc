@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/files/atomic_output.h"
-#include "core/panorama/gain_field.h"
+#include "core/room/gain_fields.h"
 #include "core/view/test_room.h"
 #include "render/web/station_distances.h"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/reconstruction/colmap_images.h"
+#include "core/reconstruction/colmap_model.h"
 #include "core/reconstruction/nerfstudio_file.h"
 #include "tests/fuzz/expect.h"
 
@@ -24,7 +24,7 @@ void expect_poses(const Read& read) {
   }
 }
 
-void require_finite(const std::vector<raywalk::ColmapImagePose>& images) {
+void require_finite(const std::vector<raywalk::ColmapImage>& images) {
   for (const auto& image : images) require_finite(raywalk::camera_pose_of(image.pose, {}));
 }
 

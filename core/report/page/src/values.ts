@@ -12,11 +12,9 @@ export interface Meaning {
 
 // By the end of a key, longest first.
 const UNITS: [suffix: string, unit: string, factor: number][] = [
-  ["_per_mpx", "per megapixel", 1],
   ["_per_m", "1/m", 1],
   ["_share", "%", 100],
   ["_bytes", "MB", 1e-6],
-  ["_stops", "stops", 1],
   ["_deg", "°", 1],
   ["_rad", "rad", 1],
   ["_db", "dB", 1],
