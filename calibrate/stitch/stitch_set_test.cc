@@ -15,7 +15,6 @@
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
-#include "simulator/room/lens_light.h"
 #include "simulator/room/sensor.h"
 
 namespace raywalk::calibrate {

@@ -12,9 +12,8 @@
 #include "simulator/rig/faults.h"
 #include "simulator/rig/rail.h"
 #include "simulator/rig/simulated_drive.h"
-#include "simulator/room/dolly.h"
-#include "simulator/room/lens_light.h"
 #include "simulator/room/room_settings.h"
+#include "simulator/room/sensor.h"
 
 namespace raywalk::capture {
 
@@ -32,6 +31,14 @@ struct RigCameraSettings {
   double automatic_wander_ev = 0.3;
   double exposure_drift_ev = 0.0;  // amplitude of a slow drift, also of locked exposure
   SensorSettings sensor{};
+};
+
+// The dolly under the camera, visible in all of its pictures.
+struct DollySettings {
+  bool visible = false;
+  // Angle from the nadir at which the middle of the platform's edges is seen, 10 to 45; corners and
+  // wheels extend further. Below 10 the pole would extend beyond the platform.
+  double reach_deg = 20.0;
 };
 
 struct RigTruthSettings {

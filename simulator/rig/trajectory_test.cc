@@ -1,10 +1,10 @@
-#include "simulator/rig/trajectory.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <random>
+
+#include "simulator/rig/simulated_drive.h"
 
 namespace raywalk::capture {
 namespace {

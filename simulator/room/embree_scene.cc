@@ -7,12 +7,58 @@
 #include <limits>
 
 #include "core/base/error.h"
-#include "simulator/room/embree_queries.h"
+
+// Embree 4 is in Debian 13, Embree 3 in Debian 12.
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
 
 namespace raywalk::capture {
 namespace {
 
 constexpr std::size_t kPacket = 8;
+
+// The queries of both: their arguments differ.
+#if RTC_VERSION_MAJOR >= 4
+
+// valid[i] is -1 for a ray of the packet that counts and 0 for one that does not. All rays have
+// similar origins and directions.
+void find_hits(RTCScene scene, const int* valid, RTCRayHit8* rays) {
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  rtcIntersect8(valid, scene, rays, &arguments);
+}
+
+void find_hit(RTCScene scene, RTCRayHit* ray) { rtcIntersect1(scene, ray); }
+
+// Embree sets tfar = -inf for an occluded ray.
+void find_occlusion(RTCScene scene, RTCRay* ray) { rtcOccluded1(scene, ray); }
+
+#else
+
+void find_hits(RTCScene scene, const int* valid, RTCRayHit8* rays) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcIntersect8(valid, scene, &context, rays);
+}
+
+void find_hit(RTCScene scene, RTCRayHit* ray) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(scene, &context, ray);
+}
+
+void find_occlusion(RTCScene scene, RTCRay* ray) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(scene, &context, ray);
+}
+
+#endif
 
 [[noreturn]] void throw_embree_error(RTCDevice device) {
   throw Error(fmt::format("the ray tracer Embree failed (error {}); is there enough memory?",

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "simulator/room/facets.h"
+#include "simulator/room/shapes.h"
 
 struct RTCSceneTy;
 struct RTCDeviceTy;

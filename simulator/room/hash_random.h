@@ -2,7 +2,10 @@
 // (The distributions of <random> are implementation-defined.)
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+
+#include "core/geometry/sphere.h"
 
 namespace raywalk::capture {
 
@@ -30,7 +33,12 @@ struct NormalPair {
   double first = 0.0;
   double second = 0.0;
 };
-NormalPair normal_pair(std::uint64_t key);
+inline NormalPair normal_pair(std::uint64_t key) {
+  // 1 - u is in (0, 1], where the logarithm is finite.
+  const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform_from_bits(hash_bits(key, 0))));
+  const double angle = kTwoPi * uniform_from_bits(hash_bits(key, 1));
+  return {radius * std::cos(angle), radius * std::sin(angle)};
+}
 
 // A sequence of random numbers.
 class HashRandom {

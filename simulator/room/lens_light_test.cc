@@ -1,10 +1,9 @@
-#include "simulator/room/lens_light.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "core/base/error.h"
+#include "simulator/room/sensor.h"
 
 namespace raywalk::capture {
 namespace {

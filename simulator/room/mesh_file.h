@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "simulator/room/facets.h"
+#include "simulator/room/shapes.h"
 
 namespace raywalk::capture {
 

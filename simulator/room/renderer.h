@@ -8,31 +8,22 @@
 
 namespace raywalk::capture {
 
-// Rays per pixel.
-enum class Sampling {
-  kDraft,  // 1: fast, with aliasing
-  kFine    // 4, or 16 if those differ by more than a few levels
-};
-
-enum class Highlights {
-  kSoft,    // light above 0.8 is compressed smoothly towards white
-  kClipped  // light above white is white
+// How light becomes levels: light above 0.8 is compressed smoothly towards white, or clipped at
+// white.
+struct Film {
+  float exposure = 1.0F;  // multiplies all light
+  bool clip = false;
 };
 
 // The 8-bit level, not rounded, of linear light relative to white, encoded with the sRGB transfer
 // function (IEC 61966-2-1). Light below 0 counts as 0.
-float level_from_light(float light, Highlights highlights = Highlights::kSoft);
-
-// How light becomes levels.
-struct Film {
-  float exposure = 1.0F;  // multiplies all light
-  Highlights highlights = Highlights::kSoft;
-};
+float level_from_light(float light, bool clip = false);
 
 // Renders the picture (BGR, CV_8UC3) from the pose in the scene's frame; black where the camera has
-// no ray. Ray positions within a pixel are a hash of the pixel, so the result does not depend on
-// the number of threads. `bodies`, if any, are in the room. Throws Interrupted.
+// no ray. A pixel has 4 rays, or 16 if those differ by more than a few levels. Ray positions within
+// a pixel are a hash of the pixel, so the result does not depend on the number of threads.
+// `bodies`, if any, are in the room. Throws Interrupted.
 cv::Mat render_picture(const RoomScene& scene, const PixelRays& camera, const CameraPose& pose,
-                       Sampling sampling, const Film& film = {}, const Bodies* bodies = nullptr);
+                       const Film& film = {}, const Bodies* bodies = nullptr);
 
 }  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/geometry/sphere.h"
-#include "simulator/room/patterns.h"
+#include "simulator/room/surface.h"
 
 namespace raywalk::capture {
 namespace {

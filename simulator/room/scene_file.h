@@ -7,8 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "simulator/room/facets.h"
-#include "simulator/room/light_sources.h"
+#include "simulator/room/light_map.h"
 #include "simulator/room/shapes.h"
 
 namespace raywalk::capture {

@@ -1,11 +1,10 @@
-#include "simulator/room/texture.h"
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "core/files/image_file.h"
 #include "core/panorama/srgb.h"
+#include "simulator/room/surface.h"
 
 namespace raywalk::capture {
 namespace {

@@ -67,8 +67,7 @@ VirtualRoom::VirtualRoom(const VirtualRoomSettings& settings)
 
 VirtualRoom::VirtualRoom(const VirtualRoomSettings& settings, Scene scene)
     : settings_(settings),
-      film_{static_cast<float>(settings.light.exposure),
-            settings.light.clip ? Highlights::kClipped : Highlights::kSoft},
+      film_{static_cast<float>(settings.light.exposure), settings.light.clip},
       scene_(std::make_unique<const RoomScene>(std::move(scene), settings.light.source_gain)),
       extent_(extent_of(scene_->scene().room, settings.scene.middle_m)) {}
 
@@ -129,7 +128,7 @@ cv::Mat VirtualRoom::render(const PixelRays& camera, const CameraPose& pose,
                             const RenderOptions& options) const {
   require_free(pose.position_m);
   const std::unique_ptr<const Bodies> bodies = bodies_of(options, in_scene(pose));
-  return render_picture(*scene_, camera, in_scene(pose), options.sampling, film_, bodies.get());
+  return render_picture(*scene_, camera, in_scene(pose), film_, bodies.get());
 }
 
 cv::Mat VirtualRoom::moving_mask(int station, const CameraPose& pose, PanoramaSize size) const {

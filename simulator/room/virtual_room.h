@@ -29,7 +29,6 @@ struct RenderOptions {
   int station = -1;
   // Moves with the camera, in its frame, and is hidden by nothing in the room: a dolly.
   const Facets* carried = nullptr;
-  Sampling sampling = Sampling::kFine;
 };
 
 // Thread-safe.

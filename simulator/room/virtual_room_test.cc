@@ -13,7 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/panorama/srgb.h"
-#include "simulator/room/dolly.h"
+#include "simulator/rig/rig_optics.h"
 #include "simulator/room/hash_random.h"
 
 namespace raywalk::capture {

@@ -14,8 +14,7 @@
 #include "core/files/output_folder.h"
 #include "simulator/room/sensor.h"
 #include "simulator/room/stations.h"
-#include "simulator/room/truth_files.h"
-#include "simulator/room/truth_viewpoints.h"
+#include "simulator/room/truth.h"
 
 namespace raywalk::capture {
 namespace {

@@ -16,7 +16,7 @@
 #include "core/geometry/eye_circle.h"
 #include "simulator/room/sensor.h"
 #include "simulator/room/stations.h"
-#include "simulator/room/truth_files.h"
+#include "simulator/room/truth.h"
 
 namespace raywalk::capture {
 namespace {

@@ -1,4 +1,4 @@
-#include "simulator/room/truth_viewpoints.h"
+#include "simulator/room/truth.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
