@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -23,7 +24,7 @@
 #include "simulator/rig/rig.h"
 #include "simulator/room/write_capture.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 struct SimulateArguments {
@@ -60,7 +61,7 @@ void simulate_rig(const RigConfig& config, const std::filesystem::path& out) {
   const FileLock lock(out / "rig.lock", "another simulated rig uses it");
   const std::filesystem::path notice = out / "rig.json";
   std::filesystem::remove(notice);  // of a killed rig
-  SystemClock clock;
+  capture::SystemClock clock;
   const Rig rig(config, out, &clock);
   const nlohmann::json addresses = {
       {"slider", std::filesystem::absolute(rig.slider_device()).string()},
@@ -70,7 +71,7 @@ void simulate_rig(const RigConfig& config, const std::filesystem::path& out) {
   write_file_atomically(notice, json_text(addresses));
   fmt::print("{}\n", escaped(notice.string()));
   std::fflush(stdout);
-  while (!interrupt_requested()) clock.sleep(duration_from_ms(100.0));
+  while (!interrupt_requested()) clock.sleep(std::chrono::milliseconds(100));
   std::filesystem::remove(notice);
 }
 
@@ -153,7 +154,7 @@ void add_room(CLI::App* app) {
 }
 
 }  // namespace
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator
 
 int main(int argc, char** argv) {
   CLI::App app("Simulates rigs and rooms whose truth is known", "raywalk-simulate");
@@ -162,7 +163,7 @@ int main(int argc, char** argv) {
   app.footer(
       "Example:\n  raywalk-simulate rig rehearsal-rig --out rig &\n"
       "  raywalk-simulate room virtual-room --out room");
-  raywalk::capture::add_rig(&app);
-  raywalk::capture::add_room(&app);
+  raywalk::simulator::add_rig(&app);
+  raywalk::simulator::add_room(&app);
   return raywalk::run_program(app, argc, argv);
 }

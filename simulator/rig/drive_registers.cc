@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 // The addresses from `first` up to but not including `end`.
@@ -166,4 +166,4 @@ bool DriveRegisters::start_move() const {
   return drive_->move_to(steps / map_.steps_per_mm, bounds);
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -15,7 +15,7 @@
 #include "core/files/shipped_configs.h"
 #include "simulator/room/truth.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 namespace fs = std::filesystem;
@@ -29,17 +29,17 @@ fs::path made(const fs::path& directory) {
   return directory;
 }
 
-CaptureConfig capture_of(const RigConfig& config) {
+capture::CaptureConfig capture_of(const RigConfig& config) {
   std::error_code error;
   if (!fs::is_regular_file(config.capture_config, error)) {
     throw UsageError("'capture_config' " +
                      missing_config_text(config.capture_config, ConfigKind::kCapture));
   }
-  return read_capture_config(config.capture_config);
+  return capture::read_capture_config(config.capture_config);
 }
 
 // The room is built around the capture grid.
-VirtualRoomSettings room_settings(const RigConfig& config, const CaptureConfig& capture,
+VirtualRoomSettings room_settings(const RigConfig& config, const capture::CaptureConfig& capture,
                                   const CapturePlan& plan) {
   VirtualRoomSettings settings = config.scene;
   settings.grid.cell_side_m = capture.grid.cell_side_m;
@@ -79,12 +79,12 @@ json range_of(const Extremes& extremes) {
 Rig::Rig(const RigConfig& config, const fs::path& directory, Clock* clock)
     : Rig(config, capture_of(config), made(directory), clock) {}
 
-Rig::Rig(const RigConfig& config, const CaptureConfig& capture, const fs::path& directory,
+Rig::Rig(const RigConfig& config, const capture::CaptureConfig& capture, const fs::path& directory,
          Clock* clock)
     : config_(config),
       directory_(directory),
-      plan_(plan_capture(capture)),
-      placements_(placements_of(plan_)),
+      plan_(capture::plan_capture(capture)),
+      placements_(capture::placements_of(plan_)),
       frame_{config.camera.width_px, config.camera.width_px / 2},
       room_(room_settings(config, capture, plan_)),
       rail_(config.rail, plan_, {config.slider.low_switch_mm, config.slider.high_switch_mm}),
@@ -101,7 +101,7 @@ Rig::Rig(const RigConfig& config, const CaptureConfig& capture, const fs::path& 
   drive_.on_move([this](double target_mm) { move_commanded(target_mm); });
   osc_.emplace(&camera_, &faults_, config.camera.port, endpoints());
   modbus_.emplace(DriveServerSettings{capture.slider.unit, slider_device(), config.tcp_port},
-                  read_register_map(capture.slider.register_map), &drive_, &faults_);
+                  capture::read_register_map(capture.slider.register_map), &drive_, &faults_);
 }
 
 // Stops the servers before the devices that they use are destroyed.
@@ -130,7 +130,7 @@ void Rig::move_commanded(double target_mm) {
   const std::string placed_at = line();
   ahead_.expect(rail_.carriage_pose(placed_at, target_mm, Duration::max()));
   for (const CaptureLine& placement : placements_) {
-    if (placement_id(placement) != placed_at) continue;
+    if (capture::placement_id(placement) != placed_at) continue;
     for (const CaptureStation& station : placement.stations) {
       if (std::abs(station.rail_mm - target_mm) <= kSamePlace_mm) {
         faults_.move_commanded(station.name);
@@ -150,7 +150,7 @@ std::map<std::string, OscServer::Handler> Rig::endpoints() {
     CaptureLine placement;
     placement.id = request["line"].get<std::string>();
     placement.placement = request.value("placement", 1);
-    place(placement_id(placement));
+    place(capture::placement_id(placement));
     return state().dump();
   };
   const auto failing = [this](const std::string& body) {
@@ -241,4 +241,4 @@ json Rig::state() {
           {"faults", faults_.occurred()}};
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -20,7 +20,7 @@
 #include "simulator/rig/rig_optics.h"
 #include "simulator/room/virtual_room.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // Runs from construction to destruction. Files in its directory:
 //   slider   symbolic link to the pseudo-terminal of Modbus RTU
@@ -66,8 +66,8 @@ class Rig {
   nlohmann::json state();
 
  private:
-  Rig(const RigConfig& config, const CaptureConfig& capture, const std::filesystem::path& directory,
-      Clock* clock);
+  Rig(const RigConfig& config, const capture::CaptureConfig& capture,
+      const std::filesystem::path& directory, Clock* clock);
   void add_fault(const Fault& fault);
   void move_commanded(double target_mm);
   std::string take_picture(const ExposureNow& exposure);
@@ -95,4 +95,4 @@ class Rig {
   std::optional<DriveServer> modbus_;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -15,7 +15,9 @@
 #include "simulator/room/room_settings.h"
 #include "simulator/room/sensor.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
+
+using capture::FrameKind;
 
 struct RigCameraSettings {
   int port = 0;  // 0: any free port
@@ -69,4 +71,4 @@ SettingsSchema rig_schema(RigConfig* config);
 // each other.
 RigConfig read_rig_config(const std::filesystem::path& file);
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -10,7 +10,7 @@
 #include "simulator/room/sensor.h"
 #include "simulator/room/shapes.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 DualFisheyeLayout lenses_of(const std::filesystem::path& file, PanoramaSize frame) {
@@ -59,10 +59,10 @@ RigOptics::RigOptics(const RigCameraSettings& camera, PanoramaSize frame,
                      const DollySettings& dolly, double floor_m, int seed)
     : camera_(camera), seed_(seed) {
   if (camera.layout == FrameKind::kDualFisheye) lenses_ = lenses_of(camera.lens, frame);
+  rays_ = rays_of(lenses_, frame);
   if (lenses_ && camera.light != LensLightSettings{}) {
     light_ = lens_light(*lenses_, frame, camera.light);
   }
-  rays_ = rays_of(lenses_, frame);
   if (dolly.visible) dolly_ = make_dolly(dolly, floor_m);
 }
 
@@ -119,4 +119,4 @@ double exposure_drift(std::uint64_t picture, int seed) {
   return sum;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -10,7 +10,7 @@
 #include "simulator/rig/simulated_camera.h"
 #include "simulator/room/virtual_room.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 class RigOptics {
  public:
@@ -47,4 +47,4 @@ Facets make_dolly(const DollySettings& dolly, double floor_m);
 // daylight changes during a session. Determined by the seed.
 double exposure_drift(std::uint64_t picture, int seed);
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

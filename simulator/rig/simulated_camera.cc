@@ -15,7 +15,7 @@
 #include "core/files/exif.h"
 #include "simulator/room/hash_random.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 using Json = nlohmann::json;
@@ -412,4 +412,4 @@ std::string SimulatedCamera::file(const std::string& name) const {
   return read_file(settings_.card_directory / name);
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

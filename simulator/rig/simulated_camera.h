@@ -17,7 +17,7 @@
 #include "core/geometry/sphere.h"
 #include "simulator/rig/faults.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // The exposure in progress.
 struct ExposureNow {
@@ -112,4 +112,4 @@ class SimulatedCamera {
   bool rendering_ = false;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

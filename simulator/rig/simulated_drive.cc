@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 // Distance that homing backs off if it starts on the switch.
@@ -326,4 +326,4 @@ DriveTruth SimulatedDrive::truth() {
   return truth;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

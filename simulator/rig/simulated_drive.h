@@ -17,7 +17,7 @@
 #include "simulator/rig/faults.h"
 #include "simulator/room/hash_random.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // Limits of a motion; all positive.
 struct MotionBounds {
@@ -175,4 +175,4 @@ class SimulatedDrive {
   std::function<void(double target_mm)> observer_;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -17,6 +17,12 @@
 
 namespace raywalk::capture {
 
+using simulator::DriveRegisters;
+using simulator::DriveSettings;
+using simulator::Faults;
+using simulator::RigFault;
+using simulator::SimulatedDrive;
+
 // What goes wrong between driver and drive.
 enum class LineTrouble {
   kIgnore,     // commands other than stop have no effect

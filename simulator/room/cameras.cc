@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "core/geometry/eye_circle.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 // Continuous pixel coordinate (sphere.h) of a part.
@@ -93,4 +93,4 @@ std::optional<CameraRay> DualFisheyeRays::at_part(int part_u, int part_v) const 
   return CameraRay{from.position_m, from.camera_from_lens * direction};
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -8,7 +8,7 @@
 #include "core/geometry/fisheye_lens.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // World frame (core/geometry/sphere.h), metres.
 struct CameraPose {
@@ -102,4 +102,4 @@ class DualFisheyeRays final : public PixelRays {
   Lens back_;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

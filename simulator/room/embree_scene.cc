@@ -15,7 +15,7 @@
 #include <embree3/rtcore.h>
 #endif
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 constexpr std::size_t kPacket = 8;
@@ -190,4 +190,4 @@ bool EmbreeScene::occluded(const Ray& ray, double distance) const {
   return embree.tfar < 0.0F;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

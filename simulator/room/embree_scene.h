@@ -11,7 +11,7 @@
 struct RTCSceneTy;
 struct RTCDeviceTy;
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // Room units; the direction is a unit vector.
 struct Ray {
@@ -60,4 +60,4 @@ class EmbreeScene {
   std::unique_ptr<RTCSceneTy, Release> scene_;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -7,7 +7,7 @@
 
 #include "core/geometry/sphere.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // A hash of all 64 bits: the output function of SplitMix64 (Steele, Lea, Flood 2014, "Fast
 // splittable pseudorandom number generators").
@@ -61,4 +61,4 @@ class HashRandom {
   std::uint64_t count_ = 0;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -8,7 +8,7 @@
 #include "core/geometry/sphere.h"
 #include "simulator/room/hash_random.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 using Eigen::Vector3d;
@@ -247,4 +247,4 @@ Color LightMap::at(const Hit& hit, const Vector3d& point, const Vector3d& normal
   return light;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -9,7 +9,7 @@
 
 #include "simulator/room/embree_scene.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // The pane of a window: a rectangle from `corner`, facing `inward`.
 struct WindowLight {
@@ -77,4 +77,4 @@ class LightMap {
   std::vector<Color> light_;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -6,7 +6,7 @@
 #include "simulator/room/noise.h"
 #include "simulator/room/surface.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 // A position in a pattern of equal cells: the cell and the offset from its centre.
@@ -318,4 +318,4 @@ Color sky_light(const Eigen::Vector3d& direction, float pixel_rad, std::uint32_t
   return mix(sky, land, soft_step(ridge - up, std::max(pixel_rad, 0.001F)));
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -12,7 +12,7 @@
 #include "core/panorama/srgb.h"
 #include "simulator/room/hash_random.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 // A pixel is divided into 4 x 4 strata of 4 x 4 parts each. The first four rays sample one stratum
@@ -180,4 +180,4 @@ cv::Mat render_picture(const RoomScene& scene, const PixelRays& camera, const Ca
   return picture;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -6,7 +6,7 @@
 #include "simulator/room/cameras.h"
 #include "simulator/room/room_scene.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // How light becomes levels: light above 0.8 is compressed smoothly towards white, or clipped at
 // white.
@@ -26,4 +26,4 @@ float level_from_light(float light, bool clip = false);
 cv::Mat render_picture(const RoomScene& scene, const PixelRays& camera, const CameraPose& pose,
                        const Film& film = {}, const Bodies* bodies = nullptr);
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

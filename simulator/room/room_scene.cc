@@ -8,7 +8,7 @@
 #include "core/geometry/sphere.h"
 #include "simulator/room/surface.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 using Eigen::Vector3d;
@@ -195,4 +195,4 @@ Color RoomScene::diffuse_light(const Ray& ray, const Hit& hit, double travelled,
   return albedo.cwiseProduct(light_map_.at(hit, point, normal));
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -8,7 +8,7 @@
 #include "simulator/room/light_map.h"
 #include "simulator/room/scene_file.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // What is in the room at one moment only: moving objects, and what moves with the camera. They are
 // lit evenly, cast no shadow and are not seen in mirrors or panes of glass. Thread-safe.
@@ -79,4 +79,4 @@ class RoomScene {
   LightMap light_map_;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -10,7 +10,7 @@
 #include "simulator/room/cameras.h"
 #include "simulator/room/hash_random.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 // Maps each level to its level under a gain, not rounded.
@@ -82,8 +82,6 @@ cv::Mat apply_sensor(const cv::Mat& image, const SensorSettings& sensor, double 
 
 cv::Mat lens_light(const DualFisheyeLayout& layout, PanoramaSize frame,
                    const LensLightSettings& settings) {
-  require_monotonic_radius(layout.front);
-  require_monotonic_radius(layout.back);
   const double back_gain = std::exp2(settings.lens_gain_ev);
   cv::Mat light(frame.height, frame.width, CV_32FC1);
   parallel_for(0, frame.height, 8, [&](int begin, int end) {
@@ -100,4 +98,4 @@ cv::Mat lens_light(const DualFisheyeLayout& layout, PanoramaSize frame,
   return light;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

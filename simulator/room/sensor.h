@@ -7,7 +7,7 @@
 #include "core/geometry/fisheye_lens.h"
 #include "simulator/room/room_settings.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // The picture (CV_8UC3, sRGB) exposed with a relative `gain` and read out with noise. The gain
 // multiplies linear light, which is clipped at white. The noise is normally distributed and
@@ -29,8 +29,8 @@ struct LensLightSettings {
 // CV_32FC1, the factor of each pixel's linear light; 1 on the front lens's axis and outside the
 // circles. With t the angle from a lens's axis, T that of its rim and s = (t / T)^2, it is
 // 1 - vignetting (s + s^2) / 2: a polynomial up to the fourth power of the angle, as the series of
-// the cos^4 law begins. Throws Error as DualFisheyeRays does.
+// the cos^4 law begins. The lenses are such as DualFisheyeRays takes.
 cv::Mat lens_light(const DualFisheyeLayout& layout, PanoramaSize frame,
                    const LensLightSettings& settings);
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

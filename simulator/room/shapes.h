@@ -8,7 +8,7 @@
 
 #include "simulator/room/surface.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // Texture coordinates of a facet: a point p has
 // ((p - origin) . s_axis, (p - origin) . t_axis) + at_origin.
@@ -78,4 +78,4 @@ void add_rod(const Placement& place, const Rod& rod, int surface, std::vector<Fa
 void add_globe(const Eigen::Vector3d& centre, double radius, double half_height, int surface,
                std::vector<Facet>* facets);
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -9,7 +9,7 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // Light and reflectance in linear RGB.
 using Color = Eigen::Vector3f;
@@ -86,4 +86,4 @@ Color mean_albedo(const Surface& surface);
 // with clouds, a bright haze at the horizon, hills below. `pixel_rad` is the angular pixel size.
 Color sky_light(const Eigen::Vector3d& direction, float pixel_rad, std::uint32_t seed);
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -6,7 +6,7 @@
 #include "core/panorama/srgb.h"
 #include "simulator/room/surface.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 cv::Mat linear_picture(const cv::Mat& levels) {
@@ -50,4 +50,4 @@ Color Texture::at(const Eigen::Vector2f& at, float footprint) const {
   return mix(mix(pixel(0, 0), pixel(1, 0), fx), mix(pixel(0, 1), pixel(1, 1), fx), fy);
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

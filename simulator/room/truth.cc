@@ -16,7 +16,7 @@
 #include "simulator/room/hash_random.h"
 #include "simulator/room/stations.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 using Eigen::Vector2d;
@@ -224,4 +224,4 @@ void write_truth_views(const VirtualRoom& room, std::span<const TruthViewpoint> 
   write_file_atomically(directory / "gt.csv", table);
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -11,7 +11,7 @@
 #include "core/base/progress.h"
 #include "simulator/room/virtual_room.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 struct TruthViewpoint {
   std::string name;                     // of its files
@@ -59,4 +59,4 @@ void write_truth_views(const VirtualRoom& room, std::span<const TruthViewpoint> 
                        PanoramaSize size, const std::filesystem::path& directory, bool thin,
                        Progress* progress);
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -11,7 +11,7 @@
 #include "core/base/parallel.h"
 #include "core/files/shipped_configs.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 using Eigen::Vector3d;
@@ -162,4 +162,4 @@ cv::Mat VirtualRoom::distance_map(const CameraPose& pose, PanoramaSize size) con
   return map;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

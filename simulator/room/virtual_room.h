@@ -15,7 +15,7 @@
 #include "simulator/room/room_settings.h"
 #include "simulator/room/scene_file.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // The smallest box around everything in the room, metres in the world frame.
 struct RoomExtent {
@@ -73,4 +73,4 @@ class VirtualRoom {
   RoomExtent extent_;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

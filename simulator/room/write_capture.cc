@@ -16,7 +16,7 @@
 #include "simulator/room/stations.h"
 #include "simulator/room/truth.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 namespace fs = std::filesystem;
@@ -163,4 +163,4 @@ std::string write_capture(const VirtualRoom& room, const CaptureOptions& options
   return CaptureWriter(room, options).write();
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator
