@@ -17,8 +17,8 @@ using capture::RegisterWrite;
 using capture::StatusBit;
 using capture::WordMeaning;
 
-// libmodbus answers requests from a mapping of all registers from the first to the last of the map;
-// those that the map does not use can be written and read back. Writing a whole block with the
+// libmodbus answers requests from a mapping of all registers; those that the register map does not
+// use can be written and read back. Writing a whole block with the
 // constants of the map executes its command: immediately, or for a move with a `start` block once
 // that is written.
 class DriveRegisters {

@@ -32,8 +32,6 @@ void find_hits(RTCScene scene, const int* valid, RTCRayHit8* rays) {
   rtcIntersect8(valid, scene, rays, &arguments);
 }
 
-void find_hit(RTCScene scene, RTCRayHit* ray) { rtcIntersect1(scene, ray); }
-
 // Embree sets tfar = -inf for an occluded ray.
 void find_occlusion(RTCScene scene, RTCRay* ray) { rtcOccluded1(scene, ray); }
 
@@ -44,12 +42,6 @@ void find_hits(RTCScene scene, const int* valid, RTCRayHit8* rays) {
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   rtcIntersect8(valid, scene, &context, rays);
-}
-
-void find_hit(RTCScene scene, RTCRayHit* ray) {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(scene, &context, ray);
 }
 
 void find_occlusion(RTCScene scene, RTCRay* ray) {
@@ -168,20 +160,6 @@ void EmbreeScene::intersect(std::span<const Ray> rays, std::span<Hit> hits) cons
       hit.v = packet.hit.v[lane];
     }
   }
-}
-
-Hit EmbreeScene::intersect(const Ray& ray) const {
-  RTCRayHit embree{};
-  embree.ray = ray_for_embree(ray, std::numeric_limits<double>::infinity());
-  embree.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  find_hit(scene_.get(), &embree);
-  Hit hit;
-  if (embree.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
-  hit.facet = static_cast<int>(embree.hit.primID);
-  hit.distance = distance_to_plane(ray, hit.facet, static_cast<double>(embree.ray.tfar));
-  hit.u = embree.hit.u;
-  hit.v = embree.hit.v;
-  return hit;
 }
 
 bool EmbreeScene::occluded(const Ray& ray, double distance) const {

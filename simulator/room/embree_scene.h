@@ -38,7 +38,11 @@ class EmbreeScene {
   // precision, so it only finds the facet; the distance to its plane is computed in double
   // precision.
   void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;
-  Hit intersect(const Ray& ray) const;
+  Hit intersect(const Ray& ray) const {
+    Hit hit;
+    intersect({&ray, 1}, {&hit, 1});
+    return hit;
+  }
 
   // Whether the ray hits anything nearer than `distance`.
   bool occluded(const Ray& ray, double distance) const;

@@ -62,6 +62,9 @@ class LightMap {
     int rows = 2;           // along v
   };
 
+  // Calls point(index into light_, GridPoint) for every point of every grid, in parallel.
+  template <typename Point>
+  void for_each_point(const Facets& facets, const Point& point) const;
   Color interpolate(const Hit& hit) const;
   // Whether the sun shines on the point: through a window, or from the open sky.
   bool is_sunlit(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
