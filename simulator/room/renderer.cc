@@ -1,16 +1,19 @@
-#include "simulator/room/renderer.h"
+// The picture of a virtual room, with adaptive supersampling.
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <vector>
 
 #include "core/base/parallel.h"
 #include "core/panorama/srgb.h"
+#include "simulator/room/bodies.h"
 #include "simulator/room/hash_random.h"
+#include "simulator/room/virtual_room.h"
 
 namespace raywalk::simulator {
 namespace {
@@ -62,10 +65,10 @@ Stratum stratum(int number, std::uint64_t hash) {
 
 class PictureRenderer {
  public:
-  PictureRenderer(const RoomScene& scene, const PixelRays& camera, const CameraPose& pose,
-                  const Film& film, const Bodies* bodies)
-      : scene_(scene),
-        film_(film),
+  PictureRenderer(const VirtualRoom& room, const PixelRays& camera, const CameraPose& pose,
+                  const Bodies* bodies)
+      : room_(room),
+        light_(room.settings().light),
         bodies_(bodies),
         camera_(camera),
         origin_(pose.position_m),
@@ -80,7 +83,7 @@ class PictureRenderer {
       return pixels[static_cast<std::size_t>(column)].contrast() <= kTolerance_levels;
     });
     trace(row, columns, kFirst, kStrata, &pixels);
-    for (const Pixel& pixel : pixels) *out++ = pixel.rounded(film_.clip);
+    for (const Pixel& pixel : pixels) *out++ = pixel.rounded(light_.clip);
   }
 
  private:
@@ -91,12 +94,13 @@ class PictureRenderer {
     Color lowest{255, 255, 255};  // levels
     Color highest{0, 0, 0};
 
-    void add(const Color& seen, const Film& film) {
-      const Color light = (film.exposure * seen).cwiseMin(film.clip ? 1.0F : kWhite);
+    void add(const Color& seen, const LightSettings& settings) {
+      const Color light =
+          (static_cast<float>(settings.exposure) * seen).cwiseMin(settings.clip ? 1.0F : kWhite);
       sum += light;
       ++rays;
       const Color level =
-          light.unaryExpr([&](float part) { return level_from_light(part, film.clip); });
+          light.unaryExpr([&](float part) { return level_from_light(part, settings.clip); });
       lowest = lowest.cwiseMin(level);
       highest = highest.cwiseMax(level);
     }
@@ -127,13 +131,13 @@ class PictureRenderer {
           rays.push_back(in_room(*ray));
           owners.push_back(pixel);
         } else {
-          pixel->add(Color::Zero(), film_);
+          pixel->add(Color::Zero(), light_);
         }
       }
     }
     std::vector<Color> lights(rays.size());
-    scene_.look(rays, camera_.pixel_rad(), lights, bodies_);
-    for (std::size_t i = 0; i < rays.size(); ++i) owners[i]->add(lights[i], film_);
+    room_.look(rays, camera_.pixel_rad(), lights, bodies_);
+    for (std::size_t i = 0; i < rays.size(); ++i) owners[i]->add(lights[i], light_);
   }
 
   std::optional<CameraRay> ray_of(int row, int column, int number, std::uint64_t hash) const {
@@ -149,8 +153,8 @@ class PictureRenderer {
     return {origin_ + world_from_camera_ * ray.origin_m, world_from_camera_ * ray.direction};
   }
 
-  const RoomScene& scene_;
-  Film film_;
+  const VirtualRoom& room_;
+  const LightSettings& light_;
   const Bodies* bodies_;
   const PixelRays& camera_;
   Eigen::Vector3d origin_;
@@ -170,9 +174,11 @@ float level_from_light(float light, bool clip) {
   return table[entry] + (root - static_cast<float>(index)) * (table[entry + 1] - table[entry]);
 }
 
-cv::Mat render_picture(const RoomScene& scene, const PixelRays& camera, const CameraPose& pose,
-                       const Film& film, const Bodies* bodies) {
-  const PictureRenderer renderer(scene, camera, pose, film, bodies);
+cv::Mat VirtualRoom::render(const PixelRays& camera, const CameraPose& pose,
+                            const RenderOptions& options) const {
+  require_free(pose.position_m);
+  const std::unique_ptr<const Bodies> bodies = bodies_of(options, in_scene(pose));
+  const PictureRenderer renderer(*this, camera, in_scene(pose), bodies.get());
   cv::Mat picture(camera.height(), camera.width(), CV_8UC3);
   parallel_for(0, picture.rows, 4, [&](int begin, int end) {
     for (int row = begin; row < end; ++row) renderer.render_row(row, picture.ptr<cv::Vec3b>(row));

@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/panorama/srgb.h"
-#include "simulator/room/renderer.h"
+#include "simulator/room/virtual_room.h"
 
 namespace raywalk::simulator {
 namespace {
