@@ -34,7 +34,7 @@ struct Capture {
   Capture() {
     add_test_line(&set, "x0", LineAxis::kX, -0.5, 1.2, 5);
     add_test_line(&set, "z0", LineAxis::kZ, 0.5, 1.2, 5);
-    const capture::VirtualRoom room((capture::VirtualRoomSettings()));
+    const simulator::VirtualRoom room((simulator::VirtualRoomSettings()));
     const DualFisheyeLayout lenses = true_camera(kCapturedPicture).layout;
     for (std::size_t i = 0; i < set.frames.size(); ++i) {
       CaptureFrame& frame = set.frames[i];
@@ -42,13 +42,13 @@ struct Capture {
       const double sign = frame.line == 0 ? 1.0 : -1.0;
       const Attitude placed{radians_from_degrees(sign * 1.1), radians_from_degrees(-0.4 * sign),
                             radians_from_degrees(0.7 + 0.1 * static_cast<double>(number))};
-      capture::CameraPose pose{frame.nominal_m + Vector3d(0.012, -0.006 * sign, 0.009), placed};
+      simulator::CameraPose pose{frame.nominal_m + Vector3d(0.012, -0.006 * sign, 0.009), placed};
       // The rail itself is turned.
       pose.position_m[frame.line == 0 ? 2 : 0] += sign * 0.01 * set.rail_m(i);
-      const cv::Mat clean = room.render(capture::DualFisheyeRays(lenses, kCapturedPicture), pose);
+      const cv::Mat clean = room.render(simulator::DualFisheyeRays(lenses, kCapturedPicture), pose);
       frame.file = directory / (frame.name + ".png");
       write_image(frame.file,
-                  capture::apply_sensor(clean, {1.0, 0.01, 0.0}, 1.0, 10 * frame.line + number));
+                  simulator::apply_sensor(clean, {1.0, 0.01, 0.0}, 1.0, 10 * frame.line + number));
     }
   }
 };

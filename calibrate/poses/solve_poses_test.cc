@@ -43,12 +43,12 @@ FramePoses corner_truth() { return test_truth(corner_set(), {0.01, 1.0, 0.001, 0
 // Ray-traced from the true poses, once for all tests.
 const std::vector<cv::Mat>& corner_pictures() {
   static const std::vector<cv::Mat> pictures = [] {
-    const capture::VirtualRoom room({.scene = {.file = "study"}});
+    const simulator::VirtualRoom room({.scene = {.file = "study"}});
     std::vector<cv::Mat> rendered;
     for (const auto& pose : corner_truth()) {
       const Attitude attitude = attitude_from_world_from_camera(pose->world_from_camera);
       rendered.push_back(
-          room.render(capture::PanoramaRays(corner_set().frame), {pose->position_m, attitude}));
+          room.render(simulator::PanoramaRays(corner_set().frame), {pose->position_m, attitude}));
     }
     return rendered;
   }();
@@ -153,7 +153,7 @@ TEST_F(SolvePoses, HeldOutFramesArePosedWithTheStations) {
   const TestDirectory directory;
   CaptureSet set = captured(directory.path(), [](int, cv::Mat*) {});
   FramePoses truth = corner_truth();
-  const capture::VirtualRoom room({.scene = {.file = "study"}});
+  const simulator::VirtualRoom room({.scene = {.file = "study"}});
   FramePose pose{.position_m = {-0.44, 0.02, -0.42},
                  .world_from_camera = world_from_camera({0.03, -0.02, 0.01})};
   const auto add = [&](const std::string& name, const cv::Mat& picture) {
@@ -165,7 +165,7 @@ TEST_F(SolvePoses, HeldOutFramesArePosedWithTheStations) {
     cv::imwrite(set.frames.back().file.string(), picture);
     truth.emplace_back(pose);
   };
-  add("true", room.render(capture::PanoramaRays(set.frame),
+  add("true", room.render(simulator::PanoramaRays(set.frame),
                           {pose.position_m, Attitude{0.03, -0.02, 0.01}}));
   cv::Mat noise(set.frame.height, set.frame.width, CV_8UC3);
   cv::randu(noise, 0, 255);

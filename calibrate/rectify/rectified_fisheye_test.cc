@@ -37,7 +37,7 @@ const DualFisheyeCamera& fisheye_camera() {
 
 const std::vector<cv::Mat>& fisheye_pictures() {
   static const std::vector<cv::Mat> pictures = [] {
-    const capture::DualFisheyeRays rays(fisheye_camera().layout, fisheye_camera().picture);
+    const simulator::DualFisheyeRays rays(fisheye_camera().layout, fisheye_camera().picture);
     std::vector<cv::Mat> made;
     for (int i = 0; i < kFisheyeFrames; ++i) {
       made.push_back(test_room().render(rays, {position_of(i), attitude_of(i)}));
@@ -89,7 +89,7 @@ TEST_F(RectifiedFisheyeTest, OneResamplingIsCloserToTheTruthThanTwo) {
   for (std::size_t i = 0; i < kFisheyeFrames; ++i) {
     const FramePose& pose = *poses_[i];
     const cv::Mat truth =
-        test_room().render(capture::PanoramaRays(panoramas_.frame), {pose.position_m, {}});
+        test_room().render(simulator::PanoramaRays(panoramas_.frame), {pose.position_m, {}});
     const cv::Mat once = read_panorama(directory_ / "once" / rectified_file(captured_.frames[i]));
     once_db += psnr_db(once, truth) / kFisheyeFrames;
     const cv::Mat stitched = read_panorama(panoramas_.frames[i].file);

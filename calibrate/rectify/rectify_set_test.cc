@@ -35,7 +35,7 @@ constexpr int kStations = 4;
 // all tests.
 struct Captured {
   TestDirectory folder{};
-  capture::VirtualRoom room{capture::VirtualRoomSettings{}};
+  simulator::VirtualRoom room{simulator::VirtualRoomSettings{}};
   CaptureSet set{};
   FramePoses poses{};
 
@@ -57,7 +57,7 @@ struct Captured {
                     .origin = PoseOrigin::kSolved});
       frame.file = folder / (frame.name + ".png");
       write_image(frame.file,
-                  room.render(capture::PanoramaRays(kSize), {poses[i]->position_m, attitude}));
+                  room.render(simulator::PanoramaRays(kSize), {poses[i]->position_m, attitude}));
     }
   }
 };
@@ -81,8 +81,8 @@ class RectifySetTest : public ::testing::Test {
     double sum = 0.0;
     const std::vector<Frame> frames = listed_in(list);
     for (std::size_t i = 0; i < frames.size(); ++i) {
-      const cv::Mat truth =
-          captured().room.render(capture::PanoramaRays(kSize), {poses_[first + i]->position_m, {}});
+      const cv::Mat truth = captured().room.render(simulator::PanoramaRays(kSize),
+                                                   {poses_[first + i]->position_m, {}});
       sum += psnr_db(truth,
                      rotate_panorama(read_panorama(frames[i].path),
                                      world_from_camera(frames[i].attitude.value_or(Attitude{}))));
@@ -96,7 +96,7 @@ class RectifySetTest : public ::testing::Test {
     const FramePose pose{.position_m = {0.02, 0.0, 0.03},
                          .world_from_camera = world_from_camera(attitude)};
     const cv::Mat seen =
-        captured().room.render(capture::PanoramaRays(kSize), {pose.position_m, attitude});
+        captured().room.render(simulator::PanoramaRays(kSize), {pose.position_m, attitude});
     for (const std::string name : {"t0", "unposed"}) {
       const fs::path file = out_ / (name + ".png");
       write_image(file, seen);

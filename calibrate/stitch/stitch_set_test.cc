@@ -15,7 +15,6 @@
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
-#include "simulator/room/lens_light.h"
 #include "simulator/room/sensor.h"
 
 namespace raywalk::calibrate {
@@ -25,7 +24,7 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 constexpr int kStations = 12;
-constexpr capture::LensLightSettings kLight{.vignetting = 0.25, .lens_gain_ev = 0.2};
+constexpr simulator::LensLightSettings kLight{.vignetting = 0.25, .lens_gain_ev = 0.2};
 
 // A line of stations 25 mm apart, with vignetting lenses and sensor noise. Rendered once for all
 // tests.
@@ -33,12 +32,12 @@ const std::vector<cv::Mat>& line_frames() {
   static const std::vector<cv::Mat> frames = [] {
     const DualFisheyeCamera camera = test_camera(220, 0.01);
     const cv::Mat light = lens_light(camera.layout, camera.picture, kLight);
-    const capture::SensorSettings sensor{.noise_levels = 1.0, .shot_noise = 0.02};
+    const simulator::SensorSettings sensor{.noise_levels = 1.0, .shot_noise = 0.02};
     std::vector<cv::Mat> made;
     for (int i = 0; i < kStations; ++i) {
-      const capture::CameraPose pose{{0.025 * i - 0.15, 0.0, 0.1}, {}};
+      const simulator::CameraPose pose{{0.025 * i - 0.15, 0.0, 0.1}, {}};
       const cv::Mat seen =
-          test_room().render(capture::DualFisheyeRays(camera.layout, camera.picture), pose);
+          test_room().render(simulator::DualFisheyeRays(camera.layout, camera.picture), pose);
       made.push_back(apply_sensor(seen, sensor, 0.8 + 0.01 * i, static_cast<unsigned>(i), light));
     }
     return made;
@@ -215,7 +214,7 @@ TEST_F(StitchSetTest, FramesThatDoNotFitTheLensFileAreNamed) {
   EXPECT_FALSE(fs::exists(directory_ / "out"));
   set = line(3);
   write_image(set.frames[2].file,
-              test_room().render(capture::PanoramaRays(camera_.picture), kTestPose));
+              test_room().render(simulator::PanoramaRays(camera_.picture), kTestPose));
   EXPECT_THAT(message_of(set, camera_), HasSubstr("x0_2.png: bright around the image circles"));
   set = in_halves(2);
   write_image(directory_ / "small.png", cv::Mat(100, 100, CV_8UC3, cv::Scalar::all(0)));

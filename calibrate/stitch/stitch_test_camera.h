@@ -72,11 +72,11 @@ inline CaptureSet fisheye_line(const std::filesystem::path& folder,
   return set;
 }
 
-inline const capture::VirtualRoom& test_room() {
-  static const capture::VirtualRoom room(capture::VirtualRoomSettings{});
+inline const simulator::VirtualRoom& test_room() {
+  static const simulator::VirtualRoom room(simulator::VirtualRoomSettings{});
   return room;
 }
 
-inline const capture::CameraPose kTestPose{{0.1, 0.0, 0.05}, {0.3, 0.1, 0.05}};
+inline const simulator::CameraPose kTestPose{{0.1, 0.0, 0.05}, {0.3, 0.1, 0.05}};
 
 }  // namespace raywalk::calibrate

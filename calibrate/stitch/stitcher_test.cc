@@ -24,11 +24,11 @@ constexpr int kFrameHeight = 290;  // of frames whose own width is about 512
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 cv::Mat frame_of(const DualFisheyeCamera& camera) {
-  return test_room().render(capture::DualFisheyeRays(camera.layout, camera.picture), kTestPose);
+  return test_room().render(simulator::DualFisheyeRays(camera.layout, camera.picture), kTestPose);
 }
 
 const cv::Mat& truth() {
-  static const cv::Mat panorama = test_room().render(capture::PanoramaRays(kSize), kTestPose);
+  static const cv::Mat panorama = test_room().render(simulator::PanoramaRays(kSize), kTestPose);
   return panorama;
 }
 
@@ -36,9 +36,9 @@ const cv::Mat& truth() {
 double resampling_psnr_db() {
   const Eigen::Matrix3d turned = world_from_camera({0.7, 0.4, -0.2});
   const Eigen::Matrix3d pose = world_from_camera(kTestPose.attitude);
-  const capture::CameraPose other{kTestPose.position_m,
-                                  attitude_from_world_from_camera(pose * turned)};
-  return psnr_db(rotate_panorama(test_room().render(capture::PanoramaRays(kSize), other), turned),
+  const simulator::CameraPose other{kTestPose.position_m,
+                                    attitude_from_world_from_camera(pose * turned)};
+  return psnr_db(rotate_panorama(test_room().render(simulator::PanoramaRays(kSize), other), turned),
                  truth());
 }
 

@@ -15,6 +15,7 @@
 namespace raywalk::capture {
 namespace {
 
+using namespace simulator;
 using testing::HasSubstr;
 using Json = nlohmann::json;
 

@@ -7,23 +7,10 @@
 
 #include "core/base/error.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
-// The addresses from `first` up to but not including `end`.
-struct AddressRange {
-  int first = std::numeric_limits<int>::max();
-  int end = 0;
-
-  void add(int address, int count) {
-    if (address < 0) return;
-    first = std::min(first, address);
-    end = std::max(end, address + count);
-  }
-  void add(const RegisterWrite& block) { add(block.address, static_cast<int>(block.words.size())); }
-  unsigned begin() const { return end > 0 ? static_cast<unsigned>(first) : 0; }
-  unsigned size() const { return static_cast<unsigned>(end) - begin(); }
-};
+constexpr int kRegisters = 65536;  // every address
 
 // Saturates to the signed 32 bits of the feedback registers.
 std::int32_t saturated_steps(double steps) {
@@ -35,30 +22,21 @@ std::int32_t saturated_steps(double steps) {
 }  // namespace
 
 DriveRegisters::DriveRegisters(const RegisterMap& map, SimulatedDrive* drive)
-    : map_(map), drive_(drive) {
-  AddressRange holding, input;
-  AddressRange& state = map.input_registers ? input : holding;
-  state.add(map.position_address, 2);
-  for (const int address : {map.status_address, map.alarm_address, map.identity_address}) {
-    state.add(address, 1);
-  }
-  for (const RegisterWrite* block : {&map.move, &map.home, &map.stop}) holding.add(*block);
-  if (map.start) holding.add(*map.start);
-  if (map.reset_alarm) holding.add(*map.reset_alarm);
-  mapping_.reset(modbus_mapping_new_start_address(0, 0, 0, 0, holding.begin(), holding.size(),
-                                                  input.begin(), input.size()));
+    : map_(map),
+      drive_(drive),
+      mapping_(modbus_mapping_new(0, 0, kRegisters, map.input_registers ? kRegisters : 0)) {
   if (!mapping_) throw Error("no memory for the registers of the simulated drive");
 }
 
 std::uint16_t& DriveRegisters::word_at(int address) const {
-  return mapping_->tab_registers[address - mapping_->start_registers];
+  return mapping_->tab_registers[address];
 }
 
 void DriveRegisters::set_state(int address, int value) const {
   if (address < 0) return;
   const auto word = static_cast<std::uint16_t>(value & 0xffff);
   if (map_.input_registers) {
-    mapping_->tab_input_registers[address - mapping_->start_input_registers] = word;
+    mapping_->tab_input_registers[address] = word;
   } else {
     word_at(address) = word;
   }
@@ -166,4 +144,4 @@ bool DriveRegisters::start_move() const {
   return drive_->move_to(steps / map_.steps_per_mm, bounds);
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -9,10 +9,16 @@
 #include "capture/slider/register_map.h"
 #include "simulator/rig/simulated_drive.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
-// libmodbus answers requests from a mapping of all registers from the first to the last of the map;
-// those that the map does not use can be written and read back. Writing a whole block with the
+using capture::BlockWord;
+using capture::RegisterMap;
+using capture::RegisterWrite;
+using capture::StatusBit;
+using capture::WordMeaning;
+
+// libmodbus answers requests from a mapping of all registers; those that the register map does not
+// use can be written and read back. Writing a whole block with the
 // constants of the map executes its command: immediately, or for a move with a `start` block once
 // that is written.
 class DriveRegisters {
@@ -43,4 +49,4 @@ class DriveRegisters {
   std::unique_ptr<modbus_mapping_t, Free> mapping_;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

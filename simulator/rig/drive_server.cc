@@ -20,7 +20,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 namespace fs = std::filesystem;
@@ -266,4 +266,4 @@ void DriveServer::corrupt(Bytes* reply, bool is_tcp) {
   }
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -17,7 +17,7 @@
 #include "simulator/rig/faults.h"
 #include "simulator/room/hash_random.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 struct DriveServerSettings {
   int unit = 1;                         // Modbus address, 1 to 247
@@ -79,4 +79,4 @@ class DriveServer {
   std::thread thread_;  // last, as it uses all of the above
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

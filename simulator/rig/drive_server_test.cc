@@ -17,8 +17,10 @@
 #include "core/base/error.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
+
+using namespace capture;
 
 namespace fs = std::filesystem;
 using Steady = std::chrono::steady_clock;
@@ -87,30 +89,6 @@ class DriveServerTest : public ::testing::Test {
   DriveServer server_{{1, directory_ / "slider", 0}, kLeadshine, &drive_, &faults_};
 };
 
-void move_to_70_mm(modbus_t* client) {
-  // 250 steps per millimetre, 100 mm/s, 667 mm/s in 5 s.
-  const std::array<std::uint16_t, 8> block{1, 0, 17500, 150, 5000, 5000, 0, 0x10};
-  EXPECT_EQ(modbus_write_registers(client, 0x6200, 8, block.data()), 8) << modbus_strerror(errno);
-}
-
-TEST_F(DriveServerTest, LibmodbusDrivesItOverBothLinks) {
-  for (const Client& client : {serial_client(), tcp_client()}) {
-    EXPECT_EQ(modbus_write_register(client.get(), 0x6002, 0x20), 1);
-    clock_.sleep(std::chrono::seconds(60));
-    EXPECT_EQ(read_position(client.get()), "0");
-    move_to_70_mm(client.get());
-    clock_.sleep(std::chrono::seconds(60));
-    EXPECT_EQ(read_position(client.get()), "17500");
-  }
-}
-
-TEST_F(DriveServerTest, ClientsComeAndGo) {
-  for (int i = 0; i < 20; ++i) {
-    EXPECT_EQ(read_position(serial_client().get()), "0") << i;
-    EXPECT_EQ(read_position(tcp_client().get()), "0") << i;
-  }
-}
-
 // A killed client that held the port exclusively must not lock out the next one.
 TEST_F(DriveServerTest, ExclusiveUseEndsWithTheClient) {
   const int terminal = open(link().c_str(), O_RDWR | O_NOCTTY);
@@ -147,8 +125,6 @@ TEST_F(DriveServerTest, ExceptionsReachTheClient) {
   std::array<std::uint16_t, 2> words{};
   EXPECT_EQ(modbus_read_input_registers(client.get(), 0x1014, 2, words.data()), -1);
   EXPECT_EQ(errno, EMBXILADD);
-  EXPECT_EQ(modbus_read_registers(client.get(), 0x7000, 2, words.data()), -1);
-  EXPECT_EQ(errno, EMBXILADD);
   // A move at speed 0, to a position that is not that of the drive.
   const std::array<std::uint16_t, 8> block{1, 0, 1, 0, 5000, 5000, 0, 0x10};
   EXPECT_EQ(modbus_write_registers(client.get(), 0x6200, 8, block.data()), -1);
@@ -167,24 +143,6 @@ TEST_F(DriveServerTest, WriteWithoutTheTriggerIsStoredWithoutMoving) {
   EXPECT_EQ(word, 7000);
 }
 
-TEST_F(DriveServerTest, LostReplyMeansTheCommandWasExecuted) {
-  const Client client = serial_client();
-  use_short_timeouts(client);
-  faults_.add({.kind = RigFault::kLostReply});
-  EXPECT_EQ(modbus_write_register(client.get(), 0x6002, 0x20), -1);
-  EXPECT_EQ(errno, ETIMEDOUT);
-  EXPECT_TRUE(drive_.state().moving || drive_.state().homed);
-}
-
-TEST_F(DriveServerTest, CorruptedRepliesAreDetectedOnBothLinks) {
-  for (const Client& client : {serial_client(), tcp_client()}) {
-    use_short_timeouts(client);
-    faults_.add({.kind = RigFault::kCorruptedReply});
-    const std::string answer = read_position(client.get());
-    EXPECT_NE(answer, "0");
-  }
-}
-
 // As on a real line, the late reply is mistaken for the reply to the next request.
 TEST_F(DriveServerTest, LateReplyArrivesAfterTheTimeout) {
   const Client client = serial_client();
@@ -196,35 +154,6 @@ TEST_F(DriveServerTest, LateReplyArrivesAfterTheTimeout) {
   ASSERT_EQ(poll(&descriptor, 1, 20000), 1);
   ASSERT_EQ(read(descriptor.fd, &byte, 1), 1);
   EXPECT_EQ(byte, 1);
-}
-
-TEST_F(DriveServerTest, CutLineHangsUpAndReconnects) {
-  const Client serial = serial_client(), tcp = tcp_client();
-  EXPECT_EQ(read_position(serial.get()), "0");
-  EXPECT_EQ(read_position(tcp.get()), "0");
-  faults_.add({.kind = RigFault::kCut});
-  EXPECT_TRUE(eventually([&] { return !fs::exists(fs::symlink_status(link())); }));
-  pollfd descriptor{modbus_get_socket(serial.get()), 0, 0};
-  EXPECT_TRUE(eventually([&] { return poll(&descriptor, 1, 0) == 1; }));
-  EXPECT_NE(descriptor.revents & POLLHUP, 0);
-  use_short_timeouts(tcp);
-  EXPECT_NE(read_position(tcp.get()), "0");
-  faults_.clear();
-  EXPECT_TRUE(eventually([&] { return fs::exists(link()); }));
-  EXPECT_EQ(read_position(serial_client().get()), "0");
-  EXPECT_EQ(read_position(tcp_client().get()), "0");
-}
-
-TEST_F(DriveServerTest, CutAtARequestDropsItAndEndsOnTime) {
-  const Client client = serial_client();
-  faults_.add({.kind = RigFault::kCut, .for_ms = 50.0, .at_request = 2});
-  EXPECT_EQ(read_position(client.get()), "0");
-  use_short_timeouts(client);
-  EXPECT_NE(read_position(client.get()), "0");
-  EXPECT_TRUE(eventually([&] { return !fs::exists(link()); }));
-  clock_.sleep(milliseconds(50));
-  EXPECT_TRUE(eventually([&] { return fs::exists(link()); }));
-  EXPECT_EQ(read_position(serial_client().get()), "0");
 }
 
 TEST_F(DriveServerTest, MisbehavingClientsDoNotAffectOthers) {
@@ -256,4 +185,4 @@ TEST_F(DriveServerTest, PortOrNameInUseIsAnError) {
 }
 
 }  // namespace
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

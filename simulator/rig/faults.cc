@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 constexpr double kLongestFault_ms = 1e9;
@@ -183,4 +183,4 @@ std::uint64_t Faults::occurred() const {
   return occurred_;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -14,7 +14,14 @@
 #include "core/files/settings.h"
 #include "simulator/room/hash_random.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
+
+using capture::Clock;
+using capture::Duration;
+using capture::duration_from_ms;
+using capture::ms_from_duration;
+using capture::SteadyTime;
+using capture::WallTime;
 
 // configs/simulated-rig.yaml explains them. What is permanent lasts until it is mended if it has no
 // duration; the others then occur once.
@@ -151,4 +158,4 @@ class Faults {
   std::uint64_t occurred_ = 0;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 constexpr const char* kHost = "127.0.0.1";
@@ -139,4 +139,4 @@ bool OscServer::stays_silent(httplib::Response* response) {
   return true;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

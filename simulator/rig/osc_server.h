@@ -16,7 +16,7 @@ class Server;
 struct Response;
 }  // namespace httplib
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // Serves /osc/info, /osc/state, /osc/commands/execute, /osc/commands/status and /files/NAME from
 // construction to destruction, and applies the faults of requests. Every client has a thread of its
@@ -55,4 +55,4 @@ class OscServer {
   std::thread thread_;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -14,8 +14,10 @@
 #include "core/base/error.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
+
+using namespace capture;
 
 using Json = nlohmann::json;
 
@@ -73,20 +75,6 @@ class OscServerTest : public testing::Test {
   httplib::Client client_;
 };
 
-TEST_F(OscServerTest, TakesAndFetchesAPicture) {
-  const Json begun = execute("camera.takePicture", Json::object());
-  EXPECT_EQ(begun.at("state"), "inProgress");
-  clock_.sleep(duration_from_ms(200.0));
-  const auto done = post("/osc/commands/status", {{"id", begun.at("id")}});
-  ASSERT_TRUE(done);
-  const std::string url = Json::parse(done->body).at("results").at("fileUrl");
-  EXPECT_EQ(url, server_.url() + "/files/R0010001.JPG");
-  const auto file = client_.Get("/files/R0010001.JPG");
-  ASSERT_TRUE(file);
-  EXPECT_TRUE(file->body.starts_with("\xFF\xD8"));
-  EXPECT_EQ(client_.Get("/files/R0010002.JPG")->status, 404);
-}
-
 TEST_F(OscServerTest, RefusesAsTheApiDocuments) {
   const auto unknown = post("/osc/commands/execute", {{"name", "camera.explode"}});
   EXPECT_EQ(unknown->status, 400);
@@ -102,14 +90,6 @@ TEST_F(OscServerTest, RefusesAsTheApiDocuments) {
   const auto busy = post("/osc/commands/execute", {{"name", "camera.takePicture"}});
   EXPECT_EQ(busy->status, 403);
   EXPECT_EQ(client_.Post("/osc/commands/execute", "no JSON", "text/plain")->status, 400);
-}
-
-TEST_F(OscServerTest, AdditionalHandlersAreServed) {
-  EXPECT_EQ(client_.Post("/rig/echo", "{\"line\":\"x0\"}", "application/json")->body,
-            "{\"line\":\"x0\"}");
-  const auto refused = client_.Post("/rig/echo", "", "application/json");
-  EXPECT_EQ(refused->status, 400);
-  EXPECT_EQ(Json::parse(refused->body).at("error").at("message"), "nothing to echo");
 }
 
 TEST_F(OscServerTest, OptionsAreThoseOfTheTable) {
@@ -142,29 +122,9 @@ TEST_F(OscServerTest, NamesContinueAfterTheFilesOnTheCard) {
   EXPECT_NO_THROW(third.file("R0010008.JPG"));
 }
 
-TEST_F(OscServerTest, FaultsOccurAtTheirPicture) {
-  faults_.add({.kind = RigFault::kEmptyPicture, .at_picture = 2});
-  EXPECT_EQ(shoot().cols, 64);
-  EXPECT_TRUE(shoot().empty());
-  EXPECT_EQ(shoot().cols, 64);
-  faults_.add({.kind = RigFault::kMissingPicture, .for_ms = 300.0});
-  EXPECT_TRUE(shoot().empty());
-  EXPECT_TRUE(shoot().empty());
-  EXPECT_EQ(shoot().cols, 64);
-}
-
-TEST_F(OscServerTest, WhileDownNothingOfTheCameraIsAnswered) {
-  faults_.add({.kind = RigFault::kDown, .for_ms = 60000.0});
-  EXPECT_FALSE(client_.Get("/osc/info"));
-  EXPECT_FALSE(client_.Get("/osc/info"));
-  EXPECT_TRUE(client_.Post("/rig/echo", "{}", "application/json"));
-  clock_.sleep(std::chrono::minutes(2));
-  EXPECT_TRUE(client_.Get("/osc/info"));
-}
-
 TEST_F(OscServerTest, PortInUseIsAnError) {
   EXPECT_THROW(OscServer(&camera_, &faults_, server_.port()), Error);
 }
 
 }  // namespace
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "simulator/room/hash_random.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 std::uint64_t key_of(int seed, const std::string& text) {
@@ -34,15 +34,15 @@ Rail::Rail(const RailSettings& settings, const CapturePlan& plan, const RailSpan
     throw Error(fmt::format("the simulated rail from {} to {} mm has no length", span.low_mm,
                             span.high_mm));
   }
-  for (const CaptureLine& placement : placements_of(plan)) {
-    placings_[placement_id(placement)] = placed(placement);
+  for (const CaptureLine& placement : capture::placements_of(plan)) {
+    placings_[capture::placement_id(placement)] = placed(placement);
   }
 }
 
 Rail::Placing Rail::placed(const CaptureLine& line) const {
   const CaptureStation& first = line.stations.front();
   const CaptureStation& last = line.stations.back();
-  const std::uint64_t key = key_of(settings_.seed, placement_id(line));
+  const std::uint64_t key = key_of(settings_.seed, capture::placement_id(line));
   HashRandom random(key);
   const auto deviate_mm = [&] { return settings_.placing_spread_mm * random.normal(); };
   const auto deviate_rad = [&](double spread_deg) {
@@ -137,4 +137,4 @@ CameraPose Rail::carriage_pose(const std::string& line_id, double carriage_mm,
   return pose;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

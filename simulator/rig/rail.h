@@ -12,7 +12,12 @@
 #include "capture/plan/capture_plan.h"
 #include "simulator/room/cameras.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
+
+using capture::CaptureLine;
+using capture::CapturePlan;
+using capture::CaptureStation;
+using capture::Duration;
 
 // Spreads and jitters are standard deviations. Errors of a placing depend only on the seed and the
 // id of the line's placement, jitter also on the station's number on the line, so repeated placings
@@ -84,4 +89,4 @@ class Rail {
   std::map<std::string, Placing> placings_;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

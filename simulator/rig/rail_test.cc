@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 constexpr Duration kLong = std::chrono::hours(1);
@@ -184,4 +184,4 @@ TEST(RailTest, UnknownLineAndEmptySpanAreErrors) {
 }
 
 }  // namespace
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

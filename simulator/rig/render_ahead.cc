@@ -6,7 +6,7 @@
 
 #include "capture/base/units.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 // A hundredth of a pixel in a panorama 16384 wide. Poses of different lines that cross differ more.
@@ -50,4 +50,4 @@ SceneView RenderAhead::view(const CameraPose& pose) {
   return {expected, image.get()};
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -9,7 +9,7 @@
 
 #include "simulator/room/cameras.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // What the camera sees, and from where exactly (world frame, metres). Views of one pose share the
 // image: do not write to it.
@@ -47,4 +47,4 @@ class RenderAhead {
   std::vector<Image> images_;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

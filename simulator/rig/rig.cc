@@ -9,11 +9,13 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/jpeg.h"
 #include "core/files/shipped_configs.h"
+#include "simulator/room/truth.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 namespace fs = std::filesystem;
@@ -27,17 +29,17 @@ fs::path made(const fs::path& directory) {
   return directory;
 }
 
-CaptureConfig capture_of(const RigConfig& config) {
+capture::CaptureConfig capture_of(const RigConfig& config) {
   std::error_code error;
   if (!fs::is_regular_file(config.capture_config, error)) {
     throw UsageError("'capture_config' " +
                      missing_config_text(config.capture_config, ConfigKind::kCapture));
   }
-  return read_capture_config(config.capture_config);
+  return capture::read_capture_config(config.capture_config);
 }
 
 // The room is built around the capture grid.
-VirtualRoomSettings room_settings(const RigConfig& config, const CaptureConfig& capture,
+VirtualRoomSettings room_settings(const RigConfig& config, const capture::CaptureConfig& capture,
                                   const CapturePlan& plan) {
   VirtualRoomSettings settings = config.scene;
   settings.grid.cell_side_m = capture.grid.cell_side_m;
@@ -77,30 +79,29 @@ json range_of(const Extremes& extremes) {
 Rig::Rig(const RigConfig& config, const fs::path& directory, Clock* clock)
     : Rig(config, capture_of(config), made(directory), clock) {}
 
-Rig::Rig(const RigConfig& config, const CaptureConfig& capture, const fs::path& directory,
+Rig::Rig(const RigConfig& config, const capture::CaptureConfig& capture, const fs::path& directory,
          Clock* clock)
     : config_(config),
       directory_(directory),
-      plan_(plan_capture(capture)),
-      placements_(placements_of(plan_)),
+      plan_(capture::plan_capture(capture)),
+      placements_(capture::placements_of(plan_)),
       frame_{config.camera.width_px, config.camera.width_px / 2},
       room_(room_settings(config, capture, plan_)),
       rail_(config.rail, plan_, {config.slider.low_switch_mm, config.slider.high_switch_mm}),
       optics_(config.camera, frame_, config.dolly, -room_.extent().min_m.y(), config.scene.seed),
       ahead_([this](const CameraPose& pose) { return optics_.scene(room_, pose); },
              config.camera.render_ahead_within_mm),
-      truth_(&room_, truth_size(config), directory / "truth"),
       line_(plan_.lines.front().id),
       faults_(clock, config.link),
       drive_(config.slider, clock, &faults_),
       camera_(camera_settings(config.camera, frame_, directory / "card"), clock, &faults_,
               [this](const ExposureNow& exposure) { return take_picture(exposure); }) {
   for (const Fault& fault : config.faults) add_fault(fault);
-  if (config.truth.views > 0) truth_.write_views(config.truth.views);
+  begin_truth();
   drive_.on_move([this](double target_mm) { move_commanded(target_mm); });
   osc_.emplace(&camera_, &faults_, config.camera.port, endpoints());
   modbus_.emplace(DriveServerSettings{capture.slider.unit, slider_device(), config.tcp_port},
-                  read_register_map(capture.slider.register_map), &drive_, &faults_);
+                  capture::read_register_map(capture.slider.register_map), &drive_, &faults_);
 }
 
 // Stops the servers before the devices that they use are destroyed.
@@ -129,7 +130,7 @@ void Rig::move_commanded(double target_mm) {
   const std::string placed_at = line();
   ahead_.expect(rail_.carriage_pose(placed_at, target_mm, Duration::max()));
   for (const CaptureLine& placement : placements_) {
-    if (placement_id(placement) != placed_at) continue;
+    if (capture::placement_id(placement) != placed_at) continue;
     for (const CaptureStation& station : placement.stations) {
       if (std::abs(station.rail_mm - target_mm) <= kSamePlace_mm) {
         faults_.move_commanded(station.name);
@@ -149,7 +150,7 @@ std::map<std::string, OscServer::Handler> Rig::endpoints() {
     CaptureLine placement;
     placement.id = request["line"].get<std::string>();
     placement.placement = request.value("placement", 1);
-    place(placement_id(placement));
+    place(capture::placement_id(placement));
     return state().dump();
   };
   const auto failing = [this](const std::string& body) {
@@ -192,12 +193,36 @@ std::string Rig::take_picture(const ExposureNow& exposure) {
   const auto [pose, scene] =
       ahead_.view(rail_.carriage_pose(placed_at, slider.carriage_mm, slider.still_for));
   const auto jpeg = encode_jpeg(optics_.picture(scene, exposure), config_.camera.jpeg_quality);
-  truth_.record(exposure.camera_name, placed_at, pose);
-  const auto every = static_cast<std::uint64_t>(config_.truth.distance_every);
-  if (every > 0 && (exposure.number - 1) % every == 0) {
-    truth_.write_distances(exposure.camera_name, pose);
-  }
+  record_truth(exposure, placed_at, pose);
   return {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()};
+}
+
+void Rig::begin_truth() {
+  const fs::path truth = directory_ / "truth";
+  make_directories(truth / "dist");
+  make_directories(truth / "gt");
+  const fs::path table = truth / "true_poses.csv";
+  std::error_code none_yet;
+  const auto bytes = fs::file_size(table, none_yet);
+  true_poses_.open(table, std::ios::app);
+  if (none_yet || bytes == 0) true_poses_ << "file,line,x,y,z,yaw,pitch,roll\n" << std::flush;
+  if (!true_poses_) throw Error("cannot write " + table.string());
+  if (config_.truth.views == 0) return;
+  Progress progress("rendering true views", config_.truth.views, "views");
+  write_truth_views(room_, truth_viewpoints(room_, config_.truth.views), truth_size(config_), truth,
+                    false, &progress);
+}
+
+void Rig::record_truth(const ExposureNow& exposure, const std::string& placed_at,
+                       const CameraPose& pose) {
+  const fs::path truth = directory_ / "truth";
+  true_poses_ << fmt::format("{},{},{}\n", exposure.camera_name, placed_at, pose_fields(pose))
+              << std::flush;
+  if (!true_poses_) throw Error("cannot write " + (truth / "true_poses.csv").string());
+  const auto every = static_cast<std::uint64_t>(config_.truth.distance_every);
+  if (every == 0 || (exposure.number - 1) % every != 0) return;
+  const std::string stem = fs::path(exposure.camera_name).stem().string();
+  write_distance_map(room_, pose, truth_size(config_), truth / "dist" / (stem + ".png"));
 }
 
 json Rig::state() {
@@ -216,4 +241,4 @@ json Rig::state() {
           {"faults", faults_.occurred()}};
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

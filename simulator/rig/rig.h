@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
@@ -17,15 +18,17 @@
 #include "simulator/rig/render_ahead.h"
 #include "simulator/rig/rig_config.h"
 #include "simulator/rig/rig_optics.h"
-#include "simulator/rig/truth_recorder.h"
 #include "simulator/room/virtual_room.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // Runs from construction to destruction. Files in its directory:
 //   slider   symbolic link to the pseudo-terminal of Modbus RTU
 //   card/    the camera's card
-//   truth/   see TruthRecorder
+//   truth/true_poses.csv      file,line,x,y,z,yaw,pitch,roll (metres, degrees) of every picture,
+//                             `file` being its name on the card; appended to an existing table
+//   truth/dist/<picture>.png  distance maps, as in write_capture.h
+//   truth/gt, gt.csv, dist    true views from inside the cells (write_truth_views)
 // The rail is initially at the plan's first line.
 //
 // In addition to the camera's API, its HTTP server has these endpoints (JSON):
@@ -63,11 +66,14 @@ class Rig {
   nlohmann::json state();
 
  private:
-  Rig(const RigConfig& config, const CaptureConfig& capture, const std::filesystem::path& directory,
-      Clock* clock);
+  Rig(const RigConfig& config, const capture::CaptureConfig& capture,
+      const std::filesystem::path& directory, Clock* clock);
   void add_fault(const Fault& fault);
   void move_commanded(double target_mm);
   std::string take_picture(const ExposureNow& exposure);
+  void begin_truth();
+  void record_truth(const ExposureNow& exposure, const std::string& placed_at,
+                    const CameraPose& pose);
   std::map<std::string, OscServer::Handler> endpoints();
 
   const RigConfig config_;
@@ -79,7 +85,7 @@ class Rig {
   const Rail rail_;
   const RigOptics optics_;
   RenderAhead ahead_;
-  TruthRecorder truth_;
+  std::ofstream true_poses_;
   mutable std::mutex mutex_;
   std::string line_;
   Faults faults_;
@@ -89,4 +95,4 @@ class Rig {
   std::optional<DriveServer> modbus_;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

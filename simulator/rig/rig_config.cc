@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/files/shipped_configs.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 constexpr int kAnySeed = std::numeric_limits<int>::max();
@@ -57,7 +57,7 @@ void bind_rail(SettingsSchema* schema, RailSettings* rail) {
 
 void bind_camera(SettingsSchema* schema, RigCameraSettings* camera) {
   schema->integer("camera.port", &camera->port, 0, kLargestPort)
-      .choice("camera.layout", &camera->layout, kFrameKinds)
+      .choice("camera.layout", &camera->layout, capture::kFrameKinds)
       .path("camera.lens", &camera->lens)
       .number("camera.vignetting", &camera->light.vignetting, 0.0, 0.9)
       .number("camera.lens_gain_ev", &camera->light.lens_gain_ev, -5.0, 5.0)
@@ -148,4 +148,4 @@ RigConfig read_rig_config(const std::filesystem::path& file) {
   return config;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -12,11 +12,12 @@
 #include "simulator/rig/faults.h"
 #include "simulator/rig/rail.h"
 #include "simulator/rig/simulated_drive.h"
-#include "simulator/room/dolly.h"
-#include "simulator/room/lens_light.h"
 #include "simulator/room/room_settings.h"
+#include "simulator/room/sensor.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
+
+using capture::FrameKind;
 
 struct RigCameraSettings {
   int port = 0;  // 0: any free port
@@ -32,6 +33,14 @@ struct RigCameraSettings {
   double automatic_wander_ev = 0.3;
   double exposure_drift_ev = 0.0;  // amplitude of a slow drift, also of locked exposure
   SensorSettings sensor{};
+};
+
+// The dolly under the camera, visible in all of its pictures.
+struct DollySettings {
+  bool visible = false;
+  // Angle from the nadir at which the middle of the platform's edges is seen, 10 to 45; corners and
+  // wheels extend further. Below 10 the pole would extend beyond the platform.
+  double reach_deg = 20.0;
 };
 
 struct RigTruthSettings {
@@ -62,4 +71,4 @@ SettingsSchema rig_schema(RigConfig* config);
 // each other.
 RigConfig read_rig_config(const std::filesystem::path& file);
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

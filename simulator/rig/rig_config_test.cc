@@ -8,7 +8,7 @@
 #include "core/files/test_directory.h"
 #include "core/files/test_yaml_keys.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 using ::testing::HasSubstr;
@@ -102,4 +102,4 @@ TEST(RigConfigTest, FaultsMustHaveAValidTrigger) {
 }
 
 }  // namespace
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -8,10 +8,9 @@
 #include "core/geometry/fisheye_lens.h"
 #include "simulator/rig/rig_config.h"
 #include "simulator/rig/simulated_camera.h"
-#include "simulator/room/dolly.h"
 #include "simulator/room/virtual_room.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 class RigOptics {
  public:
@@ -39,8 +38,13 @@ class RigOptics {
   Facets dolly_;  // empty: not visible
 };
 
+// A plate under the camera, a pole, a square platform on four wheels on the floor, and a short
+// piece of rail, in the camera's frame (RenderOptions::carried). The floor is `floor_m` below the
+// camera; all sizes are proportional to it. Throws Error unless it is positive.
+Facets make_dolly(const DollySettings& dolly, double floor_m);
+
 // Slow drift of the light at a picture, between -1 and 1, with a period of dozens of pictures, as
 // daylight changes during a session. Determined by the seed.
 double exposure_drift(std::uint64_t picture, int seed);
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -14,8 +14,10 @@
 #include "core/files/test_directory.h"
 #include "simulator/rig/test_rig.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
+
+using namespace capture;
 
 using nlohmann::json;
 using ::testing::HasSubstr;
@@ -237,4 +239,4 @@ TEST_F(RigTest, InvalidConfigurationsAreRefused) {
 }
 
 }  // namespace
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -9,8 +9,10 @@
 #include "simulator/rig/rig_config.h"
 #include "simulator/rig/rig_optics.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
+
+using namespace capture;
 
 namespace fs = std::filesystem;
 
@@ -113,4 +115,4 @@ TEST(ShippedRehearsalTest, LinesHaveErrorsTypicalOfManualPlacement) {
 }
 
 }  // namespace
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -15,7 +15,7 @@
 #include "core/files/exif.h"
 #include "simulator/room/hash_random.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 using Json = nlohmann::json;
@@ -171,9 +171,9 @@ OscReply SimulatedCamera::info() {
 
 OscReply SimulatedCamera::state() const {
   const std::lock_guard lock(mutex_);
-  const bool full = pictures_left_locked() < 1;
+  const bool full = pictures_left() < 1;
   const Json state = {{"batteryLevel", settings_.battery_share},
-                      {"_captureStatus", is_exposing_locked() ? "shooting" : "idle"},
+                      {"_captureStatus", is_exposing() ? "shooting" : "idle"},
                       {"_apiVersion", 2},
                       {"_cameraError", full ? Json::array({"NO_MEMORY"}) : Json::array()}};
   return {200, {{"fingerprint", fmt::format("FIG_{}", triggers_)}, {"state", state}}};
@@ -212,7 +212,7 @@ OscReply SimulatedCamera::status(const std::string& body, const std::string& bas
     if (trigger_.number == 0 || request.at("id") != std::to_string(trigger_.number)) {
       throw CommandRefused("invalidParameterValue", "There is no command with this id.");
     }
-    if (is_exposing_locked()) {
+    if (is_exposing()) {
       const double passed_ms = ms_from_duration(clock_->now() - trigger_.started);
       const double share = std::min(passed_ms / std::max(settings_.exposure_ms, 1.0), 0.99);
       return {{"name", "camera.takePicture"},
@@ -244,8 +244,8 @@ Json SimulatedCamera::option(const std::string& name) const {
     const auto now = std::chrono::system_clock::to_time_t(wall_now());
     return fmt::format("{:%Y:%m:%d %H:%M:%S}+00:00", fmt::gmtime(now));
   }
-  if (name == "remainingPictures") return pictures_left_locked();
-  if (name == "remainingSpace") return free_bytes_locked();
+  if (name == "remainingPictures") return pictures_left();
+  if (name == "remainingSpace") return free_bytes();
   if (name == "totalSpace") return settings_.card_bytes;
   if (const auto value = options_.find(name); value != options_.end()) return *value;
   const std::string supported_name = name.substr(0, name.rfind("Support"));
@@ -261,7 +261,7 @@ Json SimulatedCamera::option(const std::string& name) const {
 
 void SimulatedCamera::set_options(const Json& wanted) {
   const std::lock_guard lock(mutex_);
-  require_idle_locked();
+  require_idle();
   Json options = options_;
   for (const auto& [name, value] : wanted.items()) {
     const auto supported = supported_values().find(name);
@@ -287,25 +287,21 @@ void SimulatedCamera::set_options(const Json& wanted) {
   options_ = options;
 }
 
-void SimulatedCamera::require_idle_locked() const {
-  if (is_exposing_locked()) throw CommandRefused("disabledCommand", "The camera is shooting.");
+void SimulatedCamera::require_idle() const {
+  if (is_exposing()) throw CommandRefused("disabledCommand", "The camera is shooting.");
 }
 
-bool SimulatedCamera::is_exposing_locked() const {
+bool SimulatedCamera::is_exposing() const {
+  const std::lock_guard lock(mutex_);
   if (trigger_.number == 0) return false;
   return rendering_ || (trigger_.busy && faults_->lasting(RigFault::kBusy)) ||
          clock_->now() < trigger_.started + duration_from_ms(settings_.exposure_ms);
 }
 
-bool SimulatedCamera::is_exposing() const {
-  const std::lock_guard lock(mutex_);
-  return is_exposing_locked();
-}
-
-SimulatedCamera::Trigger SimulatedCamera::begin_locked() {
-  require_idle_locked();
+SimulatedCamera::Trigger SimulatedCamera::begin() {
+  require_idle();
   faults_->picture_triggered(triggers_ + 1);
-  if (pictures_left_locked() < 1 || faults_->occurs(RigFault::kCardFull)) {
+  if (pictures_left() < 1 || faults_->occurs(RigFault::kCardFull)) {
     throw CommandRefused("disabledCommand", "There is no room for another picture.");
   }
   if (faults_->occurs(RigFault::kForgetsExposure)) options_ = initial_options();
@@ -316,7 +312,7 @@ SimulatedCamera::Trigger SimulatedCamera::begin_locked() {
   return trigger;
 }
 
-ExposureNow SimulatedCamera::exposure_locked() const {
+ExposureNow SimulatedCamera::exposure_now() const {
   ExposureNow now;
   now.camera_name = trigger_.camera_name;
   now.number = trigger_.number;
@@ -362,9 +358,9 @@ Json SimulatedCamera::take_picture() {
   ExposureNow exposure;
   {
     const std::lock_guard lock(mutex_);
-    const Trigger trigger = begin_locked();
+    const Trigger trigger = begin();
     trigger_ = trigger;
-    exposure = exposure_locked();
+    exposure = exposure_now();
     rendering_ = true;
   }
   // Rendering takes long; the mutex is released so that the camera's state can be queried.
@@ -393,23 +389,19 @@ WallTime SimulatedCamera::wall_now() const {
                                   duration_from_ms(1000.0 * settings_.clock_offset_s));
 }
 
-std::int64_t SimulatedCamera::free_bytes_locked() const {
+std::int64_t SimulatedCamera::free_bytes() const {
   return std::max<std::int64_t>(settings_.card_bytes - used_bytes_, 0);
-}
-
-int SimulatedCamera::pictures_left_locked() const {
-  if (faults_->lasting(RigFault::kCardFull)) return 0;
-  const std::int64_t left = free_bytes_locked() / settings_.typical_picture_bytes;
-  return static_cast<int>(std::min<std::int64_t>(left, 999'999));
 }
 
 int SimulatedCamera::pictures_left() const {
   const std::lock_guard lock(mutex_);
-  return pictures_left_locked();
+  if (faults_->lasting(RigFault::kCardFull)) return 0;
+  const std::int64_t left = free_bytes() / settings_.typical_picture_bytes;
+  return static_cast<int>(std::min<std::int64_t>(left, 999'999));
 }
 
 std::string SimulatedCamera::file(const std::string& name) const {
   return read_file(settings_.card_directory / name);
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -17,7 +17,7 @@
 #include "core/geometry/sphere.h"
 #include "simulator/rig/faults.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // The exposure in progress.
 struct ExposureNow {
@@ -90,21 +90,19 @@ class SimulatedCamera {
   Json option(const std::string& name) const;
   void set_options(const Json& wanted);
   Json take_picture();
-  Trigger begin_locked();
-  ExposureNow exposure_locked() const;
+  Trigger begin();
+  ExposureNow exposure_now() const;
   bool expose(const ExposureNow& exposure);
-  bool is_exposing_locked() const;
-  std::int64_t free_bytes_locked() const;
-  int pictures_left_locked() const;
-  void require_idle_locked() const;
+  std::int64_t free_bytes() const;
+  void require_idle() const;
   WallTime wall_now() const;
 
   const SimulatedCameraSettings settings_;
   const Clock* clock_;
   Faults* faults_;
   const PictureSource source_;
-  mutable std::mutex mutex_;
-  std::int64_t used_bytes_ = 0;  // of the card
+  mutable std::recursive_mutex mutex_;  // the API's functions call each other
+  std::int64_t used_bytes_ = 0;         // of the card
   int last_number_;
   Json options_;
   std::uint64_t triggers_ = 0;
@@ -112,4 +110,4 @@ class SimulatedCamera {
   bool rendering_ = false;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

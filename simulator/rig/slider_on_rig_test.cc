@@ -15,8 +15,10 @@
 #include "core/files/test_directory.h"
 #include "simulator/rig/drive_server.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
+
+using namespace capture;
 
 // What no shipped map has: state in input registers, low word first, an active-low flag.
 constexpr const char* kVariants = "variants.yaml";
@@ -169,4 +171,4 @@ INSTANTIATE_TEST_SUITE_P(Maps, SliderOnRigTest,
                          });
 
 }  // namespace
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -6,7 +6,7 @@
 #include "core/files/atomic_output.h"
 #include "simulator/rig/rig_config.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // Writes a capture's configuration of one cell of 1 m with five stations to a line, at 100, 350,
 // ... 1100 mm on the rail, without overhang; returns a rig for it.
@@ -29,4 +29,4 @@ inline RigConfig small_rig(const std::filesystem::path& directory,
   return config;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -17,6 +17,13 @@
 
 namespace raywalk::capture {
 
+using simulator::DriveRegisters;
+using simulator::DriveSettings;
+using simulator::Fault;
+using simulator::Faults;
+using simulator::RigFault;
+using simulator::SimulatedDrive;
+
 // What goes wrong between driver and drive.
 enum class LineTrouble {
   kIgnore,     // commands other than stop have no effect
@@ -91,7 +98,7 @@ class TestSlider {
       owner_->track();
       require_contact();
       const modbus_mapping_t* mapping = registers_.refreshed();
-      const std::uint16_t* first = mapping->tab_registers + (address - mapping->start_registers);
+      const std::uint16_t* first = mapping->tab_registers + address;
       std::vector<std::uint16_t> words(first, first + count);
       auto& troubles = owner_->troubles_;
       const auto outlier = owner_->active(LineTrouble::kOutlier);
@@ -113,8 +120,7 @@ class TestSlider {
       const auto trouble = is_stop ? LineTrouble::kRunaway : LineTrouble::kIgnore;
       if (owner_->active(trouble) != owner_->troubles_.end()) return true;
       const modbus_mapping_t* mapping = registers_.refreshed();
-      std::copy(words.begin(), words.end(),
-                mapping->tab_registers + (address - mapping->start_registers));
+      std::copy(words.begin(), words.end(), mapping->tab_registers + address);
       return registers_.execute(address, static_cast<int>(words.size()));
     }
 

@@ -7,12 +7,50 @@
 #include <limits>
 
 #include "core/base/error.h"
-#include "simulator/room/embree_queries.h"
 
-namespace raywalk::capture {
+// Embree 4 is in Debian 13, Embree 3 in Debian 12.
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+namespace raywalk::simulator {
 namespace {
 
 constexpr std::size_t kPacket = 8;
+
+// The queries of both: their arguments differ.
+#if RTC_VERSION_MAJOR >= 4
+
+// valid[i] is -1 for a ray of the packet that counts and 0 for one that does not. All rays have
+// similar origins and directions.
+void find_hits(RTCScene scene, const int* valid, RTCRayHit8* rays) {
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  rtcIntersect8(valid, scene, rays, &arguments);
+}
+
+// Embree sets tfar = -inf for an occluded ray.
+void find_occlusion(RTCScene scene, RTCRay* ray) { rtcOccluded1(scene, ray); }
+
+#else
+
+void find_hits(RTCScene scene, const int* valid, RTCRayHit8* rays) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcIntersect8(valid, scene, &context, rays);
+}
+
+void find_occlusion(RTCScene scene, RTCRay* ray) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(scene, &context, ray);
+}
+
+#endif
 
 [[noreturn]] void throw_embree_error(RTCDevice device) {
   throw Error(fmt::format("the ray tracer Embree failed (error {}); is there enough memory?",
@@ -124,24 +162,10 @@ void EmbreeScene::intersect(std::span<const Ray> rays, std::span<Hit> hits) cons
   }
 }
 
-Hit EmbreeScene::intersect(const Ray& ray) const {
-  RTCRayHit embree{};
-  embree.ray = ray_for_embree(ray, std::numeric_limits<double>::infinity());
-  embree.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  find_hit(scene_.get(), &embree);
-  Hit hit;
-  if (embree.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
-  hit.facet = static_cast<int>(embree.hit.primID);
-  hit.distance = distance_to_plane(ray, hit.facet, static_cast<double>(embree.ray.tfar));
-  hit.u = embree.hit.u;
-  hit.v = embree.hit.v;
-  return hit;
-}
-
 bool EmbreeScene::occluded(const Ray& ray, double distance) const {
   RTCRay embree = ray_for_embree(ray, distance);
   find_occlusion(scene_.get(), &embree);
   return embree.tfar < 0.0F;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

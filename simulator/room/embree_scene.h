@@ -6,12 +6,12 @@
 #include <span>
 #include <vector>
 
-#include "simulator/room/facets.h"
+#include "simulator/room/shapes.h"
 
 struct RTCSceneTy;
 struct RTCDeviceTy;
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // Room units; the direction is a unit vector.
 struct Ray {
@@ -38,7 +38,11 @@ class EmbreeScene {
   // precision, so it only finds the facet; the distance to its plane is computed in double
   // precision.
   void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;
-  Hit intersect(const Ray& ray) const;
+  Hit intersect(const Ray& ray) const {
+    Hit hit;
+    intersect({&ray, 1}, {&hit, 1});
+    return hit;
+  }
 
   // Whether the ray hits anything nearer than `distance`.
   bool occluded(const Ray& ray, double distance) const;
@@ -60,4 +64,4 @@ class EmbreeScene {
   std::unique_ptr<RTCSceneTy, Release> scene_;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

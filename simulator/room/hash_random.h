@@ -2,9 +2,12 @@
 // (The distributions of <random> are implementation-defined.)
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
-namespace raywalk::capture {
+#include "core/geometry/sphere.h"
+
+namespace raywalk::simulator {
 
 // A hash of all 64 bits: the output function of SplitMix64 (Steele, Lea, Flood 2014, "Fast
 // splittable pseudorandom number generators").
@@ -30,7 +33,12 @@ struct NormalPair {
   double first = 0.0;
   double second = 0.0;
 };
-NormalPair normal_pair(std::uint64_t key);
+inline NormalPair normal_pair(std::uint64_t key) {
+  // 1 - u is in (0, 1], where the logarithm is finite.
+  const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform_from_bits(hash_bits(key, 0))));
+  const double angle = kTwoPi * uniform_from_bits(hash_bits(key, 1));
+  return {radius * std::cos(angle), radius * std::sin(angle)};
+}
 
 // A sequence of random numbers.
 class HashRandom {
@@ -53,4 +61,4 @@ class HashRandom {
   std::uint64_t count_ = 0;
 };
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

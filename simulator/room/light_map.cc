@@ -2,13 +2,15 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 #include "core/base/parallel.h"
 #include "core/geometry/sphere.h"
 #include "simulator/room/hash_random.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 using Eigen::Vector3d;
@@ -136,57 +138,59 @@ LightMap::LightMap(const Facets& facets, const EmbreeScene& scene, const LightSo
   expose(facets);
 }
 
-void LightMap::light_directly(const Facets& facets) {
+template <typename Point>
+void LightMap::for_each_point(const Facets& facets, const Point& point) const {
   parallel_for(0, static_cast<int>(grids_.size()), kGrain, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       const Grid& grid = grids_[static_cast<std::size_t>(i)];
       const Facet& facet = facets.facets[static_cast<std::size_t>(i)];
-      for (int point = 0; point < grid.columns * grid.rows; ++point) {
-        const GridPoint at =
-            grid_point(facet, point % grid.columns, point / grid.columns, grid.columns, grid.rows);
-        Color& light = light_[grid.first + static_cast<std::size_t>(point)];
-        light = kAmbient;
-        for (const WindowLight& window : lights_.windows) light += window_light(window, at, scene_);
-        for (const LampLight& lamp : lights_.lamps) {
-          light += lamp_light(lamp, lights_.lamp_reach, at, scene_);
-        }
-        if (lights_.open_sky) {
-          const std::uint64_t index = grid.first + static_cast<std::size_t>(point);
-          light += open_sky_light(at, uniform_from_bits(hash_bits(index)), scene_);
-        }
+      for (int number = 0; number < grid.columns * grid.rows; ++number) {
+        point(grid.first + static_cast<std::size_t>(number),
+              grid_point(facet, number % grid.columns, number / grid.columns, grid.columns,
+                         grid.rows));
       }
     }
   });
 }
 
+void LightMap::light_directly(const Facets& facets) {
+  for_each_point(facets, [&](std::size_t index, const GridPoint& at) {
+    Color light = kAmbient;
+    for (const WindowLight& window : lights_.windows) light += window_light(window, at, scene_);
+    for (const LampLight& lamp : lights_.lamps) {
+      light += lamp_light(lamp, lights_.lamp_reach, at, scene_);
+    }
+    if (lights_.open_sky) {
+      light += open_sky_light(at, uniform_from_bits(hash_bits(index)), scene_);
+    }
+    light_[index] = light;
+  });
+}
+
 void LightMap::add_bounce(const Facets& facets) {
   std::vector<Color> reflectance;
+  reflectance.reserve(facets.surfaces.size());
   for (const Surface& surface : facets.surfaces) reflectance.push_back(mean_albedo(surface));
   std::vector<Color> bounced(light_.size());
-  parallel_for(0, static_cast<int>(grids_.size()), kGrain, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      const Grid& grid = grids_[static_cast<std::size_t>(i)];
-      const Facet& facet = facets.facets[static_cast<std::size_t>(i)];
-      for (int point = 0; point < grid.columns * grid.rows; ++point) {
-        const std::size_t index = grid.first + static_cast<std::size_t>(point);
-        const GridPoint at =
-            grid_point(facet, point % grid.columns, point / grid.columns, grid.columns, grid.rows);
-        const double turn = uniform_from_bits(hash_bits(index));
-        Color sum = Color::Zero();
-        for (int ray = 0; ray < kBounceRays; ++ray) {
-          const Vector3d direction = bounce_direction(ray, turn, at.normal);
-          const Hit hit = scene_.intersect(Ray{at.position, direction});
-          if (hit.facet < 0) continue;
-          const Facet& from = facets.facets[static_cast<std::size_t>(hit.facet)];
-          const Surface& surface = facets.surfaces[static_cast<std::size_t>(from.surface)];
-          if (surface.pattern == Pattern::kLamp) continue;  // counted as a light
-          // A back face: the point is inside a solid.
-          if (!from.two_sided && from.normal.dot(direction) > 0.0) continue;
-          sum += reflectance[static_cast<std::size_t>(from.surface)].cwiseProduct(interpolate(hit));
-        }
-        bounced[index] = sum / kBounceRays;
-      }
+  for_each_point(facets, [&](std::size_t index, const GridPoint& at) {
+    const double turn = uniform_from_bits(hash_bits(index));
+    std::array<Ray, kBounceRays> rays;
+    std::array<Hit, kBounceRays> hits;
+    for (int i = 0; i < kBounceRays; ++i) {
+      rays[static_cast<std::size_t>(i)] = {at.position, bounce_direction(i, turn, at.normal)};
     }
+    scene_.intersect(rays, hits);
+    Color sum = Color::Zero();
+    for (std::size_t i = 0; i < kBounceRays; ++i) {
+      if (hits[i].facet < 0) continue;
+      const Facet& from = facets.facets[static_cast<std::size_t>(hits[i].facet)];
+      const auto surface = static_cast<std::size_t>(from.surface);
+      if (facets.surfaces[surface].pattern == Pattern::kLamp) continue;  // counted as a light
+      // A back face: the point is inside a solid.
+      if (!from.two_sided && from.normal.dot(rays[i].direction) > 0.0) continue;
+      sum += reflectance[surface].cwiseProduct(interpolate(hits[i]));
+    }
+    bounced[index] = sum / kBounceRays;
   });
   for (std::size_t i = 0; i < light_.size(); ++i) light_[i] += bounced[i];
 }
@@ -247,4 +251,4 @@ Color LightMap::at(const Hit& hit, const Vector3d& point, const Vector3d& normal
   return light;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "simulator/room/shapes.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 using Eigen::Vector3d;
@@ -88,4 +88,4 @@ Facets read_mesh(const std::filesystem::path& file) {
   return mesh;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

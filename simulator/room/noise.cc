@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 // Odd constants that propagate changes of x, y or the seed into all upper bits.
@@ -73,4 +73,4 @@ float soft_stripe(float x, float half_width, float footprint) {
   return soft_step(x + half_width, footprint) - soft_step(x - half_width, footprint);
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

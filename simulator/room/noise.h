@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // Value noise: smooth, in [-1, 1], with an independent value at every integer position.
 float value_noise(float x, float y, std::uint32_t seed);
@@ -31,4 +31,4 @@ float soft_step(float x, float footprint);
 // it, so that thin gaps do not alias in the distance.
 float soft_stripe(float x, float half_width, float footprint);
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -7,23 +7,8 @@
 #include "simulator/room/hash_random.h"
 #include "simulator/room/surface.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
-
-TEST(HashRandomTest, UniformAndNormalNumbersHaveTheirMoments) {
-  HashRandom random(11);
-  constexpr int kCount = 200000;
-  double sum = 0.0, normal_sum = 0.0, normal_squares = 0.0;
-  for (int i = 0; i < kCount; ++i) {
-    sum += random.uniform();
-    const double normal = random.normal();
-    normal_sum += normal;
-    normal_squares += normal * normal;
-  }
-  EXPECT_NEAR(sum / kCount, 0.5, 0.003);
-  EXPECT_NEAR(normal_sum / kCount, 0.0, 0.01);
-  EXPECT_NEAR(normal_squares / kCount, 1.0, 0.015);
-}
 
 TEST(HashRandomTest, BranchesDoNotDependOnPreviousDraws) {
   HashRandom a(1), b(1);
@@ -36,15 +21,6 @@ TEST(HashRandomTest, BranchesDoNotDependOnPreviousDraws) {
 TEST(HashRandomTest, HashIsSplitMix64) {
   EXPECT_EQ(hash_bits(0), 0xe220a8397b1dcdafULL);
   EXPECT_EQ(hash_bits(0x9e3779b97f4a7c15ULL), 0x6e789e6aa1b965f4ULL);
-}
-
-TEST(NoiseTest, IsContinuousAcrossLatticeLinesAndDiffersBySeed) {
-  for (int i = -5; i < 5; ++i) {
-    const auto x = static_cast<float>(i);
-    EXPECT_NEAR(value_noise(x - 1e-4F, 0.3F, 1), value_noise(x + 1e-4F, 0.3F, 1), 1e-3F);
-    EXPECT_NEAR(value_noise(0.3F, x - 1e-4F, 1), value_noise(0.3F, x + 1e-4F, 1), 1e-3F);
-  }
-  EXPECT_NE(value_noise(0.4F, 0.6F, 1), value_noise(0.4F, 0.6F, 2));
 }
 
 TEST(NoiseTest, OctavesBeyondTheNyquistLimitFadeOut) {
@@ -92,18 +68,5 @@ TEST(SurfaceTest, ReflectancesArePositiveAndBounded) {
   }
 }
 
-TEST(SurfaceTest, WallpaperRepeatsExactly) {
-  Surface paper;
-  paper.pattern = Pattern::kWallpaper;
-  paper.accent = Color(0.1F, 0.2F, 0.3F);
-  paper.period = 0.25F;
-  for (int i = 0; i < 100; ++i) {
-    const Eigen::Vector2f at(0.0173F * static_cast<float>(i), 0.031F * static_cast<float>(i));
-    const Color here = albedo_at(paper, at, 0.002F);
-    EXPECT_LT((albedo_at(paper, at + Eigen::Vector2f(0.5F, 0), 0.002F) - here).norm(), 1e-3F);
-    EXPECT_LT((albedo_at(paper, at + Eigen::Vector2f(0, 0.5F), 0.002F) - here).norm(), 1e-3F);
-  }
-}
-
 }  // namespace
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

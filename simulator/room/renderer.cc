@@ -1,15 +1,21 @@
-#include "simulator/room/renderer.h"
+// The picture of a virtual room, with adaptive supersampling.
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <memory>
+#include <numeric>
+#include <optional>
 #include <vector>
 
 #include "core/base/parallel.h"
 #include "core/panorama/srgb.h"
+#include "simulator/room/bodies.h"
 #include "simulator/room/hash_random.h"
+#include "simulator/room/virtual_room.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 // A pixel is divided into 4 x 4 strata of 4 x 4 parts each. The first four rays sample one stratum
@@ -20,7 +26,6 @@ constexpr float kTolerance_levels = 10.0F;  // larger differences of the first r
 // Light is clamped to this level, which is white. Otherwise edges of overexposed objects would be
 // aliased, as a small share of very bright light makes a whole pixel white.
 constexpr float kWhite = 1.3F;
-constexpr int kTile = 64;  // pixels traced together
 
 constexpr double kKnee = 0.8;
 constexpr double kBrightest = 16.0;  // above it every level rounds to 255
@@ -34,13 +39,12 @@ double soft_highlight(double light) {
 
 // Lookup table over the square root of light, which is nearly perceptually uniform and so needs few
 // entries.
-std::array<float, kTableSize + 1> make_table(Highlights highlights) {
+std::array<float, kTableSize + 1> make_table(bool clip) {
   std::array<float, kTableSize + 1> table{};
   for (int i = 0; i <= kTableSize; ++i) {
     const double root = std::sqrt(kBrightest) * i / kTableSize;
     table[static_cast<std::size_t>(i)] = static_cast<float>(
-        srgb_level_from_linear(highlights == Highlights::kSoft ? soft_highlight(root * root)
-                                                               : std::min(root * root, 1.0)));
+        srgb_level_from_linear(clip ? std::min(root * root, 1.0) : soft_highlight(root * root)));
   }
   return table;
 }
@@ -61,34 +65,25 @@ Stratum stratum(int number, std::uint64_t hash) {
 
 class PictureRenderer {
  public:
-  PictureRenderer(const RoomScene& scene, const PixelRays& camera, const CameraPose& pose,
-                  const Film& film, const Bodies* bodies)
-      : scene_(scene),
-        film_(film),
+  PictureRenderer(const VirtualRoom& room, const PixelRays& camera, const CameraPose& pose,
+                  const Bodies* bodies)
+      : room_(room),
+        light_(room.settings().light),
         bodies_(bodies),
         camera_(camera),
         origin_(pose.position_m),
         world_from_camera_(world_from_camera(pose.attitude)) {}
 
-  void render_row(int row, Sampling sampling, cv::Vec3b* pixels) const {
-    for (int begin = 0; begin < camera_.width(); begin += kTile) {
-      const int end = std::min(begin + kTile, camera_.width());
-      std::array<Pixel, kTile> tile{};
-      std::vector<int> all;
-      for (int column = begin; column < end; ++column) all.push_back(column - begin);
-      if (sampling == Sampling::kDraft) {
-        trace(row, begin, all, 0, 1, &tile);
-      } else {
-        trace(row, begin, all, 0, kFirst, &tile);
-        std::erase_if(all, [&](int i) {
-          return tile[static_cast<std::size_t>(i)].contrast() <= kTolerance_levels;
-        });
-        trace(row, begin, all, kFirst, kStrata, &tile);
-      }
-      for (int column = begin; column < end; ++column) {
-        pixels[column] = tile[static_cast<std::size_t>(column - begin)].rounded(film_.highlights);
-      }
-    }
+  void render_row(int row, cv::Vec3b* out) const {
+    std::vector<Pixel> pixels(static_cast<std::size_t>(camera_.width()));
+    std::vector<int> columns(pixels.size());
+    std::iota(columns.begin(), columns.end(), 0);
+    trace(row, columns, 0, kFirst, &pixels);
+    std::erase_if(columns, [&](int column) {
+      return pixels[static_cast<std::size_t>(column)].contrast() <= kTolerance_levels;
+    });
+    trace(row, columns, kFirst, kStrata, &pixels);
+    for (const Pixel& pixel : pixels) *out++ = pixel.rounded(light_.clip);
   }
 
  private:
@@ -99,55 +94,50 @@ class PictureRenderer {
     Color lowest{255, 255, 255};  // levels
     Color highest{0, 0, 0};
 
-    void add(const Color& seen, const Film& film) {
-      const bool soft = film.highlights == Highlights::kSoft;
-      const Color light = (film.exposure * seen).cwiseMin(soft ? kWhite : 1.0F);
+    void add(const Color& seen, const LightSettings& settings) {
+      const Color light =
+          (static_cast<float>(settings.exposure) * seen).cwiseMin(settings.clip ? 1.0F : kWhite);
       sum += light;
       ++rays;
       const Color level =
-          light.unaryExpr([&](float part) { return level_from_light(part, film.highlights); });
+          light.unaryExpr([&](float part) { return level_from_light(part, settings.clip); });
       lowest = lowest.cwiseMin(level);
       highest = highest.cwiseMax(level);
     }
     float contrast() const { return (highest - lowest).maxCoeff(); }
     // Averages linear light, as a sensor does.
-    cv::Vec3b rounded(Highlights highlights) const {
+    cv::Vec3b rounded(bool clip) const {
       const Color mean = sum / static_cast<float>(std::max(rays, 1));
       const auto level = [&](int channel) {
-        return static_cast<unsigned char>(std::lround(level_from_light(mean[channel], highlights)));
+        return static_cast<unsigned char>(std::lround(level_from_light(mean[channel], clip)));
       };
       return {level(2), level(1), level(0)};
     }
   };
 
-  // Adds rays first..last-1 of the given pixels of a tile.
-  void trace(int row, int begin, const std::vector<int>& pixels, int first, int last,
-             std::array<Pixel, kTile>* tile) const {
-    // Reused across tiles.
-    thread_local std::vector<Ray> rays;
-    thread_local std::vector<int> owners;
-    thread_local std::vector<Color> lights;
-    rays.clear();
-    owners.clear();
-    for (const int i : pixels) {
-      const int column = begin + i;
+  // Adds rays first..last-1 of the given columns' pixels.
+  void trace(int row, const std::vector<int>& columns, int first, int last,
+             std::vector<Pixel>* pixels) const {
+    std::vector<Ray> rays;
+    std::vector<Pixel*> owners;
+    rays.reserve(columns.size() * static_cast<std::size_t>(last - first));
+    owners.reserve(rays.capacity());
+    for (const int column : columns) {
+      Pixel* pixel = &(*pixels)[static_cast<std::size_t>(column)];
       const std::uint64_t hash =
           hash_bits(static_cast<std::uint64_t>(row), static_cast<std::uint64_t>(column));
       for (int number = first; number < last; ++number) {
-        const std::optional<CameraRay> ray = ray_of(row, column, number, hash);
-        if (ray) {
+        if (const std::optional<CameraRay> ray = ray_of(row, column, number, hash)) {
           rays.push_back(in_room(*ray));
-          owners.push_back(i);
+          owners.push_back(pixel);
         } else {
-          (*tile)[static_cast<std::size_t>(i)].add(Color::Zero(), film_);
+          pixel->add(Color::Zero(), light_);
         }
       }
     }
-    lights.resize(rays.size());
-    scene_.look(rays, camera_.pixel_rad(), lights, bodies_);
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      (*tile)[static_cast<std::size_t>(owners[i])].add(lights[i], film_);
-    }
+    std::vector<Color> lights(rays.size());
+    room_.look(rays, camera_.pixel_rad(), lights, bodies_);
+    for (std::size_t i = 0; i < rays.size(); ++i) owners[i]->add(lights[i], light_);
   }
 
   std::optional<CameraRay> ray_of(int row, int column, int number, std::uint64_t hash) const {
@@ -163,8 +153,8 @@ class PictureRenderer {
     return {origin_ + world_from_camera_ * ray.origin_m, world_from_camera_ * ray.direction};
   }
 
-  const RoomScene& scene_;
-  Film film_;
+  const VirtualRoom& room_;
+  const LightSettings& light_;
   const Bodies* bodies_;
   const PixelRays& camera_;
   Eigen::Vector3d origin_;
@@ -173,10 +163,10 @@ class PictureRenderer {
 
 }  // namespace
 
-float level_from_light(float light, Highlights highlights) {
-  static const std::array<float, kTableSize + 1> soft = make_table(Highlights::kSoft);
-  static const std::array<float, kTableSize + 1> clipped = make_table(Highlights::kClipped);
-  const auto& table = highlights == Highlights::kSoft ? soft : clipped;
+float level_from_light(float light, bool clip) {
+  static const std::array<float, kTableSize + 1> soft = make_table(false);
+  static const std::array<float, kTableSize + 1> clipped = make_table(true);
+  const auto& table = clip ? clipped : soft;
   const float root = std::sqrt(std::clamp(light, 0.0F, static_cast<float>(kBrightest))) *
                      (static_cast<float>(kTableSize) / std::sqrt(static_cast<float>(kBrightest)));
   const int index = std::min(static_cast<int>(root), kTableSize - 1);
@@ -184,16 +174,16 @@ float level_from_light(float light, Highlights highlights) {
   return table[entry] + (root - static_cast<float>(index)) * (table[entry + 1] - table[entry]);
 }
 
-cv::Mat render_picture(const RoomScene& scene, const PixelRays& camera, const CameraPose& pose,
-                       Sampling sampling, const Film& film, const Bodies* bodies) {
-  const PictureRenderer renderer(scene, camera, pose, film, bodies);
+cv::Mat VirtualRoom::render(const PixelRays& camera, const CameraPose& pose,
+                            const RenderOptions& options) const {
+  require_free(pose.position_m);
+  const std::unique_ptr<const Bodies> bodies = bodies_of(options, in_scene(pose));
+  const PictureRenderer renderer(*this, camera, in_scene(pose), bodies.get());
   cv::Mat picture(camera.height(), camera.width(), CV_8UC3);
   parallel_for(0, picture.rows, 4, [&](int begin, int end) {
-    for (int row = begin; row < end; ++row) {
-      renderer.render_row(row, sampling, picture.ptr<cv::Vec3b>(row));
-    }
+    for (int row = begin; row < end; ++row) renderer.render_row(row, picture.ptr<cv::Vec3b>(row));
   });
   return picture;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 constexpr double kFarthest_m = 10000.0;
@@ -68,4 +68,4 @@ VirtualRoomSettings read_virtual_room_settings(const std::filesystem::path& file
   return settings;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

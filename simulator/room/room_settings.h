@@ -8,7 +8,7 @@
 
 #include "core/files/settings.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 struct SceneSettings {
   std::filesystem::path file = "room";  // or the name of one in configs/scenes
@@ -94,4 +94,4 @@ void require_valid(const VirtualRoomSettings& settings, const std::string& sourc
 // Reads the file. Throws UsageError as SettingsSchema and require_valid do.
 VirtualRoomSettings read_virtual_room_settings(const std::filesystem::path& file);
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -3,11 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sstream>
+#include <string>
+
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 using ::testing::HasSubstr;
@@ -35,30 +38,12 @@ TEST(RoomSettingsTest, ShippedFileHoldsEveryKeyWithItsDefault) {
   const VirtualRoomSettings shipped =
       read_virtual_room_settings(RAYWALK_CONFIGS "/virtual-room.yaml");
   EXPECT_EQ(shipped, VirtualRoomSettings{});
-  for (const char* key : {"seed",
-                          "file",
-                          "x_m",
-                          "y_m",
-                          "z_m",
-                          "cell_side_m",
-                          "cells_x",
-                          "cells_z",
-                          "spacing_mm",
-                          "overhang_share",
-                          "shared_crossings",
-                          "exposure",
-                          "source_gain",
-                          "clip",
-                          "noise_levels",
-                          "shot_noise",
-                          "gain_spread",
-                          "position_jitter_mm",
-                          "attitude_jitter_deg",
-                          "width_px",
-                          "format",
-                          "jpeg_quality",
-                          "jpeg_colour"}) {
-    EXPECT_THAT(yaml, HasSubstr(std::string(key) + ": ")) << key;
+  std::istringstream keys(
+      "seed file x_m y_m z_m cell_side_m cells_x cells_z spacing_mm overhang_share "
+      "shared_crossings exposure source_gain clip noise_levels shot_noise gain_spread "
+      "position_jitter_mm attitude_jitter_deg width_px format jpeg_quality jpeg_colour");
+  for (std::string key; keys >> key;) {
+    EXPECT_THAT(yaml, HasSubstr(key + ": ")) << key;
   }
 }
 
@@ -105,4 +90,4 @@ TEST(RoomSettingsTest, KeysCanBePartOfALargerFile) {
 }
 
 }  // namespace
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -6,11 +6,12 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/base/median.h"
 #include "simulator/room/hash_random.h"
 #include "simulator/room/virtual_room.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 using Eigen::Vector3d;
@@ -132,29 +133,31 @@ TEST_F(RoomViewsTest, FisheyeAndPanoramaShowTheSameInEveryDirection) {
   EXPECT_EQ(frame.at<cv::Vec3b>(383, 767), cv::Vec3b(0, 0, 0));
 }
 
-TEST_F(RoomViewsTest, AttitudeTurnsThePicture) {
-  // A quarter turn shifts the panorama by a quarter of its width.
-  const cv::Mat ahead = room_->render(PanoramaRays(kViewSize), {});
-  const cv::Mat turned = room_->render(PanoramaRays(kViewSize), {{0, 0, 0}, {kHalfPi, 0, 0}});
-  std::vector<double> found;
-  for (int v = 0; v < kViewSize.height; ++v) {
-    for (int u = 0; u < kViewSize.width; ++u) {
-      const int from = (u + kViewSize.width / 4) % kViewSize.width;
-      found.push_back(mean_difference(cv::Vec3d(turned.at<cv::Vec3b>(v, u)),
-                                      cv::Vec3d(ahead.at<cv::Vec3b>(v, from))));
-    }
-  }
-  EXPECT_LT(median(found), 2.0);
+TEST(DualFisheyeTest, BackLensLooksBackFromItsPosition) {
+  DualFisheyeLayout layout = simple_dual_fisheye({400, 200});
+  layout.back_position_m = {0, 0, -0.02};
+  const DualFisheyeRays rays(layout, {400, 200});
+  // Parts 7 and 8 of 16 are on either side of a pixel's centre; the image centre is between two
+  // pixels.
+  const auto front = rays.at_part(100 * kPixelParts, 100 * kPixelParts);
+  const auto back = rays.at_part(300 * kPixelParts, 100 * kPixelParts);
+  ASSERT_TRUE(front && back);
+  EXPECT_GT(front->direction.z(), 0.9999);
+  EXPECT_LT(back->direction.z(), -0.9999);
+  EXPECT_EQ(front->origin_m, Vector3d(0, 0, 0));
+  EXPECT_EQ(back->origin_m, Vector3d(0, 0, -0.02));
+  // To the right in the back lens's image is the camera's left.
+  EXPECT_LT(rays.at_part(350 * kPixelParts, 100 * kPixelParts)->direction.x(), -0.5);
+  EXPECT_FALSE(rays.at_part(0, 0));
 }
 
-TEST_F(RoomViewsTest, DraftIsAnUnbiasedEstimateOfTheFinePicture) {
-  const cv::Mat fine = room_->render(PanoramaRays(kViewSize), {});
-  const cv::Mat draft = room_->render(PanoramaRays(kViewSize), {}, {.sampling = Sampling::kDraft});
-  const cv::Scalar fine_mean = cv::mean(fine), draft_mean = cv::mean(draft);
-  for (int channel = 0; channel < 3; ++channel) {
-    EXPECT_NEAR(fine_mean[channel], draft_mean[channel], 1.0);
-  }
+TEST(DualFisheyeTest, NonMonotonicAndNonFiniteLensesAreRefused) {
+  DualFisheyeLayout layout = simple_dual_fisheye({400, 200});
+  layout.back.k = {-0.3, 0, 0, 0};
+  EXPECT_THROW(DualFisheyeRays(layout, {400, 200}), Error);
+  layout.back.k = {0, std::nan(""), 0, 0};
+  EXPECT_THROW(DualFisheyeRays(layout, {400, 200}), Error);
 }
 
 }  // namespace
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

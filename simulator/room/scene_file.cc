@@ -16,7 +16,7 @@
 #include "core/geometry/sphere.h"
 #include "simulator/room/mesh_file.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 namespace fs = std::filesystem;
@@ -453,4 +453,4 @@ Scene parse_scene(const std::string& yaml, const std::string& source, const fs::
   return reader.finished(source);
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -7,11 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "simulator/room/facets.h"
-#include "simulator/room/light_sources.h"
+#include "simulator/room/light_map.h"
 #include "simulator/room/shapes.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // An object that is elsewhere at every station: it walks round a loop, facing where it goes.
 struct MovingObject {
@@ -41,4 +40,4 @@ Scene read_scene(const std::filesystem::path& file);
 Scene parse_scene(const std::string& yaml, const std::string& source,
                   const std::filesystem::path& folder = {});
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -11,7 +11,7 @@
 #include "core/files/shipped_configs.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 using Eigen::Vector3d;
@@ -184,4 +184,4 @@ TEST(SceneFileTest, ShippedScenesAreValid) {
 }
 
 }  // namespace
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -7,9 +7,10 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/panorama/srgb.h"
+#include "simulator/room/cameras.h"
 #include "simulator/room/hash_random.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 // Maps each level to its level under a gain, not rounded.
@@ -32,6 +33,15 @@ class Exposure {
   std::array<double, 256> linear_{};
   std::array<double, 256> levels_{};
 };
+
+double falloff(const FisheyeLens& lens, PixelPosition pixel, double vignetting) {
+  const auto direction = unproject(lens, pixel);
+  if (!direction) return 1.0;
+  const double off_axis = std::hypot(direction->x(), direction->y());
+  const double share = std::atan2(off_axis, direction->z()) / lens.largest_angle_rad;
+  const double square = share * share;
+  return 1.0 - vignetting * 0.5 * (square + square * square);
+}
 
 }  // namespace
 
@@ -70,4 +80,22 @@ cv::Mat apply_sensor(const cv::Mat& image, const SensorSettings& sensor, double 
   return out;
 }
 
-}  // namespace raywalk::capture
+cv::Mat lens_light(const DualFisheyeLayout& layout, PanoramaSize frame,
+                   const LensLightSettings& settings) {
+  const double back_gain = std::exp2(settings.lens_gain_ev);
+  cv::Mat light(frame.height, frame.width, CV_32FC1);
+  parallel_for(0, frame.height, 8, [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      for (int u = 0; u < frame.width; ++u) {
+        const PixelPosition pixel{static_cast<double>(u), static_cast<double>(v)};
+        const double factor = belongs_to_front(layout, pixel)
+                                  ? falloff(layout.front, pixel, settings.vignetting)
+                                  : back_gain * falloff(layout.back, pixel, settings.vignetting);
+        light.at<float>(v, u) = static_cast<float>(factor);
+      }
+    }
+  });
+  return light;
+}
+
+}  // namespace raywalk::simulator

@@ -1,12 +1,13 @@
-// Camera sensor model: gain, clipping and noise.
+// Camera model behind the rays: illumination by the lenses, gain, clipping and noise.
 #pragma once
 
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
 
+#include "core/geometry/fisheye_lens.h"
 #include "simulator/room/room_settings.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // The picture (CV_8UC3, sRGB) exposed with a relative `gain` and read out with noise. The gain
 // multiplies linear light, which is clipped at white. The noise is normally distributed and
@@ -17,4 +18,19 @@ namespace raywalk::capture {
 cv::Mat apply_sensor(const cv::Mat& image, const SensorSettings& sensor, double gain,
                      std::uint64_t key, const cv::Mat& light = {});
 
-}  // namespace raywalk::capture
+// Vignetting and different exposure of the two lenses of a dual-fisheye frame.
+struct LensLightSettings {
+  double vignetting = 0.0;    // relative light loss at the rim, 0 to 0.9
+  double lens_gain_ev = 0.0;  // exposure of the back lens relative to the front one
+
+  bool operator==(const LensLightSettings&) const = default;
+};
+
+// CV_32FC1, the factor of each pixel's linear light; 1 on the front lens's axis and outside the
+// circles. With t the angle from a lens's axis, T that of its rim and s = (t / T)^2, it is
+// 1 - vignetting (s + s^2) / 2: a polynomial up to the fourth power of the angle, as the series of
+// the cos^4 law begins. The lenses are such as DualFisheyeRays takes.
+cv::Mat lens_light(const DualFisheyeLayout& layout, PanoramaSize frame,
+                   const LensLightSettings& settings);
+
+}  // namespace raywalk::simulator

@@ -8,9 +8,9 @@
 
 #include "core/base/error.h"
 #include "core/panorama/srgb.h"
-#include "simulator/room/renderer.h"
+#include "simulator/room/virtual_room.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 cv::Mat grey(int level) { return cv::Mat(200, 300, CV_8UC3, cv::Scalar::all(level)); }
@@ -85,16 +85,6 @@ TEST(SensorTest, LightOfEachPixelMultipliesItsGain) {
   EXPECT_THROW(apply_sensor(grey(200), {}, 1.0, 1, light.rowRange(0, 100)), Error);
 }
 
-TEST(SensorTest, KeyChoosesTheNoise) {
-  SensorSettings sensor;
-  sensor.noise_levels = 4.0;
-  const cv::Mat first = apply_sensor(grey(90), sensor, 1.0, 1);
-  const cv::Mat again = apply_sensor(grey(90), sensor, 1.0, 1);
-  const cv::Mat other = apply_sensor(grey(90), sensor, 1.0, 2);
-  EXPECT_EQ(cv::norm(first, again, cv::NORM_INF), 0.0);
-  EXPECT_GT(cv::norm(first, other, cv::NORM_L2) / std::sqrt(first.total() * 3.0), 4.0);
-}
-
 TEST(SensorTest, GainMultipliesLightAndClipsAtWhite) {
   for (const int level : {20, 100, 150}) {
     const double out = statistics_of(apply_sensor(grey(level), {}, 1.5, 1)).mean;
@@ -124,5 +114,35 @@ TEST(ToneTest, CurveRisesBendsAtHighlightsAndInverts) {
   }
 }
 
+constexpr PanoramaSize kFrame{404, 202};
+
+// Both lenses' axes go through the centre of a pixel.
+DualFisheyeLayout layout() {
+  DualFisheyeLayout layout = simple_dual_fisheye(kFrame);
+  layout.front.centre = {100.0, 100.0};
+  layout.back.centre = {302.0, 100.0};
+  return layout;
+}
+
+float at_angle(const cv::Mat& light, const FisheyeLens& lens, double share_of_rim) {
+  const double t = share_of_rim * lens.largest_angle_rad;
+  const PixelPosition pixel = *project(lens, {std::sin(t), 0.0, std::cos(t)});
+  return light.at<float>(cvRound(pixel.v), cvRound(pixel.u));
+}
+
+TEST(LensLightTest, VignettingIncreasesTowardsTheRim) {
+  const auto lenses = layout();
+  const cv::Mat light = lens_light(lenses, kFrame, {0.4, 0.0});
+  for (const FisheyeLens& lens : {lenses.front, lenses.back}) {
+    EXPECT_FLOAT_EQ(at_angle(light, lens, 0.0), 1.0F);
+    EXPECT_NEAR(at_angle(light, lens, 0.5), 1.0 - 0.4 * 0.5 * (0.25 + 0.0625), 0.004);
+    EXPECT_NEAR(at_angle(light, lens, 0.99), 0.6, 0.02);
+    for (int tenths = 1; tenths < 10; ++tenths) {
+      EXPECT_LT(at_angle(light, lens, 0.1 * tenths), at_angle(light, lens, 0.1 * (tenths - 1)));
+    }
+  }
+  EXPECT_EQ(light.at<float>(0, 0), 1.0F);
+}
+
 }  // namespace
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

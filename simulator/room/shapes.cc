@@ -6,7 +6,7 @@
 
 #include "core/geometry/sphere.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 using Eigen::Vector3d;
@@ -189,4 +189,4 @@ void add_globe(const Vector3d& centre, double radius, double half_height, int su
   }
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

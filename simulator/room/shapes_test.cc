@@ -9,7 +9,7 @@
 #include "simulator/room/embree_scene.h"
 #include "simulator/room/hash_random.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 using Eigen::Vector3d;
@@ -114,4 +114,4 @@ TEST(PlacementTest, RotatesAsAttitudesDo) {
 }
 
 }  // namespace
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

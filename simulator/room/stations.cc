@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "simulator/room/hash_random.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 constexpr int kStationsPerCell = 40;  // default spacing
@@ -94,4 +94,4 @@ std::vector<RoomStation> room_stations(const VirtualRoomSettings& settings) {
   return stations;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

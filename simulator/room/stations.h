@@ -10,7 +10,7 @@
 #include "simulator/room/cameras.h"
 #include "simulator/room/room_settings.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 // One run of the slider; metres, from the middle of the grid.
 struct PlannedLine {
@@ -44,4 +44,4 @@ struct RoomStation {
 // the gain is clamped to a factor of 4.
 std::vector<RoomStation> room_stations(const VirtualRoomSettings& settings);
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

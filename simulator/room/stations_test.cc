@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/geometry/line_gaps.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 // The detection of lines and cells used for rooms finds the planned ones, with the same names.
@@ -103,16 +103,5 @@ TEST(RoomStationsTest, JitterAndGainHaveTheGivenDeviation) {
   EXPECT_NEAR(mean_gain, 1.0, 0.003);
 }
 
-TEST(RoomStationsTest, SeedChoosesTheJitter) {
-  VirtualRoomSettings settings;
-  settings.pose.position_jitter_mm = 1.0;
-  const auto first = room_stations(settings), again = room_stations(settings);
-  settings.seed = 2;
-  const auto other = room_stations(settings);
-  EXPECT_EQ(first[5].true_pose.position_m, again[5].true_pose.position_m);
-  EXPECT_NE(first[5].true_pose.position_m, other[5].true_pose.position_m);
-  EXPECT_NE(first[5].noise_key, first[6].noise_key);
-}
-
 }  // namespace
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

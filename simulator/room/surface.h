@@ -4,12 +4,35 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
+#include <opencv2/core/mat.hpp>
+#include <vector>
 
-#include "simulator/room/color.h"
-#include "simulator/room/texture.h"
+namespace raywalk::simulator {
 
-namespace raywalk::capture {
+// Light and reflectance in linear RGB.
+using Color = Eigen::Vector3f;
+
+// Linear interpolation: `a` at share 0, `b` at share 1.
+inline Color mix(const Color& a, const Color& b, float share) { return a + share * (b - a); }
+
+// Relative luminance of linear sRGB primaries (ITU-R BT.709).
+inline float luminance(const Color& color) { return color.dot(Color(0.2126F, 0.7152F, 0.0722F)); }
+
+// A picture file on a surface.
+class Texture {
+ public:
+  // Throws Error if the file cannot be read as a picture.
+  explicit Texture(const std::filesystem::path& file);
+
+  // The reflectance at `at`, where the picture lies between (0, 0), its lower left corner, and
+  // (1, 1), and repeats beyond; averaged over a square of the side `footprint`.
+  Color at(const Eigen::Vector2f& at, float footprint) const;
+
+ private:
+  std::vector<cv::Mat> levels_;  // CV_32FC3, BGR, linear; each half as wide as the one before
+};
 
 enum class Pattern {
   kPlain,      // uniform paint
@@ -59,4 +82,8 @@ Color albedo_at(const Surface& surface, const Eigen::Vector2f& at, float footpri
 // The mean of albedo_at over the surface, for the light that it scatters.
 Color mean_albedo(const Surface& surface);
 
-}  // namespace raywalk::capture
+// Light of the sky in a unit direction of the world frame (sphere.h), relative to white: a gradient
+// with clouds, a bright haze at the horizon, hills below. `pixel_rad` is the angular pixel size.
+Color sky_light(const Eigen::Vector3d& direction, float pixel_rad, std::uint32_t seed);
+
+}  // namespace raywalk::simulator

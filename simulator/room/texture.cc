@@ -1,13 +1,12 @@
-#include "simulator/room/texture.h"
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "core/files/image_file.h"
 #include "core/panorama/srgb.h"
+#include "simulator/room/surface.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 cv::Mat linear_picture(const cv::Mat& levels) {
@@ -51,4 +50,4 @@ Color Texture::at(const Eigen::Vector2f& at, float footprint) const {
   return mix(mix(pixel(0, 0), pixel(1, 0), fx), mix(pixel(0, 1), pixel(1, 1), fx), fy);
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -10,8 +10,9 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/files/shipped_configs.h"
+#include "simulator/room/bodies.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 using Eigen::Vector3d;
@@ -67,10 +68,12 @@ VirtualRoom::VirtualRoom(const VirtualRoomSettings& settings)
 
 VirtualRoom::VirtualRoom(const VirtualRoomSettings& settings, Scene scene)
     : settings_(settings),
-      film_{static_cast<float>(settings.light.exposure),
-            settings.light.clip ? Highlights::kClipped : Highlights::kSoft},
-      scene_(std::make_unique<const RoomScene>(std::move(scene), settings.light.source_gain)),
-      extent_(extent_of(scene_->scene().room, settings.scene.middle_m)) {}
+      scene_(std::move(scene)),
+      solids_(scene_.room.facets),
+      light_map_(scene_.room, solids_, scene_.lights),
+      extent_(extent_of(scene_.room, settings.scene.middle_m)) {
+  if (!scene_.glass.empty()) glass_.emplace(scene_.glass);
+}
 
 CameraPose VirtualRoom::in_scene(const CameraPose& pose) const {
   return {pose.position_m + settings_.scene.middle_m, pose.attitude};
@@ -86,7 +89,7 @@ void VirtualRoom::require_free(const Vector3d& position_m) const {
   const bool is_within = (position_m.array() > extent_.min_m.array()).all() &&
                          (position_m.array() < extent_.max_m.array()).all();
   if (!is_within) refuse("is outside the room");
-  if (scene_->is_inside_solid(position_m + settings_.scene.middle_m)) {
+  if (is_inside_solid(position_m + settings_.scene.middle_m)) {
     refuse("is inside furniture; move it, or the grid (scene.x_m, y_m and z_m)");
   }
 }
@@ -101,7 +104,7 @@ bool VirtualRoom::is_free(const Vector3d& position_m, double around_m) const {
   for (int i = 0; i < kLooks; ++i) {
     const Vector3d level = direction_from_angles({kTwoPi * i / kLooks - kPi, 0.0});
     const Ray ray{position_m + settings_.scene.middle_m, level};
-    if (scene_->geometry().occluded(ray, around_m)) return false;
+    if (solids_.occluded(ray, around_m)) return false;
   }
   return true;
 }
@@ -110,10 +113,9 @@ std::unique_ptr<const Bodies> VirtualRoom::bodies_of(const RenderOptions& option
                                                      const CameraPose& pose) const {
   Facets bodies;
   if (options.station >= 0) {
-    for (const MovingObject& object : scene_->scene().moving) {
+    for (const MovingObject& object : scene_.moving) {
       const Placement place = object.at(options.station);
-      add_moved(object.facets, scene_->scene().room.surfaces, place.rotation(), place.origin,
-                &bodies);
+      add_moved(object.facets, scene_.room.surfaces, place.rotation(), place.origin, &bodies);
     }
   }
   const std::size_t moving = bodies.facets.size();
@@ -125,13 +127,6 @@ std::unique_ptr<const Bodies> VirtualRoom::bodies_of(const RenderOptions& option
                                : std::make_unique<const Bodies>(std::move(bodies), moving);
 }
 
-cv::Mat VirtualRoom::render(const PixelRays& camera, const CameraPose& pose,
-                            const RenderOptions& options) const {
-  require_free(pose.position_m);
-  const std::unique_ptr<const Bodies> bodies = bodies_of(options, in_scene(pose));
-  return render_picture(*scene_, camera, in_scene(pose), options.sampling, film_, bodies.get());
-}
-
 cv::Mat VirtualRoom::moving_mask(int station, const CameraPose& pose, PanoramaSize size) const {
   require_free(pose.position_m);
   cv::Mat mask(size.height, size.width, CV_8UC1, cv::Scalar(0));
@@ -140,7 +135,7 @@ cv::Mat VirtualRoom::moving_mask(int station, const CameraPose& pose, PanoramaSi
   for_each_row(in_scene(pose), size, [&](int v, const std::vector<Ray>& rays) {
     std::vector<double> distances(rays.size());
     std::vector<Hit> hits(rays.size());
-    scene_->measure(rays, distances);
+    measure(rays, distances);
     bodies->intersect(rays, hits);
     for (std::size_t u = 0; u < rays.size(); ++u) {
       const bool is_seen = hits[u].facet >= 0 && hits[u].distance < distances[u];
@@ -155,7 +150,7 @@ cv::Mat VirtualRoom::distance_map(const CameraPose& pose, PanoramaSize size) con
   cv::Mat map(size.height, size.width, CV_32FC1);
   for_each_row(in_scene(pose), size, [&](int v, const std::vector<Ray>& rays) {
     std::vector<double> distances(rays.size());
-    scene_->measure(rays, distances);
+    measure(rays, distances);
     for (int u = 0; u < size.width; ++u) {
       map.at<float>(v, u) = static_cast<float>(distances[static_cast<std::size_t>(u)]);
     }
@@ -163,4 +158,4 @@ cv::Mat VirtualRoom::distance_map(const CameraPose& pose, PanoramaSize size) con
   return map;
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

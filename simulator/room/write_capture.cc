@@ -14,10 +14,9 @@
 #include "core/files/output_folder.h"
 #include "simulator/room/sensor.h"
 #include "simulator/room/stations.h"
-#include "simulator/room/truth_files.h"
-#include "simulator/room/truth_viewpoints.h"
+#include "simulator/room/truth.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 namespace fs = std::filesystem;
@@ -164,4 +163,4 @@ std::string write_capture(const VirtualRoom& room, const CaptureOptions& options
   return CaptureWriter(room, options).write();
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

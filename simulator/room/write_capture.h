@@ -7,7 +7,7 @@
 
 #include "simulator/room/virtual_room.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 
 struct CaptureOptions {
   std::filesystem::path out;  // directory to create
@@ -38,4 +38,4 @@ struct CaptureOptions {
 // directory cannot be used, a camera is inside furniture or a file cannot be written; Interrupted.
 std::string write_capture(const VirtualRoom& room, const CaptureOptions& options);
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

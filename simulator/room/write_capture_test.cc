@@ -16,9 +16,9 @@
 #include "core/geometry/eye_circle.h"
 #include "simulator/room/sensor.h"
 #include "simulator/room/stations.h"
-#include "simulator/room/truth_files.h"
+#include "simulator/room/truth.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 namespace fs = std::filesystem;
@@ -176,12 +176,6 @@ TEST_F(WriteCaptureTest, TablesHoldNominalAndTruePoses) {
   }
 }
 
-TEST_F(WriteCaptureTest, CameraOutsideTheRoomLeavesNothing) {
-  write_file_atomically(directory_ / "views.csv", "name,x,z,y\nabove,0,0,100\n");
-  EXPECT_THROW(write_capture(*room_, {.out = out_, .views = directory_ / "views.csv"}), Error);
-  EXPECT_EQ(directory_.entries(), 1U) << "the table of views";
-}
-
 // 360 columns of one degree; a wall at 3 m.
 cv::Mat wall() { return cv::Mat(180, 360, CV_32FC1, cv::Scalar(3.0)); }
 
@@ -214,4 +208,4 @@ TEST(ThinStructuresTest, SlopesAreNotThin) {
 }
 
 }  // namespace
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

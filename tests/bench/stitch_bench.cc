@@ -142,11 +142,11 @@ struct Scene {
 const Scene& scene() {
   static const Scene made = [] {
     Scene fresh;
-    const capture::VirtualRoom room(capture::VirtualRoomSettings{});
-    const capture::CameraPose pose{{0.1, 0.0, 0.05}, {0.3, 0.1, 0.05}};
+    const simulator::VirtualRoom room(simulator::VirtualRoomSettings{});
+    const simulator::CameraPose pose{{0.1, 0.0, 0.05}, {0.3, 0.1, 0.05}};
     fresh.frame =
-        room.render(capture::DualFisheyeRays(fresh.camera.layout, fresh.camera.picture), pose);
-    fresh.truth = room.render(capture::PanoramaRays(kPanorama), pose);
+        room.render(simulator::DualFisheyeRays(fresh.camera.layout, fresh.camera.picture), pose);
+    fresh.truth = room.render(simulator::PanoramaRays(kPanorama), pose);
     return fresh;
   }();
   return made;

@@ -16,6 +16,7 @@
 namespace raywalk::capture {
 namespace {
 
+using namespace simulator;
 using ::testing::HasSubstr;
 
 // The serial line keeps real pauses between frames, which take real time.

@@ -86,29 +86,6 @@ TEST_F(VirtualRoomTest, SameSettingsGiveTheSameFiles) {
   EXPECT_EQ(same.exit_code, 0) << same.output;
 }
 
-TEST_F(VirtualRoomTest, TruePosesIncludeTheJitter) {
-  const CommandResult captured =
-      capture(std::string(kSmall) + "pose:\n  position_jitter_mm: 3\n  attitude_jitter_deg: 0.2\n",
-              "--truth-views 0 --every-distance 0");
-  ASSERT_EQ(captured.exit_code, 0) << captured.errors;
-  EXPECT_FALSE(fs::exists(out() / "gt.csv"));
-  const CsvTable nominal = CsvTable::read(out() / "poses.csv", {"file", "x", "y", "z", "line"}, {});
-  const CsvTable actual =
-      CsvTable::read(out() / "true_poses.csv", {"file", "x", "y", "z", "yaw", "pitch", "roll"}, {});
-  ASSERT_EQ(nominal.rows(), actual.rows());
-  double offset = 0.0, yaw = 0.0;
-  for (std::size_t row = 0; row < nominal.rows(); ++row) {
-    EXPECT_EQ(nominal.text(row, "file"), actual.text(row, "file"));
-    EXPECT_EQ(nominal.number(row, "y"), 0.0);
-    offset = std::max(offset, std::abs(actual.number(row, "x") - nominal.number(row, "x")));
-    yaw = std::max(yaw, std::abs(actual.number(row, "yaw")));
-  }
-  EXPECT_GT(offset, 0.001);
-  EXPECT_LT(offset, 0.02);
-  EXPECT_GT(yaw, 0.1);
-  EXPECT_LT(yaw, 2.0);
-}
-
 TEST_F(VirtualRoomTest, FormatViewsAndSceneAreApplied) {
   write_file_atomically(directory_ / "views.csv", "name,x,z\nhere,0.1,0.2\n");
   const std::string views = "--views " + (directory_ / "views.csv").string() + " --width 64";
@@ -145,14 +122,6 @@ TEST_F(VirtualRoomTest, JpegKeepsColorInFullResolution) {
   ASSERT_NE(frame, std::string::npos);
   EXPECT_EQ(jpeg[frame + 9], 3);      // components
   EXPECT_EQ(jpeg[frame + 11], 0x11);  // luma is sampled like chroma
-}
-
-TEST_F(VirtualRoomTest, HelpGivesAnExample) {
-  const CommandResult help = run_command(std::string(RAYWALK_SIMULATE) + " room --help");
-  EXPECT_EQ(help.exit_code, 0);
-  EXPECT_THAT(help.output, HasSubstr("Example:\n  raywalk-simulate room"));
-  EXPECT_THAT(run_command(std::string(RAYWALK_SIMULATE) + " --version").output,
-              HasSubstr("raywalk-simulate "));
 }
 
 TEST_F(VirtualRoomTest, WrongUsageIsExitCodeTwo) {

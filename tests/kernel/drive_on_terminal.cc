@@ -8,15 +8,16 @@
 #include "simulator/rig/drive_server.h"
 
 int main(int argc, char** argv) {
-  using namespace raywalk::capture;
+  using namespace raywalk::simulator;
   if (argc != 2) return 2;
   try {
-    const SystemClock clock;
+    const raywalk::capture::SystemClock clock;
     Faults faults(&clock);
     SimulatedDrive drive({}, &clock, &faults);
-    const DriveServer server({.serial_link = argv[1]},
-                             read_register_map(RAYWALK_CONFIGS "/sliders/generic.yaml"), &drive,
-                             &faults);
+    const DriveServer server(
+        {.serial_link = argv[1]},
+        raywalk::capture::read_register_map(RAYWALK_CONFIGS "/sliders/generic.yaml"), &drive,
+        &faults);
     std::puts("ready");
     std::fflush(stdout);
     while (true) pause();

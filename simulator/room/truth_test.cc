@@ -1,4 +1,4 @@
-#include "simulator/room/truth_viewpoints.h"
+#include "simulator/room/truth.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 using ::testing::HasSubstr;
@@ -107,4 +107,4 @@ TEST(TruthViewpointsTest, BadTablesAreRefusedByLine) {
 }
 
 }  // namespace
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator

@@ -1,4 +1,4 @@
-#include "simulator/room/room_scene.h"
+// The light along rays through a virtual room.
 
 #include <cmath>
 #include <limits>
@@ -6,9 +6,11 @@
 #include <vector>
 
 #include "core/geometry/sphere.h"
-#include "simulator/room/patterns.h"
+#include "simulator/room/bodies.h"
+#include "simulator/room/surface.h"
+#include "simulator/room/virtual_room.h"
 
-namespace raywalk::capture {
+namespace raywalk::simulator {
 namespace {
 
 using Eigen::Vector3d;
@@ -80,28 +82,20 @@ Color Bodies::light_of(const Ray& ray, const Hit& hit, double pixel_rad) const {
   return light * seen_albedo(seen, surface, ray, hit.distance, hit.distance * pixel_rad);
 }
 
-RoomScene::RoomScene(Scene scene, double source_gain)
-    : room_(std::move(scene)),
-      scene_(room_.room.facets),
-      source_gain_(static_cast<float>(source_gain)),
-      light_map_(room_.room, scene_, room_.lights) {
-  if (!room_.glass.empty()) glass_.emplace(room_.glass);
+const Facet& VirtualRoom::facet(const Hit& hit) const {
+  return scene_.room.facets[static_cast<std::size_t>(hit.facet)];
 }
 
-const Facet& RoomScene::facet(const Hit& hit) const {
-  return room_.room.facets[static_cast<std::size_t>(hit.facet)];
+const Surface& VirtualRoom::surface_of(const Facet& facet) const {
+  return scene_.room.surfaces[static_cast<std::size_t>(facet.surface)];
 }
 
-const Surface& RoomScene::surface_of(const Facet& facet) const {
-  return room_.room.surfaces[static_cast<std::size_t>(facet.surface)];
-}
-
-void RoomScene::look(std::span<const Ray> rays, double pixel_rad, std::span<Color> lights,
-                     const Bodies* bodies) const {
+void VirtualRoom::look(std::span<const Ray> rays, double pixel_rad, std::span<Color> lights,
+                       const Bodies* bodies) const {
   // Reused across millions of calls.
   thread_local std::vector<Hit> hits;
   hits.resize(rays.size());
-  scene_.intersect(rays, hits);
+  solids_.intersect(rays, hits);
   thread_local std::vector<Hit> bodies_hits;
   if (bodies != nullptr) {
     bodies_hits.resize(rays.size());
@@ -117,10 +111,10 @@ void RoomScene::look(std::span<const Ray> rays, double pixel_rad, std::span<Colo
   }
 }
 
-void RoomScene::measure(std::span<const Ray> rays, std::span<double> distances) const {
+void VirtualRoom::measure(std::span<const Ray> rays, std::span<double> distances) const {
   thread_local std::vector<Hit> hits;
   hits.resize(rays.size());
-  scene_.intersect(rays, hits);
+  solids_.intersect(rays, hits);
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const bool far = hits[i].facet < 0 || surface_of(facet(hits[i])).pattern == Pattern::kSky;
     distances[i] = far ? std::numeric_limits<double>::infinity() : hits[i].distance;
@@ -129,20 +123,20 @@ void RoomScene::measure(std::span<const Ray> rays, std::span<double> distances) 
 
 // Inside a solid, rays in all directions hit back faces. A single back face may be a ray that
 // grazes an edge.
-bool RoomScene::is_inside_solid(const Vector3d& place) const {
+bool VirtualRoom::is_inside_solid(const Vector3d& place) const {
   constexpr int kLooks = 64;
   int backs = 0;
   for (int i = 0; i < kLooks; ++i) {
     const Vector3d direction = spread_direction(i, kLooks);
-    const Hit hit = scene_.intersect(Ray{place, direction});
+    const Hit hit = solids_.intersect(Ray{place, direction});
     if (hit.facet < 0) continue;
     if (!facet(hit).two_sided && facet(hit).normal.dot(direction) > 0.0) ++backs;
   }
   return backs > kLooks / 4;
 }
 
-Color RoomScene::light_of(const Ray& ray, const Hit& hit, double travelled,
-                          double pixel_rad) const {
+Color VirtualRoom::light_of(const Ray& ray, const Hit& hit, double travelled,
+                            double pixel_rad) const {
   if (hit.facet >= 0 && surface_of(facet(hit)).pattern == Pattern::kMirror) {
     return reflection(ray, hit, travelled, pixel_rad);
   }
@@ -150,39 +144,39 @@ Color RoomScene::light_of(const Ray& ray, const Hit& hit, double travelled,
 }
 
 // There is a single flat mirror, so one reflection suffices. It shows neither panes nor bodies.
-Color RoomScene::reflection(const Ray& ray, const Hit& hit, double travelled,
-                            double pixel_rad) const {
+Color VirtualRoom::reflection(const Ray& ray, const Hit& hit, double travelled,
+                              double pixel_rad) const {
   const Ray reflected = reflected_ray(ray, hit.distance, facet(hit).normal);
-  const Hit seen = scene_.intersect(reflected);
+  const Hit seen = solids_.intersect(reflected);
   return kMirrorReflectance * diffuse_light(reflected, seen, travelled + hit.distance, pixel_rad);
 }
 
 // Each pane mixes what it reflects with what is behind it.
-Color RoomScene::through_glass(const Ray& ray, double distance, const Color& seen,
-                               double pixel_rad) const {
+Color VirtualRoom::through_glass(const Ray& ray, double distance, const Color& seen,
+                                 double pixel_rad) const {
   Color sum = Color::Zero();
   float passed = 1.0F;
   double travelled = 0.0;
   Ray rest = ray;
   for (Hit pane = glass_->intersect(rest); pane.facet >= 0 && travelled + pane.distance < distance;
        pane = glass_->intersect(rest)) {
-    const Vector3d& normal = room_.glass[static_cast<std::size_t>(pane.facet)].normal;
+    const Vector3d& normal = scene_.glass[static_cast<std::size_t>(pane.facet)].normal;
     const float share = pane_reflectance(std::abs(normal.dot(ray.direction)));
     const Ray reflected = reflected_ray(
         rest, pane.distance, normal.dot(ray.direction) < 0.0 ? normal : Vector3d(-normal));
     travelled += pane.distance + kOffMirror;
-    sum += passed * share * light_of(reflected, scene_.intersect(reflected), travelled, pixel_rad);
+    sum += passed * share * light_of(reflected, solids_.intersect(reflected), travelled, pixel_rad);
     passed *= 1.0F - share;
     rest.origin = ray.origin + travelled * ray.direction;
   }
   return sum + passed * seen;
 }
 
-Color RoomScene::diffuse_light(const Ray& ray, const Hit& hit, double travelled,
-                               double pixel_rad) const {
+Color VirtualRoom::diffuse_light(const Ray& ray, const Hit& hit, double travelled,
+                                 double pixel_rad) const {
   if (hit.facet < 0 || surface_of(facet(hit)).pattern == Pattern::kSky) {
-    return source_gain_ *
-           sky_light(ray.direction, static_cast<float>(pixel_rad), room_.lights.sky_seed);
+    return static_cast<float>(settings_.light.source_gain) *
+           sky_light(ray.direction, static_cast<float>(pixel_rad), scene_.lights.sky_seed);
   }
   const Facet& seen = facet(hit);
   const Surface& surface = surface_of(seen);
@@ -190,9 +184,10 @@ Color RoomScene::diffuse_light(const Ray& ray, const Hit& hit, double travelled,
   const Vector3d point = ray.origin + hit.distance * ray.direction;
   const Color albedo =
       seen_albedo(seen, surface, ray, hit.distance, (travelled + hit.distance) * pixel_rad);
-  if (surface.pattern == Pattern::kLamp) return source_gain_ * albedo;
+  if (surface.pattern == Pattern::kLamp)
+    return static_cast<float>(settings_.light.source_gain) * albedo;
   const Vector3d normal = seen.two_sided && facing > 0.0 ? Vector3d(-seen.normal) : seen.normal;
   return albedo.cwiseProduct(light_map_.at(hit, point, normal));
 }
 
-}  // namespace raywalk::capture
+}  // namespace raywalk::simulator
