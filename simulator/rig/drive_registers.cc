@@ -42,9 +42,10 @@ DriveRegisters::DriveRegisters(const RegisterMap& map, SimulatedDrive* drive)
   for (const int address : {map.status_address, map.alarm_address, map.identity_address}) {
     state.add(address, 1);
   }
-  for (const RegisterWrite* block : {&map.move, &map.home, &map.stop}) holding.add(*block);
-  if (map.start) holding.add(*map.start);
-  if (map.reset_alarm) holding.add(*map.reset_alarm);
+  for (const RegisterWrite* block :
+       {&map.move, &map.start, &map.home, &map.stop, &map.reset_alarm}) {
+    holding.add(*block);
+  }
   mapping_.reset(modbus_mapping_new_start_address(0, 0, 0, 0, holding.begin(), holding.size(),
                                                   input.begin(), input.size()));
   if (!mapping_) throw Error("no memory for the registers of the simulated drive");
@@ -77,8 +78,8 @@ modbus_mapping_t* DriveRegisters::refreshed() {
 
 int DriveRegisters::status_word(const DriveState& state) const {
   int word = 0;
-  const auto set = [&word](const std::optional<StatusBit>& bit, bool value) {
-    if (bit && value != bit->active_low) word |= 1 << bit->bit;
+  const auto set = [&word](const StatusBit& bit, bool value) {
+    if (bit.bit >= 0 && value != bit.active_low) word |= 1 << bit.bit;
   };
   set(map_.alarm, state.alarm);
   set(map_.enabled, state.enabled);
@@ -104,8 +105,8 @@ bool DriveRegisters::was_written(const RegisterWrite& block, int address, int co
 }
 
 bool DriveRegisters::execute(int address, int count) {
-  const auto written = [&](const std::optional<RegisterWrite>& block) {
-    return block && was_written(*block, address, count);
+  const auto written = [&](const RegisterWrite& block) {
+    return was_written(block, address, count);
   };
   if (written(map_.stop)) {
     drive_->stop();
@@ -113,7 +114,7 @@ bool DriveRegisters::execute(int address, int count) {
     drive_->reset_alarm();
   } else if (written(map_.home)) {
     drive_->home();
-  } else if (written(map_.start ? map_.start : map_.move)) {
+  } else if (written(map_.start.exists() ? map_.start : map_.move)) {
     return start_move();
   }
   return true;
