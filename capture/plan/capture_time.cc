@@ -4,7 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "capture/slider/trapezoid.h"
 
 namespace raywalk::capture {
 namespace {
@@ -61,7 +60,7 @@ double station_moves_s(const CaptureLine& line, const CaptureConfig& config) {
 }  // namespace
 
 double move_s(double distance_mm, const MotionProfile& profile) {
-  return Trapezoid(distance_mm, profile).duration_ms() * kSecondsPerMillisecond;
+  return profile.moving_ms(distance_mm) * kSecondsPerMillisecond;
 }
 
 double picture_s(const CaptureConfig& config) {

@@ -7,10 +7,7 @@
 #include <exception>
 
 #include "capture/base/device_fault.h"
-#include "capture/slider/dwell.h"
-#include "capture/slider/homing_watch.h"
 #include "capture/slider/motion_watch.h"
-#include "capture/slider/trapezoid.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 
@@ -183,16 +180,12 @@ Carriage::StopOutcome Carriage::bring_to_rest() {
 bool Carriage::comes_to_rest(double* position_mm) {
   const SteadyTime deadline =
       clock_->now() +
-      duration_from_ms(stopping_ms(latest_profile_) + rules_.settle_ms + rules_.settle_timeout_ms);
-  Dwell rest(duration_from_ms(rules_.settle_ms));
+      duration_from_ms(latest_profile_.stopping_ms() + rules_.settle_ms + rules_.settle_timeout_ms);
+  Dwell rest(duration_from_ms(rules_.settle_ms), 2.0 * rules_.settle_tolerance_mm);
   while (clock_->now() <= deadline) {
     const SliderState state = slider_->read_state();
     *position_mm = state.position_mm;
-    const bool creeps = !rest.is_empty() &&
-                        rest.spread_with_mm(state.position_mm) > 2.0 * rules_.settle_tolerance_mm;
-    const bool moving = state.moving.value_or(false);
-    if (creeps || moving) rest.start_over();
-    if (!moving) rest.add(clock_->now(), state.position_mm);
+    rest.take(!state.moving.value_or(false), clock_->now(), state.position_mm);
     if (rest.is_over()) return true;
     pause();
   }

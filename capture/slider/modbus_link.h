@@ -1,5 +1,6 @@
-// Requests to a Modbus device that survive faults of the line: late, lost, damaged and duplicated
-// replies, unplugged adapters, reset connections.
+// Access to the registers of one Modbus device, over a serial line (RTU) or TCP. Requests survive
+// faults of the line: late, lost, damaged and duplicated replies, unplugged adapters, reset
+// connections.
 #pragma once
 
 #include <cstdint>
@@ -10,22 +11,28 @@
 #include <vector>
 
 #include "capture/base/clock.h"
-#include "capture/slider/register_link.h"
 #include "capture/slider/slider_config.h"
 
 namespace raywalk::capture {
 
-enum class ExchangeOutcome {
-  kDone,
-  kUnanswered,  // no reply or only a damaged one before the timeout
-  kBroken,      // the connection is lost
-  kBusy,        // the device did not execute the request and asks to repeat it
-  kRefused      // the device rejects the request
-};
+enum class RegisterKind { kHolding, kInput };
 
-struct Exchange {
-  ExchangeOutcome outcome = ExchangeOutcome::kDone;
-  std::string reason{};  // for people; empty for kDone
+class RegisterLink {
+ public:
+  virtual ~RegisterLink() = default;
+
+  // "unit 1 at /dev/ttyUSB0"
+  virtual std::string description() const = 0;
+  // How often the connection has been opened. After a change, another device may be connected.
+  virtual int openings() const = 0;
+  // The words of `count` registers (1 to 125). Repeats the request until the reply is complete.
+  // Throws DeviceFault: kNoContact after the last try, kWrongDevice if the device refuses.
+  virtual std::vector<std::uint16_t> read(RegisterKind kind, int address, int count) = 0;
+  // Sends a write of 1 to 123 words once. False: it was sent without a complete reply, so it may or
+  // may not have been executed; the caller must find out. Throws DeviceFault kNoContact if it was
+  // certainly not executed (no connection, device busy throughout), kWrongDevice if the device
+  // refuses it.
+  virtual bool write(int address, std::span<const std::uint16_t> words) = 0;
 };
 
 // A reply is not taken for the reply to another request, as far as the protocol allows:
@@ -50,20 +57,15 @@ class ModbusLink final : public RegisterLink {
   bool write(int address, std::span<const std::uint16_t> words) override;
 
  private:
-  // How far a request got and its outcome.
-  struct Attempt {
-    bool opened = false;
-    bool sent = false;
-    Exchange exchange{};
-  };
   class Connection;
-  using Request = std::function<Exchange(Connection&)>;
+  struct Attempt;
+  // Sends one request, once; the number of its registers, or -1 and an error of libmodbus in errno.
+  using Request = std::function<int(Connection&)>;
 
-  Attempt attempt(const Request& request);
-  void open();
+  Attempt attempt(std::size_t count, const Request& request);
   void wait_before_retry(int failures);
-  void require_not_refused(const Exchange& exchange, int address) const;
-  [[noreturn]] void fail_without_contact(const Attempt& last) const;
+  void require_not_refused(const Attempt& attempt, int function, int address) const;
+  [[noreturn]] void fail_without_contact(const Attempt& last);
 
   SliderConfig config_;
   Clock* clock_;

@@ -3,11 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
 
 #include "capture/base/test_fault.h"
-#include "capture/slider/serial_line.h"
 #include "capture/slider/test_modbus_peer.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -24,245 +25,230 @@ constexpr int kTimeout_ms = 60;
 // Where every request is answered and openings are counted: a busy machine's pause is no timeout.
 constexpr int kLongTimeout_ms = 5000;
 
-TestModbusPeer::Script honest() {
-  return [](int /*n*/, const Bytes& reply) { return Replies{{0, reply}}; };
-}
+// A peer and a link to it, whose registers 0 to 99 hold 1000 plus their address.
+class LinkRig {
+ public:
+  using Script = std::function<Replies(const TestModbusPeer& peer, int n, const Bytes& reply)>;
 
-SliderConfig config_for(const TestModbusPeer& peer, int timeout_ms = kTimeout_ms) {
+  static Replies honest(const TestModbusPeer& /*peer*/, int /*n*/, const Bytes& reply) {
+    return {{0, reply}};
+  }
+  explicit LinkRig(Line line, const Script& script = honest, int timeout_ms = kTimeout_ms)
+      : peer(line, [this, script](int n, const Bytes& reply) { return script(peer, n, reply); }) {
+    for (int i = 0; i < 100; ++i) peer.set(i, static_cast<std::uint16_t>(1000 + i));
+    config.connection = line == Line::kTcp ? SliderConnection::kTcp : SliderConnection::kRtu;
+    config.device = peer.device();
+    config.host = "127.0.0.1";
+    config.port = peer.port();
+    config.response_timeout_ms = timeout_ms;
+    config.byte_timeout_ms = timeout_ms;
+    link.emplace(config, &clock);
+  }
+
+  std::uint16_t read(int address) { return link->read(RegisterKind::kHolding, address, 1)[0]; }
+  void expect_fault(FaultKind kind, const std::string& words) {
+    raywalk::capture::expect_fault(kind, words, [this] { read(7); });
+  }
+
+  SystemClock clock;
+  TestModbusPeer peer;
   SliderConfig config;
-  config.connection = peer.port() > 0 ? SliderConnection::kTcp : SliderConnection::kRtu;
-  config.device = peer.device();
-  config.host = "127.0.0.1";
-  config.port = peer.port();
-  config.response_timeout_ms = timeout_ms;
-  config.byte_timeout_ms = timeout_ms;
-  return config;
-}
-
-// Tests of both kinds of line.
-class ModbusLinkTest : public ::testing::TestWithParam<Line> {
- protected:
-  void use(const TestModbusPeer::Script& script, int timeout_ms = kTimeout_ms) {
-    peer_.emplace(GetParam(), script);
-    for (int i = 0; i < 100; ++i) peer_->set(i, static_cast<std::uint16_t>(1000 + i));
-    link_.emplace(config_for(*peer_, timeout_ms), &clock_);
-  }
-  // Every reading has the value of its address, whatever happened to the previous reply.
-  void expect_right_readings(int readings) {
-    for (int i = 0; i < readings; ++i) {
-      EXPECT_THAT(link_->read(RegisterKind::kHolding, i, 1), ElementsAre(1000 + i));
-    }
-  }
-
-  SystemClock clock_;
-  std::optional<TestModbusPeer> peer_;
-  std::optional<ModbusLink> link_;
+  std::optional<ModbusLink> link;
 };
 
-TEST_P(ModbusLinkTest, ReadsAndWrites) {
-  use(honest());
-  EXPECT_THAT(link_->read(RegisterKind::kHolding, 5, 3), ElementsAre(1005, 1006, 1007));
-  EXPECT_THAT(link_->read(RegisterKind::kInput, 7, 1), ElementsAre(1007));
-  EXPECT_TRUE(link_->write(20, std::array<std::uint16_t, 1>{42}));
-  EXPECT_TRUE(link_->write(30, std::array<std::uint16_t, 3>{1, 2, 0xffff}));
-  EXPECT_EQ(peer_->value(20), 42);
-  EXPECT_EQ(peer_->value(32), 0xffff);
-  EXPECT_EQ(link_->openings(), 1);
-}
-
-TEST_P(ModbusLinkTest, RequestsAreRepeatedAfterLostReplies) {
-  use([](int n, const Bytes& reply) { return n % 3 == 1 ? Replies{} : Replies{{0, reply}}; });
-  expect_right_readings(8);
-}
-
-// After a timeout the late reply is still pending; libmodbus alone takes it for the next reply.
-TEST_P(ModbusLinkTest, LateRepliesAreNotTakenForTheNextReply) {
-  use([](int n, const Bytes& reply) {
-    return Replies{{n % 3 == 1 ? kTimeout_ms * 3 / 2 : 0, reply}};
-  });
-  expect_right_readings(8);
-}
-
-TEST_P(ModbusLinkTest, DuplicatedRepliesAreDropped) {
-  use([](int n, const Bytes& reply) {
-    return n % 2 == 0 ? Replies{{0, reply}, {0, reply}} : Replies{{0, reply}};
-  });
-  expect_right_readings(10);
-}
-
-TEST_P(ModbusLinkTest, RequestsAreRepeatedAfterTruncatedReplies) {
-  use([](int n, Bytes reply) {
-    if (n % 3 == 1) reply.resize(reply.size() - 3);
-    return Replies{{0, reply}};
-  });
-  expect_right_readings(8);
-}
-
-TEST_P(ModbusLinkTest, AnswersOfAnotherShapeAreRefused) {
-  use([this](int n, const Bytes& reply) {
-    // Two words instead of one, in a valid frame.
-    const Bytes wrong = peer_->framed({1, 3, 4, 9, 9, 9, 9}, reply);
-    return n % 3 == 1 ? Replies{{0, wrong}} : Replies{{0, reply}};
-  });
-  expect_right_readings(6);
-}
-
-TEST_P(ModbusLinkTest, BusyDeviceIsAskedAgain) {
-  const auto busy = [this](int n, const Bytes& reply) {
-    return n % 3 == 1 ? Replies{{0, peer_->framed({1, 0x83, 6}, reply)}} : Replies{{0, reply}};
-  };
-  use(busy, kLongTimeout_ms);
-  expect_right_readings(6);
-  EXPECT_EQ(link_->openings(), 1);
-}
-
-TEST_P(ModbusLinkTest, RefusedRegisterMeansTheWrongDeviceOrMap) {
-  use([this](int /*n*/, const Bytes& reply) {
-    return Replies{{0, peer_->framed({1, 0x83, 2}, reply)}};
-  });
-  expect_fault(FaultKind::kWrongDevice, "refuses register 0x0007 (Illegal data address)",
-               [this] { link_->read(RegisterKind::kHolding, 7, 1); });
-  EXPECT_EQ(peer_->requests(), 1);
-}
-
-TEST_P(ModbusLinkTest, SilentDeviceIsReportedAfterTheLastTry) {
-  use([](int /*n*/, const Bytes& /*reply*/) { return Replies{}; });
-  expect_fault(FaultKind::kNoContact, "tries: 3); check the drive's power",
-               [this] { link_->read(RegisterKind::kHolding, 7, 1); });
-  EXPECT_EQ(peer_->requests(), 3);
-}
-
-TEST_P(ModbusLinkTest, UnansweredWriteIsNotRepeated) {
-  use([](int n, const Bytes& reply) { return n == 0 ? Replies{} : Replies{{0, reply}}; });
-  EXPECT_FALSE(link_->write(20, std::array<std::uint16_t, 1>{42}));
-  EXPECT_EQ(peer_->requests(), 1);
-  EXPECT_EQ(peer_->value(20), 42);
-  EXPECT_THAT(link_->read(RegisterKind::kHolding, 20, 1), ElementsAre(42));
-}
+class ModbusLinkTest : public ::testing::TestWithParam<Line> {};
 
 INSTANTIATE_TEST_SUITE_P(Lines, ModbusLinkTest, ::testing::Values(Line::kSerial, Line::kTcp),
                          [](const auto& test) {
                            return test.param == Line::kSerial ? "Serial" : "Tcp";
                          });
 
-TEST(ModbusSerialLinkTest, RequestsAreRepeatedAfterDamagedReplies) {
-  TestModbusPeer peer(Line::kSerial, [](int n, Bytes reply) {
-    if (n % 3 == 1) reply[4] ^= 0x10;
-    return Replies{{0, reply}};
-  });
-  for (int i = 0; i < 10; ++i) peer.set(i, static_cast<std::uint16_t>(i));
-  SystemClock clock;
-  ModbusLink link(config_for(peer), &clock);
-  for (int i = 0; i < 8; ++i) {
-    EXPECT_THAT(link.read(RegisterKind::kHolding, i, 1), ElementsAre(i));
+TEST_P(ModbusLinkTest, ReadsAndWrites) {
+  LinkRig rig(GetParam(), LinkRig::honest, kLongTimeout_ms);
+  EXPECT_THAT(rig.link->read(RegisterKind::kHolding, 5, 3), ElementsAre(1005, 1006, 1007));
+  EXPECT_THAT(rig.link->read(RegisterKind::kInput, 7, 1), ElementsAre(1007));
+  EXPECT_TRUE(rig.link->write(20, std::array<std::uint16_t, 1>{42}));
+  EXPECT_TRUE(rig.link->write(30, std::array<std::uint16_t, 3>{1, 2, 0xffff}));
+  EXPECT_EQ(rig.peer.value(20), 42);
+  EXPECT_EQ(rig.peer.value(32), 0xffff);
+  EXPECT_EQ(rig.link->openings(), 1);
+}
+
+// Every reading has the value of its address, whatever happened to a reply before it. After a
+// timeout a late reply is still pending, which libmodbus alone takes for the next one.
+TEST_P(ModbusLinkTest, ReadingsAreRightAfterAnyFaultOfAReply) {
+  const auto every_third = [](const std::function<Replies(const TestModbusPeer&, Bytes)>& fault) {
+    return [fault](const TestModbusPeer& peer, int n, const Bytes& reply) {
+      return n % 3 == 1 ? fault(peer, reply) : Replies{{0, reply}};
+    };
+  };
+  struct Case {
+    const char* fault;
+    std::function<Replies(const TestModbusPeer&, Bytes)> replies;
+    int timeout_ms = kTimeout_ms;
+  };
+  const auto framed = [](const Bytes& body) {
+    return [body](const TestModbusPeer& peer, const Bytes& reply) {
+      return Replies{{0, peer.framed(body, reply)}};
+    };
+  };
+  std::vector<Case> cases{
+      {"lost", [](auto&, auto&&) { return Replies{}; }},
+      {"late",
+       [](auto&, auto&& reply) {
+         return Replies{{kTimeout_ms * 3 / 2, reply}};
+       }},
+      {"doubled",
+       [](auto&, auto&& reply) {
+         return Replies{{0, reply}, {0, reply}};
+       }},
+      {"truncated",
+       [](auto&, Bytes reply) {
+         reply.resize(reply.size() - 3);
+         return Replies{{0, reply}};
+       }},
+      {"of two words instead of one, in a valid frame", framed({1, 3, 4, 9, 9, 9, 9})},
+      {"busy", framed({1, 0x83, 6}), kLongTimeout_ms}};
+  if (GetParam() == Line::kSerial) {
+    cases.push_back({"damaged", [](auto&, Bytes reply) {
+                       reply[4] ^= 0x10;
+                       return Replies{{0, reply}};
+                     }});
   }
-  EXPECT_EQ(link.openings(), 1);
+  for (const Case& each : cases) {
+    SCOPED_TRACE(each.fault);
+    LinkRig rig(GetParam(), every_third(each.replies), each.timeout_ms);
+    for (int i = 0; i < 8; ++i) EXPECT_EQ(rig.read(i), 1000 + i);
+    EXPECT_TRUE(each.timeout_ms == kTimeout_ms || rig.link->openings() == 1);
+  }
+}
+
+TEST_P(ModbusLinkTest, RefusalsNameTheRegisterOrTheFunction) {
+  for (const auto& [exception, words] :
+       {std::pair<std::uint8_t, const char*>{2, "refuses register 0x0007 (Illegal data address)"},
+        {1,
+         "does not know function 3 of Modbus (Illegal function); set input_registers to true"}}) {
+    LinkRig rig(
+        GetParam(),
+        [exception = exception](const TestModbusPeer& peer, int, const Bytes& reply) {
+          return Replies{{0, peer.framed({1, 0x83, exception}, reply)}};
+        },
+        kLongTimeout_ms);
+    rig.expect_fault(FaultKind::kWrongDevice, words);
+    EXPECT_EQ(rig.peer.requests(), 1);
+  }
+}
+
+TEST_P(ModbusLinkTest, SilentDeviceIsReportedAfterTheLastTry) {
+  LinkRig rig(GetParam(), [](auto&, int, auto&) { return Replies{}; });
+  rig.expect_fault(FaultKind::kNoContact, "tries: 3); check the drive's power");
+  EXPECT_GE(rig.peer.requests(), 3);
+}
+
+TEST_P(ModbusLinkTest, UnansweredWriteIsNotRepeated) {
+  LinkRig rig(GetParam(), [](auto&, int n, const Bytes& reply) {
+    return n == 0 ? Replies{} : Replies{{0, reply}};
+  });
+  EXPECT_FALSE(rig.link->write(20, std::array<std::uint16_t, 1>{42}));
+  EXPECT_EQ(rig.peer.requests(), 1);
+  EXPECT_EQ(rig.peer.value(20), 42);
+  EXPECT_EQ(rig.read(20), 42);
+}
+
+// As a two-wire adapter whose receiver stays on while it sends.
+TEST(ModbusSerialLinkTest, AdapterThatEchoesIsNamed) {
+  for (const bool answers : {true, false}) {
+    LinkRig rig(Line::kSerial, [&](const TestModbusPeer& peer, int, const Bytes& reply) {
+      return answers ? Replies{{0, peer.request()}, {0, reply}} : Replies{{0, peer.request()}};
+    });
+    rig.expect_fault(FaultKind::kNoContact, "the RS-485 adapter echoes");
+  }
 }
 
 TEST(ModbusSerialLinkTest, LineThatIsNeverSilentIsReported) {
-  TestModbusPeer peer(Line::kSerial, [](int /*n*/, const Bytes& /*reply*/) {
+  LinkRig rig(Line::kSerial, [](auto&, int, auto&) {
     Replies chatter;
     for (int ms = 0; ms < 3000; ++ms) chatter.push_back({ms, {0x55}});
     return chatter;
   });
-  SystemClock clock;
-  SliderConfig config = config_for(peer);
-  config.tries = 2;
-  ModbusLink link(config, &clock);
-  EXPECT_THROW(link.read(RegisterKind::kHolding, 0, 1), DeviceFault);
+  EXPECT_THROW(rig.read(0), DeviceFault);
 }
 
 TEST(ModbusSerialLinkTest, HungUpLineEndsInAFaultThatNamesThePort) {
-  TestModbusPeer peer(Line::kSerial, honest());
-  SystemClock clock;
-  ModbusLink link(config_for(peer), &clock);
-  link.read(RegisterKind::kHolding, 0, 1);
-  peer.hang_up();
-  expect_fault(FaultKind::kNoContact, peer.device(), [&] {
-    for (int i = 0; i < 1000; ++i) link.read(RegisterKind::kHolding, 0, 1);
+  LinkRig rig(Line::kSerial);
+  rig.read(0);
+  rig.peer.hang_up();
+  expect_fault(FaultKind::kNoContact, rig.peer.device(), [&] {
+    for (int i = 0; i < 1000; ++i) rig.read(0);
   });
 }
 
 TEST(ModbusSerialLinkTest, ReconnectsToARepluggedAdapterOfTheSameName) {
   const TestDirectory directory;
   const auto by_id = directory / "usb-adapter";
-  std::optional<TestModbusPeer> peer(std::in_place, Line::kSerial, honest());
-  std::filesystem::create_symlink(peer->device(), by_id);
-  SystemClock clock;
-  SliderConfig config = config_for(*peer, kLongTimeout_ms);
+  std::optional<LinkRig> rig(std::in_place, Line::kSerial, LinkRig::honest, kLongTimeout_ms);
+  std::filesystem::create_symlink(rig->peer.device(), by_id);
+  SliderConfig config = rig->config;
   config.device = by_id;
+  SystemClock clock;
   ModbusLink link(config, &clock);
+  rig->link.reset();
   link.read(RegisterKind::kHolding, 0, 1);
 
-  TestModbusPeer returned(Line::kSerial, honest());
-  returned.set(0, 77);
+  LinkRig returned(Line::kSerial);
+  returned.peer.set(0, 77);
   std::filesystem::remove(by_id);
-  std::filesystem::create_symlink(returned.device(), by_id);
-  peer.reset();
+  std::filesystem::create_symlink(returned.peer.device(), by_id);
+  rig.reset();
   EXPECT_THAT(link.read(RegisterKind::kHolding, 0, 1), ElementsAre(77));
   EXPECT_EQ(link.openings(), 2);
 }
 
 TEST(ModbusSerialLinkTest, SecondProgramOnThePortIsRefused) {
-  TestModbusPeer peer(Line::kSerial, honest());
-  SystemClock clock;
-  ModbusLink first(config_for(peer), &clock);
-  first.read(RegisterKind::kHolding, 0, 1);
-  SliderConfig config = config_for(peer);
-  config.tries = 1;
-  ModbusLink second(config, &clock);
-  expect_fault(FaultKind::kNoContact, peer.device() + " is in use by another program",
-               [&] { second.read(RegisterKind::kHolding, 0, 1); });
-  EXPECT_THAT(first.read(RegisterKind::kHolding, 0, 1), ElementsAre(0));
+  LinkRig rig(Line::kSerial);
+  rig.read(0);
+  rig.config.tries = 1;
+  std::optional<ModbusLink> second(std::in_place, rig.config, &rig.clock);
+  const auto use_second = [&] { second->read(RegisterKind::kHolding, 0, 1); };
+  expect_fault(FaultKind::kNoContact, rig.peer.device() + " is in use by another program",
+               use_second);
+  EXPECT_EQ(rig.read(0), 1000);
+  rig.link.reset();
+  EXPECT_NO_THROW(use_second()) << "the port is free again";
 }
 
-TEST(ModbusSerialLinkTest, PortIsFreeAgainAfterUse) {
-  TestModbusPeer peer(Line::kSerial, honest());
-  { const PortLock lock(peer.device()); }
-  EXPECT_NO_THROW(PortLock(peer.device()));
-}
-
-TEST(ModbusSerialLinkTest, PortsThatCannotBeOpenedSayWhatToDo) {
+TEST(ModbusSerialLinkTest, PortsThatCannotBeUsedSayWhatToDo) {
   const TestDirectory directory;
-  expect_fault(FaultKind::kNoContact, "does not exist; plug in the adapter",
-               [&] { PortLock(directory / "ttyUSB0"); });
   write_file_atomically(directory / "file", "x");
-  expect_fault(FaultKind::kNoContact, "is not a serial port",
-               [&] { PortLock(directory / "file"); });
-}
-
-TEST(ModbusSerialLinkTest, Rs485OnAPortWithoutItIsAnError) {
-  TestModbusPeer peer(Line::kSerial, honest());
-  SystemClock clock;
-  SliderConfig config = config_for(peer);
-  config.rs485 = true;
-  config.tries = 1;
-  ModbusLink link(config, &clock);
-  expect_fault(FaultKind::kNoContact, "leave slider.rs485 out",
-               [&] { link.read(RegisterKind::kHolding, 0, 1); });
+  LinkRig rig(Line::kSerial);
+  rig.config.tries = 1;
+  const auto expect_words = [&](const std::string& words) {
+    rig.link.emplace(rig.config, &rig.clock);
+    rig.expect_fault(FaultKind::kNoContact, words);
+  };
+  rig.config.rs485 = true;
+  expect_words("leave slider.rs485 out");
+  rig.config.device = directory / "ttyUSB0";
+  expect_words("does not exist; plug in the adapter");
+  rig.config.device = directory / "file";
+  expect_words("is not a serial port");
 }
 
 TEST(ModbusTcpLinkTest, ClosedConnectionIsOpenedAgainBeforeAWrite) {
-  TestModbusPeer peer(Line::kTcp, honest());
-  SystemClock clock;
-  ModbusLink link(config_for(peer, kLongTimeout_ms), &clock);
-  link.read(RegisterKind::kHolding, 0, 1);
-  peer.hang_up();
-  EXPECT_TRUE(link.write(1, std::array<std::uint16_t, 1>{5}));
-  EXPECT_EQ(link.openings(), 2);
-  EXPECT_EQ(peer.connections(), 2);
+  LinkRig rig(Line::kTcp, LinkRig::honest, kLongTimeout_ms);
+  rig.read(0);
+  rig.peer.hang_up();
+  EXPECT_TRUE(rig.link->write(1, std::array<std::uint16_t, 1>{5}));
+  EXPECT_EQ(rig.link->openings(), 2);
+  EXPECT_EQ(rig.peer.connections(), 2);
 }
 
 TEST(ModbusTcpLinkTest, NobodyListeningIsReported) {
-  SystemClock clock;
-  SliderConfig config;
-  config.connection = SliderConnection::kTcp;
-  config.host = "127.0.0.1";
-  config.port = 1;
-  config.tries = 1;
-  ModbusLink link(config, &clock);
-  expect_fault(FaultKind::kNoContact, "cannot connect to 127.0.0.1:1 (Connection refused)",
-               [&] { link.read(RegisterKind::kHolding, 0, 1); });
+  LinkRig rig(Line::kTcp);
+  rig.config.port = 1;
+  rig.config.tries = 1;
+  rig.link.emplace(rig.config, &rig.clock);
+  rig.expect_fault(FaultKind::kNoContact, "cannot connect to 127.0.0.1:1 (Connection refused)");
 }
 
 TEST(ModbusLinkSettingsTest, ImpossibleSettingsAreRefused) {
@@ -285,11 +271,6 @@ TEST(ModbusLinkSettingsTest, ImpossibleSettingsAreRefused) {
   good.host = "drive.local";
   good.unit = 255;
   EXPECT_NO_THROW(ModbusLink(good, &clock));
-}
-
-TEST(QuietLineTest, FrameGapIsThreeAndAHalfCharacters) {
-  EXPECT_NEAR(ms_from_duration(frame_gap(9600)), 38.5 / 9.6, 1e-3);
-  EXPECT_NEAR(ms_from_duration(frame_gap(115200)), 1.75, 1e-9);
 }
 
 }  // namespace

@@ -7,8 +7,6 @@
 #include <utility>
 
 #include "capture/base/device_fault.h"
-#include "capture/slider/modbus_link.h"
-#include "capture/slider/register_words.h"
 
 namespace raywalk::capture {
 namespace {
@@ -21,11 +19,13 @@ constexpr std::uint16_t kAllOnes = 0xffff;
 // command. A servo at rest stays within a few steps.
 constexpr double kSetOff_mm = 0.05;
 
-bool is_plausible(std::uint16_t status, double position_mm) {
-  return status != kAllOnes && std::abs(position_mm) <= kLongestRail_mm;
-}
+bool is_on_a_rail(double position_mm) { return std::abs(position_mm) <= kLongestRail_mm; }
 
 }  // namespace
+
+bool ModbusSlider::Reading::is_possible() const {
+  return status != kAllOnes && is_on_a_rail(position_mm);
+}
 
 ModbusSlider::ModbusSlider(std::unique_ptr<RegisterLink> link, RegisterMap map, int tries)
     : link_(std::move(link)), map_(std::move(map)), tries_(std::max(tries, 1)) {}
@@ -66,19 +66,26 @@ ModbusSlider::Reading ModbusSlider::read_registers() {
     status = link_->read(state_kind(), map_.status_address, 1).front();
     position = link_->read(state_kind(), map_.position_address, 2);
   }
-  return {status, mm_from_steps(map_, steps_from_words(map_, position[0], position[1]))};
+  return {status, mm_from_words(map_, position[0], position[1]),
+          mm_from_words(map_, position[1], position[0])};
 }
 
 // One damaged reply in 65536 passes the checksum; a second reading tells it from a wrong device.
 ModbusSlider::Reading ModbusSlider::read_plausible() {
   Reading reading = read_registers();
-  if (!is_plausible(reading.status, reading.position_mm)) reading = read_registers();
-  if (is_plausible(reading.status, reading.position_mm)) return reading;
+  if (!reading.is_possible()) reading = read_registers();
+  if (reading.is_possible()) return reading;
+  const bool is_swapped = reading.status != kAllOnes && is_on_a_rail(reading.swapped_mm);
+  const std::string remedy =
+      is_swapped ? fmt::format(
+                       "in the other order its words are {:.3f} mm: if the carriage is "
+                       "there, set low_word_first to {} in the register map",
+                       reading.swapped_mm, !map_.low_word_first)
+                 : "check the register map against the drive's manual";
   throw DeviceFault(
       FaultKind::kWrongDevice,
-      fmt::format("{} returns impossible values (status 0x{:04x}, position {:.0f} mm); "
-                  "check the register map against the drive's manual",
-                  description(), reading.status, reading.position_mm));
+      fmt::format("{} returns impossible values (status 0x{:04x}, position {:.0f} mm); {}",
+                  description(), reading.status, reading.position_mm, remedy));
 }
 
 SliderState ModbusSlider::state_of(const Reading& reading) {
@@ -114,25 +121,25 @@ void ModbusSlider::check_identity() {
   identified_opening_ = link_->openings();
 }
 
-void ModbusSlider::start_homing() { write_until_executed(map_.home, fixed_words(map_.home)); }
+void ModbusSlider::start_homing() { write_until_executed(map_.home, words_of(map_, map_.home)); }
 
 void ModbusSlider::start_move(SafePosition target, const MotionProfile& profile) {
-  const auto words = words_of_move(map_, target, profile);
+  const auto words = words_of(map_, map_.move, target.mm(), profile);
   write_until_executed(map_.move, words);
-  if (map_.start) write_until_executed(*map_.start, fixed_words(*map_.start));
+  if (map_.start.exists()) write_until_executed(map_.start, words_of(map_, map_.start));
 }
 
 // A stop may be repeated safely and must not wait for readings.
 void ModbusSlider::stop() { write_until_answered(map_.stop); }
 
 void ModbusSlider::reset_alarm() {
-  if (!map_.reset_alarm) {
+  if (!map_.reset_alarm.exists()) {
     throw DeviceFault(FaultKind::kAlarm,
                       description() +
                           " has no alarm reset in its register map; clear the alarm at "
                           "the drive, or switch it off and on");
   }
-  write_until_answered(*map_.reset_alarm);
+  write_until_answered(map_.reset_alarm);
 }
 
 // An unanswered write may have been executed (observed on a real line after a timeout), so it is
@@ -153,7 +160,7 @@ bool ModbusSlider::has_begun() {
 }
 
 void ModbusSlider::write_until_answered(const RegisterWrite& write) {
-  const auto words = fixed_words(write);
+  const auto words = words_of(map_, write);
   for (int written = 0; written < tries_; ++written) {
     if (link_->write(write.address, words)) return;
   }

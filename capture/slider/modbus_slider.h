@@ -1,11 +1,13 @@
 // A slider whose drive is controlled by Modbus.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "capture/base/clock.h"
-#include "capture/slider/register_link.h"
+#include "capture/slider/modbus_link.h"
 #include "capture/slider/register_map.h"
 #include "capture/slider/slider.h"
 #include "capture/slider/slider_config.h"
@@ -34,6 +36,9 @@ class ModbusSlider final : public Slider {
   struct Reading {
     std::uint16_t status = 0;
     double position_mm = 0.0;
+    double swapped_mm = 0.0;  // the position in the other order of words
+
+    bool is_possible() const;
   };
 
   RegisterKind state_kind() const;
@@ -50,8 +55,7 @@ class ModbusSlider final : public Slider {
   std::unique_ptr<RegisterLink> link_;
   RegisterMap map_;
   int tries_;
-  int identified_opening_ =
-      0;  // value of RegisterLink::openings() when the identity was last checked
+  int identified_opening_ = 0;  // RegisterLink::openings() when the identity was last checked
   double last_position_mm_ = 0.0;
 };
 

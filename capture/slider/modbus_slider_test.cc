@@ -4,9 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <memory>
+#include <optional>
 #include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
-#include "capture/base/device_fault.h"
+#include "capture/base/test_fault.h"
 #include "core/base/error.h"
 
 namespace raywalk::capture {
@@ -131,13 +136,8 @@ TEST_F(ModbusSliderTest, AnotherDeviceIsNoticedAtEveryOpening) {
   registers->values[50] = 0x4321;
   EXPECT_NO_THROW(drive.read_state());
   registers->openings_count = 2;
-  try {
-    drive.read_state();
-    ADD_FAILURE() << "accepted";
-  } catch (const DeviceFault& fault) {
-    EXPECT_EQ(fault.kind(), FaultKind::kWrongDevice);
-    EXPECT_THAT(fault.what(), HasSubstr("register 0x0032 holds 0x4321, not 0x1234"));
-  }
+  expect_fault(FaultKind::kWrongDevice, "register 0x0032 holds 0x4321, not 0x1234",
+               [&] { drive.read_state(); });
 }
 
 TEST_F(ModbusSliderTest, ImpossibleReadingsTwiceInARowAreAWrongDevice) {
@@ -145,15 +145,21 @@ TEST_F(ModbusSliderTest, ImpossibleReadingsTwiceInARowAreAWrongDevice) {
   registers->nonsense = 1;
   EXPECT_NO_THROW(drive.read_state());
   registers->nonsense = 2;
-  try {
-    drive.read_state();
-    ADD_FAILURE() << "accepted";
-  } catch (const DeviceFault& fault) {
-    EXPECT_EQ(fault.kind(), FaultKind::kWrongDevice);
-    EXPECT_THAT(fault.what(), HasSubstr("status 0xffff"));
-  }
-  registers->values = {{1, 0x7fff}};
-  EXPECT_THROW(drive.read_state(), DeviceFault);
+  expect_fault(FaultKind::kWrongDevice, "(status 0xffff, position -0 mm); check the register map",
+               [&] { drive.read_state(); });
+}
+
+TEST_F(ModbusSliderTest, WrongOrderOfThePositionsWordsIsNamed) {
+  ModbusSlider drive = slider(simple_map());
+  registers->values = {{1, 1234}, {2, 0}};
+  expect_fault(FaultKind::kWrongDevice,
+               "words are 123.400 mm: if the carriage is there, set low_word_first to true",
+               [&] { drive.read_state(); });
+  registers->values = {{1, 0xff00}, {2, 0xffff}};
+  expect_fault(FaultKind::kWrongDevice, "words are -25.600 mm", [&] { drive.read_state(); });
+  registers->values = {{1, 0x7fff}, {2, 0x7ffe}};
+  expect_fault(FaultKind::kWrongDevice, "check the register map against",
+               [&] { drive.read_state(); });
 }
 
 TEST_F(ModbusSliderTest, MoveWritesTheBlockAndThenTheStart) {
@@ -190,12 +196,8 @@ TEST_F(ModbusSliderTest, UnansweredMoveIsRepeatedOnlyIfNotExecuted) {
 TEST_F(ModbusSliderTest, MoveThatIsNeverAnsweredIsLostContact) {
   ModbusSlider drive = slider(simple_map());
   registers->unanswered = {0, 1, 2, 3};
-  try {
-    drive.start_move(at(100.0), MotionProfile{});
-    ADD_FAILURE() << "accepted";
-  } catch (const DeviceFault& fault) {
-    EXPECT_EQ(fault.kind(), FaultKind::kNoContact);
-  }
+  expect_fault(FaultKind::kNoContact, "does not answer a write to register 0x0010 (tries: 3)",
+               [&] { drive.start_move(at(100.0), MotionProfile{}); });
   EXPECT_EQ(registers->writes.size(), 3u);
 }
 

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "capture/base/device_fault.h"
-#include "capture/slider/trapezoid.h"
 
 namespace raywalk::capture {
 namespace {
@@ -33,6 +32,50 @@ void require_able_to_move(const SliderState& state, const std::string& slider) {
   }
 }
 
+HomingWatch::HomingWatch(std::string slider, const SliderState& start, const MotionRules& rules,
+                         SteadyTime now)
+    : slider_(std::move(slider)),
+      rules_(rules),
+      deadline_(now + duration_from_ms(rules.homing_timeout_ms)),
+      dwell_time_(duration_from_ms(start.homed ? rules.settle_ms
+                                               : std::max(rules.settle_ms, rules.stall_ms))),
+      resting_mm_(start.position_mm),
+      start_mm_(start.position_mm),
+      resting_since_(now),
+      dwell_(dwell_time_, 2.0 * rules.settle_tolerance_mm) {}
+
+void HomingWatch::take(const SliderState& state, SteadyTime now) {
+  require_able_to_move(state, slider_);
+  if (std::abs(state.position_mm - start_mm_) > rules_.following_error_mm) has_moved_ = true;
+  if (std::abs(state.position_mm - resting_mm_) > rules_.settle_tolerance_mm) {
+    resting_mm_ = state.position_mm;
+    resting_since_ = now;
+  }
+  const double zero_mm = state.homed ? rules_.following_error_mm : rules_.settle_tolerance_mm;
+  const bool at_home = state.homed.value_or(has_moved_) && !state.moving.value_or(false) &&
+                       std::abs(state.position_mm) <= zero_mm;
+  dwell_.take(at_home, now, state.position_mm);
+  if (is_home()) return;
+  // Longer than the dwell, so that a drive at home without a home flag is not reported as stalled.
+  if (now - resting_since_ > dwell_time_ + duration_from_ms(rules_.stall_ms)) fail_at_rest(state);
+  if (now > deadline_) {
+    throw DeviceFault(FaultKind::kTimeout,
+                      fmt::format("{}: not home after {:g} s; check the home switch, or raise "
+                                  "homing_timeout_ms",
+                                  slider_, rules_.homing_timeout_ms / 1e3));
+  }
+}
+
+void HomingWatch::fail_at_rest(const SliderState& state) const {
+  const char* remedy = state.homed || has_moved_
+                           ? "check the home switch and what blocks the carriage"
+                           : "check what blocks the carriage; if it is on its home switch and the "
+                             "drive has no home flag, jog it away first";
+  throw DeviceFault(FaultKind::kStall,
+                    fmt::format("{}: at rest at {:.3f} mm without having found home; {}", slider_,
+                                state.position_mm, remedy));
+}
+
 // The deadline allows the duration of the move's trapezoid. Progress by one tolerance takes at most
 // the duration of a trapezoid of that length from rest; the stall time is added to it, so that a
 // slow pass is not taken for a stall.
@@ -46,11 +89,10 @@ MotionWatch::MotionWatch(std::string slider, const SliderState& start, double ta
       low_{"low", start.at_low_limit.value_or(false) && target_mm >= start.position_mm},
       high_{"high", start.at_high_limit.value_or(false) && target_mm <= start.position_mm},
       commanded_at_(now),
-      deadline_(now + duration_from_ms(
-                          Trapezoid(std::abs(target_mm - start_mm_), rules.profile).duration_ms() +
-                          rules.settle_ms + rules.settle_timeout_ms)),
-      stall_time_(duration_from_ms(
-          rules.stall_ms + Trapezoid(rules.settle_tolerance_mm, rules.profile).duration_ms())),
+      deadline_(now + duration_from_ms(rules.profile.moving_ms(std::abs(target_mm - start_mm_)) +
+                                       rules.settle_ms + rules.settle_timeout_ms)),
+      stall_time_(
+          duration_from_ms(rules.stall_ms + rules.profile.moving_ms(rules.settle_tolerance_mm))),
       nearest_mm_(std::abs(target_mm - start_mm_)),
       previous_distance_mm_(nearest_mm_),
       progress_at_(now),
@@ -124,17 +166,10 @@ bool MotionWatch::is_at_target(double position_mm) const {
 }
 
 void MotionWatch::follow_dwell(const SliderState& state, SteadyTime now) {
-  if (!is_at_target(state.position_mm)) {
-    dwell_.start_over();
-    return;
-  }
-  if (!arrived_at_) arrived_at_ = now;
+  const bool arrived = is_at_target(state.position_mm);
+  if (arrived && !arrived_at_) arrived_at_ = now;
   const bool at_rest = !state.moving.value_or(false) && state.in_position.value_or(true);
-  if (at_rest) {
-    dwell_.add(now, state.position_mm);
-  } else {
-    dwell_.start_over();
-  }
+  dwell_.take(arrived && at_rest, now, state.position_mm);
 }
 
 // Progress is the lesser of two consecutive readings: otherwise one wrong reading near the target

@@ -1,12 +1,13 @@
-// Supervises one move: in progress, settled or failed.
+// Supervises a motion, a move or homing, by its readings: in progress, at its end or failed.
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <optional>
 #include <string>
 
 #include "capture/base/clock.h"
 #include "capture/slider/carriage.h"
-#include "capture/slider/dwell.h"
 #include "capture/slider/slider.h"
 
 namespace raywalk::capture {
@@ -14,6 +15,72 @@ namespace raywalk::capture {
 // Throws DeviceFault kAlarm, with the alarm's code, if the drive cannot move: alarm or motor not
 // enabled.
 void require_able_to_move(const SliderState& state, const std::string& slider);
+
+// Whether a condition has held for long enough, where a single reading may be wrong: over once at
+// least three consecutive good readings span `length`, within `spread_mm` of one another. A reading
+// may be one poll old (see ModbusLink), so fewer could all show the same moment.
+class Dwell {
+ public:
+  explicit Dwell(Duration length, double spread_mm = std::numeric_limits<double>::infinity())
+      : length_(length), spread_mm_(spread_mm) {}
+
+  // Starts over at a bad reading, and with a good one that is too far from an earlier one.
+  void take(bool good, SteadyTime time, double position_mm) {
+    const double spread_mm = std::max(high_mm_, position_mm) - std::min(low_mm_, position_mm);
+    if (!good || spread_mm > spread_mm_) *this = Dwell(length_, spread_mm_);
+    if (!good) return;
+    if (readings_++ == 0) since_ = time;
+    latest_ = time;
+    low_mm_ = std::min(low_mm_, position_mm);
+    high_mm_ = std::max(high_mm_, position_mm);
+    sum_mm_ += position_mm;
+  }
+
+  bool is_over() const { return readings_ >= kMinReadings && latest_ - since_ >= length_; }
+  double mean_mm() const { return sum_mm_ / readings_; }  // there must be a reading
+
+ private:
+  static constexpr int kMinReadings = 3;
+
+  Duration length_;
+  double spread_mm_;
+  SteadyTime since_{};
+  SteadyTime latest_{};
+  double sum_mm_ = 0.0;
+  double low_mm_ = std::numeric_limits<double>::infinity();
+  double high_mm_ = -std::numeric_limits<double>::infinity();
+  int readings_ = 0;
+};
+
+// Positions are not valid before home is found, and a limit switch may serve as home switch, so
+// neither is checked here.
+class HomingWatch {
+ public:
+  // `start` is the reading before the command, `now` the time of the command.
+  HomingWatch(std::string slider, const SliderState& start, const MotionRules& rules,
+              SteadyTime now);
+
+  // Takes one reading. Throws DeviceFault: kAlarm, kStall (at rest away from home), kTimeout.
+  void take(const SliderState& state, SteadyTime now);
+  // True once the drive has, throughout the dwell, reported home, been at rest and shown position 0
+  // within the following error. A drive that has just been switched on also shows 0. So a drive
+  // without a home flag must have moved farther than the following error, and then stay at 0 within
+  // the tolerance for the stall time.
+  bool is_home() const { return dwell_.is_over(); }
+
+ private:
+  [[noreturn]] void fail_at_rest(const SliderState& state) const;
+
+  std::string slider_;
+  MotionRules rules_;
+  SteadyTime deadline_;
+  Duration dwell_time_;
+  double resting_mm_;
+  double start_mm_;
+  bool has_moved_ = false;
+  SteadyTime resting_since_;
+  Dwell dwell_;
+};
 
 class MotionWatch {
  public:
@@ -28,7 +95,7 @@ class MotionWatch {
   // Takes one reading. Throws DeviceFault: kAlarm, kLimitSwitch, kFollowingError, kStall, kTimeout.
   void take(const SliderState& state, SteadyTime now);
   // For a reading that the next one did not confirm: restarts the dwell.
-  void take_outlier() { dwell_.start_over(); }
+  void take_outlier() { dwell_.take(false, latest_, 0.0); }
 
   // The result once, throughout the dwell, the feedback was within the tolerance of the target and
   // the drive did not report motion or being out of position (where it reports these); else none.

@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
+#include "capture/base/units.h"
 #include "core/base/error.h"
 #include "core/files/settings.h"
 #include "core/files/words.h"
@@ -14,17 +17,9 @@
 namespace raywalk::capture {
 namespace {
 
-struct NamedMeaning {
-  const char* name;
-  WordMeaning meaning;
-};
-constexpr std::array kMeanings{NamedMeaning{"position_high", WordMeaning::kPositionHigh},
-                               NamedMeaning{"position_low", WordMeaning::kPositionLow},
-                               NamedMeaning{"speed", WordMeaning::kSpeed},
-                               NamedMeaning{"speed_high", WordMeaning::kSpeedHigh},
-                               NamedMeaning{"speed_low", WordMeaning::kSpeedLow},
-                               NamedMeaning{"acceleration", WordMeaning::kAcceleration},
-                               NamedMeaning{"deceleration", WordMeaning::kDeceleration}};
+// In the order of WordMeaning, after kConstant.
+constexpr std::array kQuantities{"position_high", "position_low", "speed",       "speed_high",
+                                 "speed_low",     "acceleration", "deceleration"};
 // One request reads at most 125 registers (Modbus application protocol 1.1b3, 6.3).
 constexpr int kMaxReadAtOnce = 125;
 // Function 16 writes at most 123 (6.12).
@@ -35,14 +30,14 @@ constexpr int kLastAddress = 0xffff;
 constexpr double kMinScale = 1e-3;
 constexpr double kMaxScale = 1e7;
 
+constexpr double kLargest16 = 0xffff;
+constexpr double kLargest32 = 0xffffffff;
+
 // A map's file: its keys, bound to the map. The words of writes are texts until they are parsed.
 // Every error starts with the file's name.
 class RegisterMapFile {
  public:
-  explicit RegisterMapFile(std::string source) : source_(std::move(source)) {
-    map_.steps_per_mm = 0.0;  // until it is read
-    map_.speed_per_mm_s = 0.0;
-  }
+  explicit RegisterMapFile(std::string source) : source_(std::move(source)) {}
   RegisterMapFile(const RegisterMapFile&) = delete;
   RegisterMapFile& operator=(const RegisterMapFile&) = delete;
 
@@ -61,127 +56,103 @@ class RegisterMapFile {
         .number("acceleration_time_to_mm_s", &map_.acceleration_time_to_mm_s, 0.0, kMaxScale)
         .integer("identity.address", &map_.identity_address, kNone, kLastAddress)
         .integer("identity.value", &map_.identity_value, 0, 0xffff);
-    for (WriteText* write : {&move_, &start_, &home_, &stop_, &reset_alarm_}) {
-      schema.integer(write->key + ".address", &write->address, kNone, kLastAddress)
-          .words(write->key + ".words", &write->words, kMaxWords);
+    for (Write& write : writes_) {
+      schema.integer(write.key + ".address", &write.read->address, kNone, kLastAddress)
+          .words(write.key + ".words", &write.words, kMaxWords);
     }
-    for (BitText& each : bits_) {
-      schema.integer("status." + each.key + ".bit", &each.read.bit, kNone, 15)
-          .boolean("status." + each.key + ".active_low", &each.read.active_low);
+    for (const auto& [key, bit] : bits_) {
+      schema.integer("status." + key + ".bit", &bit->bit, kNone, 15)
+          .boolean("status." + key + ".active_low", &bit->active_low);
     }
     return schema;
   }
 
   // Once the schema has read the file.
   RegisterMap checked_map() {
-    map_.move = write(move_);
-    map_.start = optional_write(start_);
-    map_.home = write(home_);
-    map_.stop = write(stop_);
-    map_.reset_alarm = optional_write(reset_alarm_);
-    for (const BitText& each : bits_) {
-      if (each.read.bit >= 0) *each.bit = each.read;
+    for (const Write& write : writes_) parse(write);
+    require_keys();
+    if ((map_.acceleration_per_mm_s2 > 0.0) == (map_.acceleration_time_to_mm_s > 0.0)) {
+      fail("give one of 'acceleration_per_mm_s2' and 'acceleration_time_to_mm_s'");
     }
-    check(map_);
+    check_move_words();
+    check_one_read();
     return map_;
   }
 
  private:
-  struct WriteText {
+  struct Write {
     std::string key;
-    int address = kNone;
+    RegisterWrite* read;
+    bool is_optional;
     std::vector<std::string> words{};  // numbers, or names such as "position_high"
-  };
-  struct BitText {
-    std::string key;
-    std::optional<StatusBit>* bit;
-    StatusBit read{.bit = kNone, .active_low = false};
   };
 
   [[noreturn]] void fail(const std::string& what) const { throw UsageError(source_ + ": " + what); }
 
-  void require_address(const char* key, int address) const {
-    if (address < 0) fail(fmt::format("'{}' is missing", key));
+  void parse(const Write& write) const {
+    const int address = write.read->address;
+    if (write.is_optional && address < 0 && write.words.empty()) return;
+    if (address < 0) fail(fmt::format("'{}.address' is missing", write.key));
+    if (write.words.empty()) fail(fmt::format("'{}.words' is missing", write.key));
+    if (address + static_cast<int>(write.words.size()) - 1 > kLastAddress) {
+      fail(fmt::format("'{}' reaches beyond register 0xffff", write.key));
+    }
+    for (const std::string& text : write.words) {
+      const BlockWord word = parsed_word(write.key, text);
+      if (word.meaning != WordMeaning::kConstant && write.read != &map_.move) {
+        fail(fmt::format("'{}.words' must be numbers; only a move has a position and a speed",
+                         write.key));
+      }
+      write.read->words.push_back(word);
+    }
   }
 
-  void check(const RegisterMap& map) const {
-    if (map.name.empty()) fail("'name' is missing; it names the drive in messages");
-    require_address("position_address", map.position_address);
-    require_address("status_address", map.status_address);
-    if (map.steps_per_mm == 0.0) fail("'steps_per_mm' is missing");
-    if (map.speed_per_mm_s == 0.0) fail("'speed_per_mm_s' is missing");
-    if ((map.acceleration_per_mm_s2 > 0.0) == (map.acceleration_time_to_mm_s > 0.0)) {
-      fail("give one of 'acceleration_per_mm_s2' and 'acceleration_time_to_mm_s'");
-    }
-    check_move_words(map);
-    check_fixed_words("home", map.home);
-    check_fixed_words("stop", map.stop);
-    if (map.start) check_fixed_words("start", *map.start);
-    if (map.reset_alarm) check_fixed_words("reset_alarm", *map.reset_alarm);
-    if (map.alarm_address >= 0 && !map.alarm) {
-      fail("'alarm_address' needs 'status.alarm.bit', which says when to read it");
-    }
-    if (!map.alarm) fail("'status.alarm.bit' is missing; it is needed to notice a failed drive");
-    check_one_read(map);
-  }
-
-  BlockWord word(const std::string& key, const std::string& text) const {
-    for (const NamedMeaning& named : kMeanings) {
-      if (text == named.name) return {named.meaning, 0};
+  BlockWord parsed_word(const std::string& key, const std::string& text) const {
+    const auto* const named = std::find(kQuantities.begin(), kQuantities.end(), text);
+    if (named != kQuantities.end()) {
+      return {static_cast<WordMeaning>(1 + (named - kQuantities.begin())), 0};
     }
     const auto number = parse_whole_or_hexadecimal_number(text);
     if (number && *number >= 0 && *number <= 0xffff) {
       return {WordMeaning::kConstant, static_cast<std::uint16_t>(*number)};
     }
     if (number) fail(fmt::format("'{}.words': {} does not fit 16 bits", key, text));
-    std::vector<std::string> names(kMeanings.size());
-    std::transform(kMeanings.begin(), kMeanings.end(), names.begin(),
-                   [](const NamedMeaning& named) { return named.name; });
     fail(fmt::format("'{}.words': {} is neither a number nor a quantity{}", key, excerpt(text),
-                     suggestion(text, names)));
+                     suggestion(text, {kQuantities.begin(), kQuantities.end()})));
   }
 
-  RegisterWrite write(const WriteText& text) const {
-    if (text.address < 0) fail(fmt::format("'{}.address' is missing", text.key));
-    if (text.words.empty()) fail(fmt::format("'{}.words' is missing", text.key));
-    if (text.address + static_cast<int>(text.words.size()) - 1 > kLastAddress) {
-      fail(fmt::format("'{}' reaches beyond register 0xffff", text.key));
+  void require_keys() const {
+    for (const auto& [key, is_missing] : {std::pair{"name", map_.name.empty()},
+                                          {"position_address", map_.position_address < 0},
+                                          {"status_address", map_.status_address < 0},
+                                          {"steps_per_mm", map_.steps_per_mm == 0.0},
+                                          {"speed_per_mm_s", map_.speed_per_mm_s == 0.0}}) {
+      if (is_missing) fail(fmt::format("'{}' is missing", key));
     }
-    RegisterWrite write{text.address, {}};
-    for (const std::string& each : text.words) write.words.push_back(word(text.key, each));
-    return write;
+    if (map_.alarm.bit < 0) {
+      fail("'status.alarm.bit' is missing; it is needed to notice a failed drive");
+    }
   }
 
-  std::optional<RegisterWrite> optional_write(const WriteText& text) const {
-    if (text.address < 0 && text.words.empty()) return std::nullopt;
-    return write(text);
-  }
-
-  static auto count(const RegisterWrite& write, WordMeaning meaning) {
-    return std::count_if(write.words.begin(), write.words.end(),
+  auto count_in_move(WordMeaning meaning) const {
+    return std::count_if(map_.move.words.begin(), map_.move.words.end(),
                          [=](const BlockWord& word) { return word.meaning == meaning; });
   }
 
-  void check_move_words(const RegisterMap& map) const {
-    if (count(map.move, WordMeaning::kPositionHigh) != 1 ||
-        count(map.move, WordMeaning::kPositionLow) != 1) {
+  void check_move_words() const {
+    if (count_in_move(WordMeaning::kPositionHigh) != 1 ||
+        count_in_move(WordMeaning::kPositionLow) != 1) {
       fail("'move.words' must hold position_high and position_low once each");
     }
-    if (count(map.move, WordMeaning::kSpeedHigh) != count(map.move, WordMeaning::kSpeedLow)) {
+    if (count_in_move(WordMeaning::kSpeedHigh) != count_in_move(WordMeaning::kSpeedLow)) {
       fail("'move.words' must hold speed_high and speed_low together");
     }
   }
 
-  void check_fixed_words(const char* key, const RegisterWrite& write) const {
-    if (count(write, WordMeaning::kConstant) != static_cast<std::ptrdiff_t>(write.words.size())) {
-      fail(fmt::format("'{}.words' must be numbers; only a move has a position and a speed", key));
-    }
-  }
-
-  void check_one_read(const RegisterMap& map) const {
-    const int first = std::min(map.position_address, map.status_address);
-    const int last = std::max(map.position_address + 1, map.status_address);
-    if (map.one_read && last - first + 1 > kMaxReadAtOnce) {
+  void check_one_read() const {
+    const int first = std::min(map_.position_address, map_.status_address);
+    const int last = std::max(map_.position_address + 1, map_.status_address);
+    if (map_.one_read && last - first + 1 > kMaxReadAtOnce) {
       fail(
           fmt::format("'one_read': {} registers lie between status and position, and one request "
                       "reads at most {}",
@@ -191,16 +162,70 @@ class RegisterMapFile {
 
   std::string source_;
   RegisterMap map_{};
-  WriteText move_{"move"}, start_{"start"}, home_{"home"}, stop_{"stop"};
-  WriteText reset_alarm_{"reset_alarm"};
-  std::array<BitText, 7> bits_{{{"alarm", &map_.alarm},
-                                {"enabled", &map_.enabled},
-                                {"homed", &map_.homed},
-                                {"moving", &map_.moving},
-                                {"in_position", &map_.in_position},
-                                {"at_low_limit", &map_.at_low_limit},
-                                {"at_high_limit", &map_.at_high_limit}}};
+  std::array<Write, 5> writes_{{{"move", &map_.move, false},
+                                {"start", &map_.start, true},
+                                {"home", &map_.home, false},
+                                {"stop", &map_.stop, false},
+                                {"reset_alarm", &map_.reset_alarm, true}}};
+  std::array<std::pair<std::string, StatusBit*>, 7> bits_{{{"alarm", &map_.alarm},
+                                                           {"enabled", &map_.enabled},
+                                                           {"homed", &map_.homed},
+                                                           {"moving", &map_.moving},
+                                                           {"in_position", &map_.in_position},
+                                                           {"at_low_limit", &map_.at_low_limit},
+                                                           {"at_high_limit", &map_.at_high_limit}}};
 };
+
+std::uint16_t high_word(std::uint32_t value) { return static_cast<std::uint16_t>(value >> 16); }
+std::uint16_t low_word(std::uint32_t value) { return static_cast<std::uint16_t>(value & 0xffff); }
+
+std::uint32_t whole_units(const RegisterMap& map, const char* what, double asked, double units,
+                          double largest) {
+  const double rounded = std::round(units);
+  if (!(rounded >= 1.0 && rounded <= largest)) {
+    throw UsageError(fmt::format(
+        "register map '{}': {} {:g} would be {:g} in its register, which holds 1 to {:.0f}; choose "
+        "another value, or correct the map's scale",
+        map.name, what, asked, units, largest));
+  }
+  return static_cast<std::uint32_t>(rounded);
+}
+
+std::uint32_t speed_units(const RegisterMap& map, double speed_mm_s, double largest) {
+  return whole_units(map, "speed in mm/s", speed_mm_s, speed_mm_s * map.speed_per_mm_s, largest);
+}
+
+// Either units of acceleration, or the milliseconds t in which it reaches the map's speed v: from
+// v = a t, t = 1000 v / a.
+std::uint32_t acceleration_units(const RegisterMap& map, double acceleration_mm_s2) {
+  const double units = map.acceleration_time_to_mm_s > 0.0
+                           ? kMsPerSecond * map.acceleration_time_to_mm_s / acceleration_mm_s2
+                           : map.acceleration_per_mm_s2 * acceleration_mm_s2;
+  return whole_units(map, "acceleration in mm/s^2", acceleration_mm_s2, units, kLargest16);
+}
+
+std::uint16_t word_of_write(const RegisterMap& map, const BlockWord& word, double target_mm,
+                            const MotionProfile& profile) {
+  const auto position = [&] { return static_cast<std::uint32_t>(steps_from_mm(map, target_mm)); };
+  switch (word.meaning) {
+    case WordMeaning::kConstant:
+      return word.constant;
+    case WordMeaning::kPositionHigh:
+      return high_word(position());
+    case WordMeaning::kPositionLow:
+      return low_word(position());
+    case WordMeaning::kSpeed:
+      return low_word(speed_units(map, profile.speed_mm_s, kLargest16));
+    case WordMeaning::kSpeedHigh:
+      return high_word(speed_units(map, profile.speed_mm_s, kLargest32));
+    case WordMeaning::kSpeedLow:
+      return low_word(speed_units(map, profile.speed_mm_s, kLargest32));
+    case WordMeaning::kAcceleration:
+    case WordMeaning::kDeceleration:
+      break;
+  }
+  return low_word(acceleration_units(map, profile.acceleration_mm_s2));
+}
 
 }  // namespace
 
@@ -215,6 +240,40 @@ std::set<std::string> register_map_keys() {
   std::set<std::string> keys;
   for (const auto& [key, value] : text.schema().values()) keys.insert(key);
   return keys;
+}
+
+std::int32_t steps_from_mm(const RegisterMap& map, double mm) {
+  const double steps = std::round(mm * map.steps_per_mm);
+  if (!(steps >= std::numeric_limits<std::int32_t>::min() &&
+        steps <= std::numeric_limits<std::int32_t>::max())) {
+    throw UsageError(fmt::format(
+        "register map '{}': {:.3f} mm are {:.0f} steps, more than 32 bits hold; correct "
+        "steps_per_mm",
+        map.name, mm, steps));
+  }
+  return static_cast<std::int32_t>(steps);
+}
+
+double mm_from_words(const RegisterMap& map, std::uint16_t first, std::uint16_t second) {
+  const std::uint32_t high = map.low_word_first ? second : first;
+  const std::uint32_t low = map.low_word_first ? first : second;
+  // Two's complement, as C++20 defines it.
+  return static_cast<std::int32_t>(high << 16 | low) / map.steps_per_mm;
+}
+
+std::vector<std::uint16_t> words_of(const RegisterMap& map, const RegisterWrite& write,
+                                    double target_mm, const MotionProfile& profile) {
+  std::vector<std::uint16_t> words;
+  words.reserve(write.words.size());
+  for (const BlockWord& word : write.words) {
+    words.push_back(word_of_write(map, word, target_mm, profile));
+  }
+  return words;
+}
+
+std::optional<bool> flag_of(std::uint16_t status, const StatusBit& bit) {
+  if (bit.bit < 0) return std::nullopt;
+  return ((status >> bit.bit & 1) != 0) != bit.active_low;
 }
 
 }  // namespace raywalk::capture

@@ -11,6 +11,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <functional>
@@ -23,9 +24,24 @@
 #include <utility>
 #include <vector>
 
-#include "capture/slider/terminal_reservation.h"
-
 namespace raywalk::capture {
+
+// Once both sides of a terminal are closed, the kernel reuses its number. A link that reconnects
+// after a hang-up would then reach the device of another test. While this object holds the terminal
+// open, such a link finds it closed.
+class TerminalReservation {
+ public:
+  explicit TerminalReservation(const std::string& device)
+      : terminal_(open(device.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC)) {}
+  ~TerminalReservation() {
+    if (terminal_ >= 0) close(terminal_);
+  }
+  TerminalReservation(const TerminalReservation&) = delete;
+  TerminalReservation& operator=(const TerminalReservation&) = delete;
+
+ private:
+  int terminal_;
+};
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -38,7 +54,7 @@ struct TimedReply {
 class TestModbusPeer {
  public:
   enum class Line { kSerial, kTcp };
-  // What is sent instead of `reply`, the correct reply to request n (from 0).
+  // What is sent instead of `reply`, the correct reply to request n (from 0), in order of time.
   using Script = std::function<std::vector<TimedReply>(int n, const Bytes& reply)>;
 
   TestModbusPeer(Line line, Script script) : line_(line), script_(std::move(script)) {
@@ -63,6 +79,9 @@ class TestModbusPeer {
   int port() const { return port_; }
   int requests() const { return requests_; }
   int connections() const { return connections_; }
+
+  // The frame that is being answered, for the script.
+  const Bytes& request() const { return request_; }
 
   std::uint16_t value(int address) {
     const std::lock_guard lock(mutex_);
@@ -139,7 +158,6 @@ class TestModbusPeer {
         hang_up_ = false;
       }
       if (listener_ >= 0 && readable(listener_)) accept_connection();
-      send_due();
       if (stream() >= 0 && readable(stream())) take_bytes();
     }
   }
@@ -151,7 +169,6 @@ class TestModbusPeer {
     if (connection_ >= 0) close(connection_);
     connection_ = accept(listener_, nullptr, nullptr);
     incoming_.clear();
-    due_.clear();
     ++connections_;
   }
 
@@ -165,17 +182,11 @@ class TestModbusPeer {
     incoming_.insert(incoming_.end(), buffer, buffer + got);
     const std::size_t header = line_ == Line::kSerial ? 0 : 6;
     const std::size_t check = line_ == Line::kSerial ? 2 : 0;
-    for (;;) {
-      const bool writes_block = incoming_.size() > header + 1 && incoming_[header + 1] == 16;
-      if (incoming_.size() < header + (writes_block ? 7 : 6)) return;
-      const std::size_t body = writes_block ? 7u + incoming_[header + 6] : 6u;
-      if (incoming_.size() < header + body + check) return;
-      const Bytes request(incoming_.begin(),
-                          incoming_.begin() + static_cast<std::ptrdiff_t>(header + body + check));
-      incoming_.erase(incoming_.begin(),
-                      incoming_.begin() + static_cast<std::ptrdiff_t>(request.size()));
-      answer(request, header);
-    }
+    const bool writes_block = incoming_.size() > header + 6 && incoming_[header + 1] == 16;
+    const std::size_t body = writes_block ? 7u + incoming_[header + 6] : 6u;
+    if (incoming_.size() < header + body + check) return;
+    request_ = std::exchange(incoming_, {});
+    answer(request_, header);
   }
 
   void answer(const Bytes& request, std::size_t header) {
@@ -183,7 +194,7 @@ class TestModbusPeer {
     const int address = byte(2) << 8 | byte(3);
     const int second = byte(4) << 8 | byte(5);
     Bytes body{byte(0), byte(1)};
-    const std::lock_guard lock(mutex_);
+    std::unique_lock lock(mutex_);
     if (byte(1) == 3 || byte(1) == 4) {
       body.push_back(static_cast<std::uint8_t>(2 * second));
       for (int i = 0; i < second; ++i) {
@@ -199,18 +210,16 @@ class TestModbusPeer {
       if (byte(1) == 6) registers_[address] = static_cast<std::uint16_t>(second);
       for (std::size_t i = 2; i < 6; ++i) body.push_back(byte(i));
     }
+    lock.unlock();
     const auto now = std::chrono::steady_clock::now();
-    for (TimedReply& reply : script_(requests_++, framed(body, request))) {
-      due_.emplace(now + std::chrono::milliseconds(reply.after_ms), std::move(reply.frame));
-    }
-    send_due();
-  }
-
-  void send_due() {
-    while (!due_.empty() && due_.begin()->first <= std::chrono::steady_clock::now()) {
-      const Bytes& frame = due_.begin()->second;
-      if (stream() >= 0 && write(stream(), frame.data(), frame.size()) < 0) return;
-      due_.erase(due_.begin());
+    for (const TimedReply& reply : script_(requests_++, framed(body, request))) {
+      std::this_thread::sleep_until(now + std::chrono::milliseconds(reply.after_ms));
+      if (over_) return;
+      if (line_ == Line::kTcp) {
+        send(connection_, reply.frame.data(), reply.frame.size(), MSG_NOSIGNAL);
+      } else if (write(terminal_, reply.frame.data(), reply.frame.size()) < 0) {
+        return;
+      }
     }
   }
 
@@ -224,8 +233,8 @@ class TestModbusPeer {
   int port_ = 0;
   std::mutex mutex_;
   std::map<int, std::uint16_t> registers_;
-  std::multimap<std::chrono::steady_clock::time_point, Bytes> due_;
   Bytes incoming_;
+  Bytes request_;
   std::atomic<int> requests_{0};
   std::atomic<int> connections_{0};
   std::atomic<bool> hang_up_{false};

@@ -55,8 +55,8 @@ modbus_mapping_t* DriveRegisters::refreshed() {
 
 int DriveRegisters::status_word(const DriveState& state) const {
   int word = 0;
-  const auto set = [&word](const std::optional<StatusBit>& bit, bool value) {
-    if (bit && value != bit->active_low) word |= 1 << bit->bit;
+  const auto set = [&word](const StatusBit& bit, bool value) {
+    if (bit.bit >= 0 && value != bit.active_low) word |= 1 << bit.bit;
   };
   set(map_.alarm, state.alarm);
   set(map_.enabled, state.enabled);
@@ -82,8 +82,8 @@ bool DriveRegisters::was_written(const RegisterWrite& block, int address, int co
 }
 
 bool DriveRegisters::execute(int address, int count) {
-  const auto written = [&](const std::optional<RegisterWrite>& block) {
-    return block && was_written(*block, address, count);
+  const auto written = [&](const RegisterWrite& block) {
+    return was_written(block, address, count);
   };
   if (written(map_.stop)) {
     drive_->stop();
@@ -91,7 +91,7 @@ bool DriveRegisters::execute(int address, int count) {
     drive_->reset_alarm();
   } else if (written(map_.home)) {
     drive_->home();
-  } else if (written(map_.start ? map_.start : map_.move)) {
+  } else if (written(map_.start.exists() ? map_.start : map_.move)) {
     return start_move();
   }
   return true;

@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "capture/slider/terminal_reservation.h"
+#include "capture/slider/test_modbus_peer.h"
 
 namespace raywalk::capture {
 
