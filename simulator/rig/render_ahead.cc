@@ -20,9 +20,6 @@ bool is_same(const Attitude& a, const Attitude& b) {
 
 }  // namespace
 
-RenderAhead::RenderAhead(Render render, double tolerance_mm)
-    : render_(std::move(render)), tolerance_mm_(tolerance_mm) {}
-
 void RenderAhead::expect(const CameraPose& pose) {
   if (tolerance_mm_ <= 0.0) return;
   const std::lock_guard lock(mutex_);

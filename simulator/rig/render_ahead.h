@@ -25,7 +25,8 @@ class RenderAhead {
 
   // An expected pose is as good as the true one if its position is at most `tolerance_mm` away (0:
   // never) and its attitude the same. `render` is called from several threads, possibly at once.
-  RenderAhead(Render render, double tolerance_mm);
+  RenderAhead(Render render, double tolerance_mm)
+      : render_(std::move(render)), tolerance_mm_(tolerance_mm) {}
 
   // Starts rendering; replaces the pose expected before. Returns at once.
   void expect(const CameraPose& pose);

@@ -24,11 +24,6 @@ using nlohmann::json;
 // The target is rounded to whole steps, so it may differ slightly from the station.
 constexpr double kSamePlace_mm = 0.1;
 
-fs::path made(const fs::path& directory) {
-  make_directories(directory);
-  return directory;
-}
-
 capture::CaptureConfig capture_of(const RigConfig& config) {
   std::error_code error;
   if (!fs::is_regular_file(config.capture_config, error)) {
@@ -77,16 +72,13 @@ json range_of(const Extremes& extremes) {
 }  // namespace
 
 Rig::Rig(const RigConfig& config, const fs::path& directory, Clock* clock)
-    : Rig(config, capture_of(config), made(directory), clock) {}
-
-Rig::Rig(const RigConfig& config, const capture::CaptureConfig& capture, const fs::path& directory,
-         Clock* clock)
     : config_(config),
+      capture_(capture_of(config)),
       directory_(directory),
-      plan_(capture::plan_capture(capture)),
+      plan_(capture::plan_capture(capture_)),
       placements_(capture::placements_of(plan_)),
       frame_{config.camera.width_px, config.camera.width_px / 2},
-      room_(room_settings(config, capture, plan_)),
+      room_(room_settings(config, capture_, plan_)),
       rail_(config.rail, plan_, {config.slider.low_switch_mm, config.slider.high_switch_mm}),
       optics_(config.camera, frame_, config.dolly, -room_.extent().min_m.y(), config.scene.seed),
       ahead_([this](const CameraPose& pose) { return optics_.scene(room_, pose); },
@@ -100,8 +92,8 @@ Rig::Rig(const RigConfig& config, const capture::CaptureConfig& capture, const f
   begin_truth();
   drive_.on_move([this](double target_mm) { move_commanded(target_mm); });
   osc_.emplace(&camera_, &faults_, config.camera.port, endpoints());
-  modbus_.emplace(DriveServerSettings{capture.slider.unit, slider_device(), config.tcp_port},
-                  capture::read_register_map(capture.slider.register_map), &drive_, &faults_);
+  modbus_.emplace(DriveServerSettings{capture_.slider.unit, slider_device(), config.tcp_port},
+                  capture::read_register_map(capture_.slider.register_map), &drive_, &faults_);
 }
 
 // Stops the servers before the devices that they use are destroyed.

@@ -66,8 +66,6 @@ class Rig {
   nlohmann::json state();
 
  private:
-  Rig(const RigConfig& config, const capture::CaptureConfig& capture,
-      const std::filesystem::path& directory, Clock* clock);
   void add_fault(const Fault& fault);
   void move_commanded(double target_mm);
   std::string take_picture(const ExposureNow& exposure);
@@ -77,6 +75,7 @@ class Rig {
   std::map<std::string, OscServer::Handler> endpoints();
 
   const RigConfig config_;
+  const capture::CaptureConfig capture_;
   const std::filesystem::path directory_;
   const CapturePlan plan_;
   const std::vector<CaptureLine> placements_;  // of its lines

@@ -96,8 +96,7 @@ void require_valid(const RigConfig& config, const std::string& source) {
     }
   }
   const bool lenses_matter = config.camera.layout == FrameKind::kDualFisheye;
-  if (!lenses_matter &&
-      (!config.camera.lens.empty() || config.camera.light != LensLightSettings{})) {
+  if (!lenses_matter && (!config.camera.lens.empty() || !config.camera.light.is_even())) {
     refuse(
         "'camera.lens', 'camera.vignetting' and 'camera.lens_gain_ev' require "
         "'camera.layout: dual-fisheye'");

@@ -60,7 +60,7 @@ RigOptics::RigOptics(const RigCameraSettings& camera, PanoramaSize frame,
     : camera_(camera), seed_(seed) {
   if (camera.layout == FrameKind::kDualFisheye) lenses_ = lenses_of(camera.lens, frame);
   rays_ = rays_of(lenses_, frame);
-  if (lenses_ && camera.light != LensLightSettings{}) {
+  if (lenses_ && !camera.light.is_even()) {
     light_ = lens_light(*lenses_, frame, camera.light);
   }
   if (dolly.visible) dolly_ = make_dolly(dolly, floor_m);

@@ -11,7 +11,9 @@ namespace {
 
 constexpr double kFarthest_m = 10000.0;
 
-SettingsSchema schema_of(VirtualRoomSettings* settings) {
+}  // namespace
+
+SettingsSchema virtual_room_schema(VirtualRoomSettings* settings) {
   SettingsSchema schema;
   bind_virtual_scene(&schema, settings, "");
   GridSettings* grid = &settings->grid;
@@ -32,8 +34,6 @@ SettingsSchema schema_of(VirtualRoomSettings* settings) {
       .choice("output.jpeg_colour", &settings->output.jpeg_colour, {"full", "quarter"});
   return schema;
 }
-
-}  // namespace
 
 void bind_virtual_scene(SettingsSchema* schema, VirtualRoomSettings* settings,
                         const std::string& prefix) {
@@ -62,7 +62,7 @@ void require_valid(const VirtualRoomSettings& settings, const std::string& sourc
 
 VirtualRoomSettings read_virtual_room_settings(const std::filesystem::path& file) {
   VirtualRoomSettings settings;
-  schema_of(&settings).load(file);
+  virtual_room_schema(&settings).load(file);
   find_scene_beside(file.parent_path(), &settings);
   require_valid(settings, file.string());
   return settings;

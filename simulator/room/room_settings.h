@@ -13,8 +13,6 @@ namespace raywalk::simulator {
 struct SceneSettings {
   std::filesystem::path file = "room";  // or the name of one in configs/scenes
   Eigen::Vector3d middle_m{0, 0, 0};    // of the grid, at the height of its lines, in the scene
-
-  bool operator==(const SceneSettings&) const = default;
 };
 
 // Square cells on a grid around the origin of the plan, and the stations on its lines.
@@ -25,24 +23,18 @@ struct GridSettings {
   double spacing_mm = 0.0;        // between stations; 0 = a 40th of the cell's side
   double overhang_share = 0.25;   // captured beyond the outer corners, relative to the cell's side
   bool shared_crossings = false;  // a crossing's station is of the line along x only
-
-  bool operator==(const GridSettings&) const = default;
 };
 
 struct SensorSettings {
   double noise_levels = 0.0;  // standard deviation of a dark pixel, in 8-bit levels
   double shot_noise = 0.0;    // added variance in squared levels, per level of brightness
   double gain_spread = 0.0;   // standard deviation of a station's exposure, relative
-
-  bool operator==(const SensorSettings&) const = default;
 };
 
 // Standard deviations of the true poses around the nominal ones of poses.csv.
 struct PoseSettings {
   double position_jitter_mm = 0.0;   // along each axis
   double attitude_jitter_deg = 0.0;  // of yaw, pitch and roll each
-
-  bool operator==(const PoseSettings&) const = default;
 };
 
 // The camera's exposure of the scene, also in true views.
@@ -50,8 +42,6 @@ struct LightSettings {
   double exposure = 1.0;     // multiplies all light
   double source_gain = 1.0;  // multiplies the light of sky and lamps as it is seen
   bool clip = false;         // what is brighter than white is white; else it is compressed
-
-  bool operator==(const LightSettings&) const = default;
 };
 
 struct OutputSettings {
@@ -59,8 +49,6 @@ struct OutputSettings {
   std::string format = "jpg";
   int jpeg_quality = 95;
   std::string jpeg_colour = "full";  // "quarter": chroma at half the width and height
-
-  bool operator==(const OutputSettings&) const = default;
 };
 
 inline constexpr int kMostCells = 1000;  // along one axis
@@ -75,9 +63,10 @@ struct VirtualRoomSettings {
   SensorSettings sensor{};
   PoseSettings pose{};
   OutputSettings output{};
-
-  bool operator==(const VirtualRoomSettings&) const = default;
 };
+
+// The schema of all keys, bound to `settings`, which must outlive it.
+SettingsSchema virtual_room_schema(VirtualRoomSettings* settings);
 
 // Adds the keys of the scene (scene.file and others), and with `prefix` before them seed and
 // light.*, to a schema and binds them to `settings`, which must outlive it.

@@ -3,12 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <sstream>
+#include <set>
 #include <string>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
+#include "core/files/test_yaml_keys.h"
 
 namespace raywalk::simulator {
 namespace {
@@ -30,21 +31,15 @@ void expect_refused(const std::string& yaml, const std::string& message) {
   }
 }
 
-TEST(RoomSettingsTest, EmptyFileGivesTheDefaults) { EXPECT_EQ(parsed(""), VirtualRoomSettings{}); }
-
 // The shipped file claims that its values are the defaults.
 TEST(RoomSettingsTest, ShippedFileHoldsEveryKeyWithItsDefault) {
-  const std::string yaml = read_file(RAYWALK_CONFIGS "/virtual-room.yaml");
-  const VirtualRoomSettings shipped =
-      read_virtual_room_settings(RAYWALK_CONFIGS "/virtual-room.yaml");
-  EXPECT_EQ(shipped, VirtualRoomSettings{});
-  std::istringstream keys(
-      "seed file x_m y_m z_m cell_side_m cells_x cells_z spacing_mm overhang_share "
-      "shared_crossings exposure source_gain clip noise_levels shot_noise gain_spread "
-      "position_jitter_mm attitude_jitter_deg width_px format jpeg_quality jpeg_colour");
-  for (std::string key; keys >> key;) {
-    EXPECT_THAT(yaml, HasSubstr(key + ": ")) << key;
-  }
+  constexpr const char* kShipped = RAYWALK_CONFIGS "/virtual-room.yaml";
+  VirtualRoomSettings defaults = parsed(""), shipped = read_virtual_room_settings(kShipped);
+  const auto values = virtual_room_schema(&defaults).values();
+  EXPECT_EQ(virtual_room_schema(&shipped).values(), values);
+  std::set<std::string> known;
+  for (const auto& entry : values) known.insert(entry.first);
+  EXPECT_EQ(keys_of_yaml(kShipped), known);
 }
 
 TEST(RoomSettingsTest, EveryGroupIsRead) {

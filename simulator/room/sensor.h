@@ -23,7 +23,7 @@ struct LensLightSettings {
   double vignetting = 0.0;    // relative light loss at the rim, 0 to 0.9
   double lens_gain_ev = 0.0;  // exposure of the back lens relative to the front one
 
-  bool operator==(const LensLightSettings&) const = default;
+  bool is_even() const { return vignetting == 0.0 && lens_gain_ev == 0.0; }
 };
 
 // CV_32FC1, the factor of each pixel's linear light; 1 on the front lens's axis and outside the
