@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kStepsPerPiece = 256;
 constexpr double kUsualSpeed_m_per_s = 0.4;
-// At the usual speed 40 degrees per second, as the page turns.
+// At the usual speed 40 degrees per second.
 constexpr double kMetresPerDegree = 0.01;
 constexpr double kMostFrames = 1e6;
 constexpr std::size_t kFirstAngle = 3;  // of the values of a knot

@@ -30,8 +30,7 @@ void require_movement(const SmoothMovement& movement);
 // The curve through the poses of a table: centripetal Catmull-Rom curves (C. Yuksel, S. Schaefer,
 // J. Keyser, "Parameterization and applications of Catmull-Rom curves", 2011), which make no loops
 // where poses are unevenly spaced; for Pace::kRecorded the parameter is the time. Angles are
-// counted on from pose to pose by the shortest turn. The page of export-web plays a table the same
-// way.
+// counted on from pose to pose by the shortest turn.
 class PathCurve {
  public:
   // Poses that are the same as the one before are left out. Throws Error where times do not grow.

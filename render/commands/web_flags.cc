@@ -40,8 +40,8 @@ std::vector<CLI::Option*> add_web_flags(CLI::App* command, WebFlags* flags) {
           "JSON list of {\"x_m\", \"y_m\", \"z_m\", \"text\", \"link\"}: points in the "
           "room that the page explains; the link may be missing"),
       command->add_option("--path", options->path,
-                          "CSV table of views that the page plays: columns name,x,z (metres) and "
-                          "optionally yaw,pitch,roll (degrees)"),
+                          "CSV table of views through which the page walks smoothly: columns "
+                          "name,x,z and optionally y (metres), yaw,pitch,roll (degrees)"),
       command->add_option("--truth", options->truth,
                           "CSV table of true panoramas in the cells, columns file,x,y,z (metres), "
                           "that the page compares with its views")};

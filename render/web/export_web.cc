@@ -15,6 +15,7 @@
 #include "core/files/shipped_configs.h"
 #include "core/room/requirements.h"
 #include "core/view/view_plan.h"
+#include "render/path_curve.h"
 #include "render/path_table.h"
 #include "render/web/hotspots.h"
 #include "render/web/station_files.h"
@@ -124,17 +125,16 @@ PlanPoint start_of(const Grid& grid, const ConnectionRule& rule, const WebExport
   return *options.start;
 }
 
-std::vector<PathView> path_of(const Room& room, const ConnectionRule& rule,
+// The walk through the places of the table. The page keeps it inside the cells where it swings out.
+std::vector<PathView> walk_of(const Room& room, const ConnectionRule& rule,
                               const WebExportOptions& options) {
   if (options.path.empty()) return {};
-  std::vector<PathView> views = read_path(options.path);
-  for (const PathView& view : views) {
-    if (!view.viewpoint.height_m) continue;
-    throw Error(options.path.string() +
-                ": has a column y; walks in a browser are at the height of the lines");
+  const std::vector<PathView> places = read_path(options.path);
+  require_inside(room, rule, options.path, places);
+  if (PathCurve(places, Pace::kConstant).length() == 0.0) {
+    throw Error(options.path.string() + ": all views are the same; a walk needs two places");
   }
-  require_inside(room, rule, options.path, views);
-  return views;
+  return frames_of(places, {.fps = kWebPathFps}, options.path);
 }
 
 std::string quality_line(const WebContent& content, const WebPlan& plan) {
@@ -152,7 +152,7 @@ std::string export_web(const Room& room, const WebExportOptions& options, const 
       .title = options.title, .budget_mb = options.budget_mb, .view = view_options(room, options)};
   const ConnectionRule rule = rule_of(content.view);
   content.start = start_of(room.grid(), rule, options);
-  content.path = path_of(room, rule, options);
+  content.path = walk_of(room, rule, options);
   if (!options.hotspots.empty()) content.hotspots = read_hotspots(options.hotspots);
   const WebPlan plan =
       plan_export(room, current_requirements(room), {options.budget_mb, options.width_px, rule});

@@ -16,6 +16,7 @@
 #include "core/files/json.h"
 #include "core/room/requirements.h"
 #include "core/view/distance_view.h"
+#include "core/view/renderer.h"
 #include "core/view/test_room.h"
 #include "render/web/station_distances.h"
 #include "render/web/station_pictures.h"
@@ -171,32 +172,43 @@ TEST_F(ExportWebTest, HoldsTheStationsThatTheSceneRequires) {
 }
 
 TEST_F(ExportWebTest, TakesAlongPathHotspotsAndTruth) {
-  std::ofstream(directory_ / "walk.csv") << "name,x,z,yaw\na,0,0,90\nb,0.25,-0.25,0\n";
+  std::ofstream(directory_ / "walk.csv") << "name,x,y,z,yaw\na,0,0,0,90\nb,0.25,0.1,-0.25,0\n";
   std::ofstream(directory_ / "spots.json")
       << R"([{"x_m": 1, "y_m": 0.5, "z_m": -1, "text": "Window", "link": "window.html"}])";
   write_image(directory_ / "truth.png", room_.truth({0.1, 0.2}, 256));
-  std::ofstream(directory_ / "gt.csv") << "file,x,y,z\ntruth.png,0.1,0,0.2\n./truth.png,3,0,0\n";
+  std::ofstream(directory_ / "gt.csv") << "file,x,y,z\ntruth.png,0.1,0,0.2\n./truth.png,3,0,0\n"
+                                          "././truth.png,0.1,0.25,0.2\n";
   options_.path = directory_ / "walk.csv";
   options_.hotspots = directory_ / "spots.json";
   options_.truth = directory_ / "gt.csv";
   run();
   const json m = manifest();
-  ASSERT_EQ(m["path"].size(), 2U);
-  EXPECT_EQ(
-      m["path"][0],
-      json({{"x_m", 0.0}, {"z_m", 0.0}, {"yaw_deg", 90.0}, {"pitch_deg", 0.0}, {"roll_deg", 0.0}}));
+  // A quarter turn at 40 degrees per second, which takes longer than the way.
+  ASSERT_EQ(m["path_frames_per_s"], 10.0);
+  ASSERT_EQ(m["path"].size(), 23U);
+  EXPECT_EQ(m["path"][0], json({{"x_m", 0.0},
+                                {"z_m", 0.0},
+                                {"yaw_deg", 90.0},
+                                {"pitch_deg", 0.0},
+                                {"roll_deg", 0.0},
+                                {"y_m", 0.0}}));
+  EXPECT_NEAR(m["path"][11]["y_m"], 0.05, 1e-9);
+  EXPECT_NEAR(m["path"][22]["y_m"], 0.1, 1e-9);
   EXPECT_EQ(m["hotspots"][0], json({{"x_m", 1.0},
                                     {"y_m", 0.5},
                                     {"z_m", -1.0},
                                     {"text", "Window"},
                                     {"link", "window.html"}}));
-  ASSERT_EQ(m["truth"].size(), 1U) << "the other lies in no cell";
+  ASSERT_EQ(m["truth"].size(), 2U) << "the other lies in no cell";
   EXPECT_EQ(m["truth"][0]["x_m"], 0.1);
   const cv::Mat truth = read_panorama(out() / m["truth"][0]["picture"].get<std::string>());
   const cv::Mat engine = read_panorama(out() / m["truth"][0]["engine"].get<std::string>());
   EXPECT_GT(psnr_db(truth, room_.truth({0.1, 0.2})), 36.0);
   const ViewOptions view{.method = ViewMethod::kTwoSided};
   EXPECT_GT(psnr_db(engine, room_.image(view, {0.1, 0.2})), 38.0);
+  const cv::Mat raised = read_panorama(out() / m["truth"][1]["engine"].get<std::string>());
+  Renderer renderer(room_.room(), view);
+  EXPECT_GT(psnr_db(raised, renderer.render({PlanPoint{0.1, 0.2}, 0.25}).image), 38.0);
 }
 
 TEST_F(ExportWebTest, RefusesWhatLiesOutsideTheRoom) {

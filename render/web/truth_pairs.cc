@@ -57,8 +57,9 @@ std::vector<TruthPair> write_truth_pairs(const Room& room, ViewOptions options,
                          .picture = fmt::format("truth/{:03}.jpg", pairs.size()),
                          .engine = fmt::format("truth/{:03}-engine.jpg", pairs.size())};
     write_jpeg(folder / pair.picture, truth_picture(frame, options.width));
-    write_jpeg(folder / pair.engine,
-               renderer.render({frame.position_m.x(), frame.position_m.z()}).image);
+    const PlanPoint place{frame.position_m.x(), frame.position_m.z()};
+    const Viewpoint viewpoint = viewpoint_for(options.method, place, frame.position_m.y());
+    write_jpeg(folder / pair.engine, renderer.render(viewpoint).image);
     pairs.push_back(pair);
     progress.advance();
   }

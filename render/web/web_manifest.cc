@@ -82,11 +82,13 @@ ordered_json hotspots_json(const std::vector<Hotspot>& hotspots) {
 ordered_json path_json(const std::vector<PathView>& path) {
   ordered_json list = ordered_json::array();
   for (const PathView& view : path) {
-    list.push_back({{"x_m", view.viewpoint.plan.x_m},
-                    {"z_m", view.viewpoint.plan.z_m},
-                    {"yaw_deg", view.yaw_deg},
-                    {"pitch_deg", view.pitch_deg},
-                    {"roll_deg", view.roll_deg}});
+    ordered_json entry{{"x_m", view.viewpoint.plan.x_m},
+                       {"z_m", view.viewpoint.plan.z_m},
+                       {"yaw_deg", view.yaw_deg},
+                       {"pitch_deg", view.pitch_deg},
+                       {"roll_deg", view.roll_deg}};
+    if (view.viewpoint.height_m) entry["y_m"] = *view.viewpoint.height_m;
+    list.push_back(std::move(entry));
   }
   return list;
 }
@@ -123,6 +125,7 @@ ordered_json web_manifest(const Room& room, const WebContent& content) {
           {"quality", quality_json(content.quality)},
           {"truth", truths_json(content.truths)},
           {"hotspots", hotspots_json(content.hotspots)},
+          {"path_frames_per_s", kWebPathFps},
           {"path", path_json(content.path)}};
 }
 

@@ -18,6 +18,7 @@ namespace raywalk::render {
 inline constexpr const char* kManifestName = "manifest.json";
 inline constexpr const char* kWebFormat = "raywalk-web";
 inline constexpr int kWebVersion = 1;
+inline constexpr double kWebPathFps = 10.0;  // between which the page goes straight
 
 // The name of a station's files, counted through all lines of the export: "0000".
 std::string station_name(int index);
@@ -37,7 +38,7 @@ struct WebContent {
   std::optional<WebQuality> quality{};
   std::vector<TruthPair> truths{};
   std::vector<Hotspot> hotspots{};
-  std::vector<PathView> path{};
+  std::vector<PathView> path{};  // kWebPathFps of them per second
 };
 
 // Its keys "lines" and "cells".

@@ -51,6 +51,8 @@ export interface TruthView {
 
 export interface PathView {
   x_m: number;
+  /** Missing: at the height of the lines. */
+  y_m?: number;
   z_m: number;
   yaw_deg: number;
   pitch_deg: number;
@@ -80,7 +82,9 @@ export interface Manifest {
   quality: Quality | null;
   truth: TruthView[];
   hotspots: Hotspot[];
+  /** A walk, so many of its views per second, angles counted on from view to view. */
   path: PathView[];
+  path_frames_per_s: number;
   /** Only where `raywalk-render serve` answers: the address of views that the engine renders. */
   engine?: { view: string };
 }

@@ -19,15 +19,6 @@ export interface LoadProgress {
   problems: string[];
 }
 
-/** Pictures at a place with ground truth, shown beside each other. */
-export interface Comparison {
-  /** Index into Manifest.truth. */
-  truth: number;
-  /** Dividers from the left, 0 to 1: truth | engine | viewer. */
-  truth_until: number;
-  engine_until: number;
-}
-
 export interface Viewer {
   readonly manifest: Manifest;
   readonly grid: Grid;
@@ -43,11 +34,11 @@ export interface Viewer {
   drawn(): Promise<void>;
   /** PNG of the picture. */
   screenshot(): Promise<Blob>;
-  compare(comparison: Comparison | null): Promise<void>;
+  /** Shows a panorama of the place, a file of the export, up to the divider; null: none. */
+  compare(panorama: string | null): Promise<void>;
+  /** Where the viewer's own picture begins, from the left of the view, 0 to 1. */
+  divider: number;
 }
 
-/** A device that cannot draw rooms. */
+/** A device that cannot draw rooms: a sentence for users. */
 export class DeviceError extends Error {}
-
-/** Opens the exported room at `base` (the folder of manifest.json) in a canvas. Throws ExportError, DeviceError. */
-export type OpenViewer = (canvas: HTMLCanvasElement, base: URL) => Promise<Viewer>;

@@ -21,7 +21,6 @@ import type { StationTextures } from "./station_textures";
 
 /** Stations that are searched for a point that no line sees, at most. */
 export const MAX_FILL = 16;
-const NO_DIVIDERS = new Vector2(-1, -1);
 
 export interface ColourInputs {
   eye: Eye;
@@ -62,9 +61,8 @@ export class ColourPass {
       rayAcross: { value: new Vector3() },
       rayUpwards: { value: new Vector3() },
       capturedPixel: { value: new Vector2() },
-      dividers: { value: NO_DIVIDERS.clone() },
-      truthPicture: { value: null as Texture | null },
-      enginePicture: { value: null as Texture | null },
+      divider: { value: 0 },
+      comparedPicture: { value: null as Texture | null },
     };
     const triangle = new BufferGeometry();
     triangle.setDrawRange(0, 3);
@@ -110,10 +108,9 @@ export class ColourPass {
     this.mesh.material.uniformsNeedUpdate = true;
   }
 
-  /** Shows two panoramas of the viewpoint on the left, up to the dividers; null: none. */
-  compare(pictures: { truth: Texture; engine: Texture; dividers: Vector2 } | null): void {
-    this.uniforms.truthPicture.value = pictures?.truth ?? null;
-    this.uniforms.enginePicture.value = pictures?.engine ?? null;
-    this.uniforms.dividers.value.copy(pictures?.dividers ?? NO_DIVIDERS);
+  /** Shows a panorama of the viewpoint on the left, up to the divider; null: none. */
+  compare(panorama: Texture | null, divider: number): void {
+    this.uniforms.comparedPicture.value = panorama;
+    this.uniforms.divider.value = panorama ? divider : 0;
   }
 }

@@ -7,7 +7,7 @@ import type { Cell, Manifest } from "../manifest";
 import type { ViewSettings } from "../viewer";
 import { MAX_FILL, type ColourInputs } from "./colour_pass";
 import { DistancePass, MAX_MAPS, type Eye } from "./distance_pass";
-import { byDistance, nearestMaps, type PlacedStation } from "./map_choice";
+import { byDistance, nearestMaps, type PlacedStation } from "./station_choice";
 import { PlanTexture, type LoadedLine } from "./plan_texture";
 import type { StationStore } from "./station_store";
 import type { StationTextures } from "./station_textures";

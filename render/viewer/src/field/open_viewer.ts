@@ -1,10 +1,13 @@
 // Opens an exported room in a canvas and draws it.
 import {
+  LinearFilter,
   LinearSRGBColorSpace,
   Matrix3,
   Matrix4,
   PerspectiveCamera,
+  RepeatWrapping,
   Scene,
+  Texture,
   Vector2,
   Vector3,
   Vector4,
@@ -20,27 +23,24 @@ import {
 } from "../geometry/frame";
 import { radiansFromDegrees } from "../geometry/angles";
 import { Grid, type PlanPosition } from "../geometry/grid";
-import { viewHeight } from "../geometry/view_height";
 import { ExportError, parseManifest, type Manifest } from "../manifest";
-import {
-  DeviceError,
-  type Comparison,
-  type LoadProgress,
-  type Viewer,
-  type ViewSettings,
-} from "../viewer";
+import { DeviceError, type LoadProgress, type Viewer, type ViewSettings } from "../viewer";
 import { ColourPass } from "./colour_pass";
-import { ComparisonPictures } from "./comparison_pictures";
 import type { Eye } from "./distance_pass";
 import { EyeView } from "./eye_view";
+import { readPicture } from "./station_files";
 import { StationStore } from "./station_store";
 import { StationTextures } from "./station_textures";
-import { wantedStations } from "./wanted_stations";
+import { wantedStations } from "./station_choice";
 
 const MOST_PIXEL_RATIO = 2;
 const FIRST_FOV_Y_RAD = 1.2;
 /** While files arrive, this part of the time is spent on drawing what has come. */
 const LOADING_SHARE = 0.25;
+
+const NO_WEBGL =
+  "which this browser does not offer. Update it, switch its graphics acceleration on, or open the " +
+  "page in another browser or on another device.";
 
 /** Throws ExportError if the folder holds no room that this page reads, DeviceError. */
 export async function openViewer(canvas: HTMLCanvasElement, base: URL): Promise<Viewer> {
@@ -61,12 +61,14 @@ class RoomViewer implements Viewer {
   pose: Pose;
   /** Darkens the border, 0 to 1: for comfort while walking in a headset. */
   vignette = 0;
+  divider = 0;
   onFrame: (seconds: number) => void = () => {};
 
   private readonly textures: StationTextures;
   private readonly store: StationStore;
   private readonly colours: ColourPass;
-  private readonly comparison: ComparisonPictures;
+  private compared: Texture | null = null;
+  private comparisons = 0; // asked for
   private readonly scene = new Scene();
   private readonly camera = new PerspectiveCamera();
   private readonly eyes: EyeView[] = [];
@@ -83,24 +85,25 @@ class RoomViewer implements Viewer {
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
-    base: URL,
+    private readonly base: URL,
     readonly manifest: Manifest,
   ) {
     this.grid = new Grid(manifest);
-    this.webgl = new WebGLRenderer({ canvas, antialias: false, alpha: false, stencil: false });
+    const context = canvas.getContext("webgl2", { antialias: false, alpha: false, stencil: false });
+    if (!context) throw new DeviceError(`Walking needs WebGL 2, ${NO_WEBGL}`);
+    this.webgl = new WebGLRenderer({ canvas, context });
     // Pictures are blended as they are stored, as the engine does.
     this.webgl.outputColorSpace = LinearSRGBColorSpace;
     this.webgl.autoClear = false;
     this.webgl.xr.enabled = true;
     const floats = ["EXT_color_buffer_float", "EXT_color_buffer_half_float"];
     if (!floats.some((extension) => this.webgl.extensions.has(extension))) {
-      throw new DeviceError("This device cannot draw into pictures of floating-point numbers.");
+      throw new DeviceError(`Walking needs WebGL 2 with floating-point pictures, ${NO_WEBGL}`);
     }
     const stations = manifest.lines.reduce((sum, line) => sum + line.stations.length, 0);
     this.textures = new StationTextures(this.webgl, manifest, stations);
     this.store = new StationStore(manifest, base, this.textures, () => ++this.arrivals);
     this.colours = new ColourPass(manifest, this.textures);
-    this.comparison = new ComparisonPictures(manifest, base);
     this.step_m = 0.25 * Math.min(...manifest.lines.map((line) => line.spacing_m));
     this.settings = { ...manifest.view };
     const { x_m, z_m, yaw_deg } = manifest.start;
@@ -137,13 +140,12 @@ class RoomViewer implements Viewer {
     });
   }
 
-  async compare(comparison: Comparison | null): Promise<void> {
-    if (!comparison) {
-      this.colours.compare(null);
-    } else {
-      const dividers = new Vector2(comparison.truth_until, comparison.engine_until);
-      this.colours.compare({ ...(await this.comparison.of(comparison.truth)), dividers });
-    }
+  async compare(panorama: string | null): Promise<void> {
+    const asked = ++this.comparisons;
+    const picture = panorama === null ? null : await readPicture(new URL(panorama, this.base));
+    if (asked !== this.comparisons) return;
+    this.compared?.dispose();
+    this.compared = picture && panoramaTexture(picture);
     ++this.changes;
   }
 
@@ -171,6 +173,7 @@ class RoomViewer implements Viewer {
       this.settings,
       this.fov_y_rad,
       this.vignette,
+      this.divider,
       this.changes,
       this.canvas.width,
       this.canvas.height,
@@ -214,6 +217,7 @@ class RoomViewer implements Viewer {
   private draw(): void {
     this.eyesDrawn = 0;
     this.colours.vignette = this.vignette;
+    this.colours.compare(this.compared, this.divider);
     const { camera } = this;
     if (!this.webgl.xr.isPresenting) {
       camera.quaternion.copy(quaternionOf(this.pose));
@@ -259,9 +263,18 @@ class RoomViewer implements Viewer {
 
   private viewpoint(head: Vec3): Vec3 {
     const at = this.grid.clamp({ x_m: this.pose.x_m + head[0], z_m: this.pose.z_m + head[2] });
-    const height_m = viewHeight(this.grid.lines, this.grid.findCell(at), at);
-    return [at.x_m, height_m + this.pose.up_m + head[1], at.z_m];
+    return [at.x_m, this.grid.heightAt(at) + this.pose.up_m + head[1], at.z_m];
   }
+}
+
+function panoramaTexture(picture: ImageBitmap): Texture {
+  const texture = new Texture(picture);
+  texture.flipY = false;
+  texture.generateMipmaps = false;
+  texture.minFilter = LinearFilter;
+  texture.wrapS = RepeatWrapping;
+  texture.needsUpdate = true;
+  return texture;
 }
 
 function standing(pose: Pose): Pose {

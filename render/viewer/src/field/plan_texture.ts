@@ -3,8 +3,7 @@
 import { DataTexture, FloatType, RGBAFormat } from "three";
 import { thetaOfColumn } from "../geometry/angles";
 import type { PlanPosition } from "../geometry/grid";
-import { sharesOf, ViewPlan, type RaySource } from "../geometry/view_plan";
-import type { ConnectionRule } from "../geometry/connection";
+import { sharesOf, ViewPlan, type ConnectionRule, type RaySource } from "../geometry/view_plan";
 import type { Cell, ViewMethod, Line } from "../manifest";
 
 const COLUMNS = 2048;

@@ -4,13 +4,17 @@ import { ExportError } from "../manifest";
 /** The server did not answer: it may later. */
 export class UnreachableError extends ExportError {}
 
-async function fetched(url: URL, signal: AbortSignal): Promise<Response> {
-  const name = url.pathname.split("/").slice(-2).join("/");
+function nameOf(url: URL): string {
+  return url.pathname.split("/").slice(-2).join("/");
+}
+
+async function fetched(url: URL, signal?: AbortSignal): Promise<Response> {
+  const name = nameOf(url);
   let response: Response;
   try {
-    response = await fetch(url, { signal });
+    response = await fetch(url, signal ? { signal } : {});
   } catch (error) {
-    if (signal.aborted) throw error;
+    if (signal?.aborted) throw error;
     throw new UnreachableError(`${name} could not be had; is the server still there?`);
   }
   if (!response.ok) {
@@ -20,20 +24,18 @@ async function fetched(url: URL, signal: AbortSignal): Promise<Response> {
 }
 
 function damaged(url: URL): ExportError {
-  return new ExportError(
-    `${url.pathname.split("/").slice(-2).join("/")} is damaged; export the room again.`,
-  );
+  return new ExportError(`${nameOf(url)} is damaged; export the room again.`);
 }
 
-/** A panorama as stored, without conversion of colours. */
+/** A panorama as stored, without conversion of colours; of this width, if one is given. */
 export async function readPicture(
   url: URL,
-  width_px: number,
-  signal: AbortSignal,
+  width_px?: number,
+  signal?: AbortSignal,
 ): Promise<ImageBitmap> {
   const response = await fetched(url, signal);
   const bytes = await response.blob().catch((error: unknown) => {
-    if (signal.aborted) throw error;
+    if (signal?.aborted) throw error;
     throw damaged(url);
   });
   const picture = await createImageBitmap(bytes, {
@@ -42,7 +44,8 @@ export async function readPicture(
   }).catch(() => {
     throw damaged(url);
   });
-  if (picture.width !== width_px || picture.height !== width_px / 2) {
+  const { width, height } = picture;
+  if (width !== (width_px ?? width) || height !== width / 2) {
     picture.close();
     throw damaged(url);
   }

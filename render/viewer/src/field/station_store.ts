@@ -3,7 +3,7 @@ import { ExportError, type Manifest } from "../manifest";
 import { PARTS, readingOrder, Residency, type Part } from "./residency";
 import { readOmega, readPicture, UnreachableError } from "./station_files";
 import type { StationTextures } from "./station_textures";
-import type { PlacedStation } from "./map_choice";
+import type { PlacedStation } from "./station_choice";
 
 const MOST_AT_ONCE = 6; // as many connections as browsers open to a host
 const MOST_ATTEMPTS = 3;

@@ -3,12 +3,10 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { Grid } from "../geometry/grid";
 import type { Cell, Line } from "../manifest";
-import { byDistance, nearestMaps, type PlacedStation } from "./map_choice";
+import { byDistance, nearestMaps, wantedStations, type PlacedStation } from "./station_choice";
 import { readingOrder, Residency } from "./residency";
-import { silhouettePixels } from "./silhouette_pixels";
 import { decodeOmega } from "./station_files";
-import { bytesPerStation, layersWithin } from "./station_textures";
-import { wantedStations } from "./wanted_stations";
+import { bytesPerStation, layersWithin, silhouettePixels } from "./station_textures";
 
 function placed(line: number, points: [number, number][], from = 0): PlacedStation[] {
   return points.map(([x, z], i) => ({ station: from + i, line, position_m: [x, 0, z] }));

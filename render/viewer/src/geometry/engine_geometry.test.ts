@@ -5,7 +5,6 @@ import { readFileSync } from "node:fs";
 import test from "node:test";
 import type { Manifest } from "../manifest";
 import { Grid } from "./grid";
-import { viewHeight } from "./view_height";
 import { ViewPlan, type RaySource } from "./view_plan";
 
 interface Column {
@@ -68,7 +67,7 @@ test("heights of views are those of the engine", { skip }, () => {
   for (const { lines, cells, viewpoints } of cases) {
     const grid = new Grid({ lines, cells });
     for (const at of viewpoints) {
-      near(viewHeight(lines, grid.findCell(at), at), at.height_m, `height at ${at.x_m},${at.z_m}`);
+      near(grid.heightAt(at), at.height_m, `height at ${at.x_m},${at.z_m}`);
     }
   }
 });

@@ -1,13 +1,7 @@
 // The lines and stations that every column of a view is read from: core/view/view_plan.h, which
 // explains the geometry, for the stations of an exported room that are loaded. Tests compare the two.
 import type { Cell, Line } from "../manifest";
-import { HALF_PI, TWO_PI, wrapAngle } from "./angles";
-import {
-  connectCorner,
-  nextSideWeight,
-  type ConnectionRule,
-  type CornerConnection,
-} from "./connection";
+import { HALF_PI, TWO_PI, limit, wrapAngle } from "./angles";
 import { alongLine, firstOf, lastOf, type PlanPosition } from "./grid";
 
 /** One line that a column is read from. */
@@ -103,7 +97,7 @@ export class ViewPlan {
     return nearest ? [nearest] : [];
   }
 
-  private cornerView(cell: Cell, side: number): Parameters<typeof connectCorner>[0] {
+  private cornerView(cell: Cell, side: number): CornerView {
     const next = (side + 1) % SIDES;
     const corner = cornerAfter(cell, side);
     const centre = {
@@ -189,4 +183,60 @@ export function sharesOf(sources: readonly RaySource[]): number[] {
     const nearness = span_m > 0 ? 1 / (Math.abs(source.d_p_m) / span_m + 1e-4) : 1;
     return source.weight * nearness;
   });
+}
+
+// Hybrid connection: the angle at which the columns of a view change from one line of a cell to the
+// next. The same rule as core/view/connection.h, which explains it.
+
+export interface ConnectionRule {
+  k_rad: number; // 45 to 90 degrees
+  overlap_rad: number; // width of the blend
+}
+
+/** A corner as seen from the viewpoint; metres, all >= 0. */
+interface CornerView {
+  toNextSide_m: number; // a
+  toThisSide_m: number; // b
+  overhangThis_m: number;
+  overhangNext_m: number;
+}
+
+/** Angles from the normal of this side towards the next side. */
+interface CornerConnection {
+  blendBegin: number; // this side alone up to here
+  blendEnd: number; // the next side alone from here
+}
+
+function connectCorner(corner: CornerView, rule: ConnectionRule): CornerConnection {
+  const wanted = limit(
+    Math.atan2(corner.toNextSide_m, corner.toThisSide_m),
+    HALF_PI - rule.k_rad,
+    rule.k_rad,
+  );
+  const shared = sharedAngles(corner);
+  const cut = limit(wanted, shared.begin, shared.end);
+  const half = 0.5 * rule.overlap_rad;
+  return {
+    blendBegin: Math.max(cut - half, shared.begin),
+    blendEnd: Math.min(cut + half, shared.end),
+  };
+}
+
+/** Weight of the next side's line at an angle: 0 before the blend, 1 after it, linear within. */
+function nextSideWeight(connection: CornerConnection, angle: number): number {
+  if (angle <= connection.blendBegin) return 0;
+  if (angle >= connection.blendEnd) return 1;
+  return (angle - connection.blendBegin) / (connection.blendEnd - connection.blendBegin);
+}
+
+/** Smallest and largest angle at which both lines can be read. */
+function sharedAngles(corner: CornerView): { begin: number; end: number } {
+  const a = corner.toNextSide_m;
+  const b = corner.toThisSide_m;
+  // A viewpoint on the corner itself reads both lines there at every angle.
+  if (a === 0 && b === 0) return { begin: 0, end: HALF_PI };
+  return {
+    begin: Math.atan2(a, b + corner.overhangNext_m),
+    end: Math.atan2(a + corner.overhangThis_m, b),
+  };
 }

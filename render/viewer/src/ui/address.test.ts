@@ -1,8 +1,13 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { Address, formatAddress, parseAddress, type PlaceFromAddress } from "./address";
+import {
+  Address,
+  formatAddress,
+  parseAddress,
+  parseOptions,
+  type PlaceFromAddress,
+} from "./address";
 import { decimals, readNumber } from "./numbers";
-import { parseOptions } from "./options";
 
 const DEG = Math.PI / 180;
 

@@ -1,14 +1,19 @@
-// The address of a view. What is after # says where one is, so that a link shows the same:
+// The page's address. What is after # says where one is, so that a link shows the same:
 //
 //   #x=0.300&z=-0.250&up=0.000&yaw=40.0&pitch=-10.0&roll=0.0&fov=75.0&method=two-sided&k=90
 //
 // x, z, up in metres (up above the height that was captured), angles in degrees (fov: the vertical
 // field of view), k 45 to 90. What is missing stays as it is; what cannot be read is ignored; what
-// is out of range is taken as near as there is.
+// is out of range is taken as near as there is. Before it may be, combined as in index.html?kiosk&play:
+//
+//   ?kiosk            bare view without controls; after a minute without input it begins again
+//   ?play             plays the recorded path at once; in a kiosk again and again
+//   ?hotspots=0       leaves the hotspots out
+//   ?start=x,z,yaw    where the walk begins: metres in the room, degrees (yaw may be left out)
 import type { Pose } from "../geometry/frame";
 import { METHODS, type ViewMethod } from "../manifest";
 import { DEGREE_RAD, limit, wrapAngle } from "../geometry/angles";
-import { limitFov } from "../walk/field_of_view";
+import { limitFov } from "../walk/motion";
 import { decimals, readNumber } from "./numbers";
 
 export const LEAST_K_DEG = 45;
@@ -105,4 +110,36 @@ function wrapped(angle_rad: number | undefined): number | undefined {
 function known<T extends object>(values: { [Key in keyof T]: T[Key] | undefined }): T {
   const entries = Object.entries(values).filter(([, value]) => value !== undefined);
   return Object.fromEntries(entries) as T;
+}
+
+export interface PageOptions {
+  kiosk: boolean;
+  play: boolean;
+  hotspots: boolean;
+  start: Partial<Pose>;
+}
+
+export function parseOptions(query: string): PageOptions {
+  const parameters = new URLSearchParams(query);
+  return {
+    kiosk: isOn(parameters.get("kiosk")),
+    play: isOn(parameters.get("play")),
+    hotspots: !isOff(parameters.get("hotspots")),
+    start: startOf(parameters.get("start")),
+  };
+}
+
+/** "?kiosk", "?kiosk=1". */
+function isOn(value: string | null): boolean {
+  return value !== null && !isOff(value);
+}
+
+function isOff(value: string | null): boolean {
+  return value === "0" || value === "no" || value === "false";
+}
+
+function startOf(value: string | null): Partial<Pose> {
+  const [x_m, z_m, yaw_deg] = (value ?? "").split(",").map(readNumber);
+  if (x_m === undefined || z_m === undefined) return {};
+  return { x_m, z_m, ...(yaw_deg === undefined ? {} : { yaw_rad: yaw_deg * DEGREE_RAD }) };
 }

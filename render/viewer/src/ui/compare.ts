@@ -1,10 +1,9 @@
-// Compares, at a place with ground truth, what a camera saw there, the engine and this viewer: three
-// pictures beside each other with two dividers that can be dragged.
-import type { Pose } from "../geometry/frame";
+// Compares, at a place with ground truth, this viewer with what a camera saw there or with the engine:
+// a slider uncovers one over the other.
+import type { PlanPosition } from "../geometry/grid";
 import type { TruthView } from "../manifest";
-import type { Comparison, Viewer } from "../viewer";
+import type { Viewer } from "../viewer";
 import { element, iconButton } from "./dom";
-import { Dividers } from "./dividers";
 import { icon } from "./icons";
 import { decimals } from "./numbers";
 
@@ -12,134 +11,127 @@ import { decimals } from "./numbers";
 const SAME_PLACE_M = 0.002;
 
 export interface CompareHost {
-  viewer: Pick<Viewer, "compare">;
+  viewer: Pick<Viewer, "compare" | "divider">;
   /** Walks to a place and then calls `there`. */
   walkTo(place: TruthView, there: () => void): void;
-  pose(): Pose;
+  position(): PlanPosition;
   changed(): void;
   failed(text: string): void;
 }
 
-export function nearestTruth(truth: readonly TruthView[], at: Pick<Pose, "x_m" | "z_m">): number {
-  const distances = truth.map((each) => Math.hypot(each.x_m - at.x_m, each.z_m - at.z_m));
-  return distances.indexOf(Math.min(...distances));
+/** A panorama to compare with. */
+interface Choice {
+  place: TruthView;
+  picture: string;
+  label: string;
 }
 
-type State = "off" | "going there" | "comparing";
+function distance(a: PlanPosition, b: PlanPosition): number {
+  return Math.hypot(a.x_m - b.x_m, a.z_m - b.z_m);
+}
 
 export class Compare {
-  /** Over the picture. */
-  readonly overlay = element("div", { class: "comparison", testid: "comparison" });
+  /** Over the picture: where the two meet. */
+  readonly line = element("div", { class: "comparison-line", testid: "comparison" });
   /** Above the toolbar. */
   readonly sheet = element("div", {
     class: "sheet",
     testid: "compare-sheet",
     attributes: { role: "group", "aria-label": "Comparison with ground truth" },
   });
-  private readonly dividers = new Dividers(["Ground truth", "Engine", "This viewer"], () =>
-    this.show(),
-  );
-  private readonly places = element("select");
-  private state: State = "off";
-  private truth = 0;
-  /** The viewer takes one comparison after the other; of those asked meanwhile only the last counts. */
-  private showing = false;
-  private wanted: Comparison | null = null;
+  private readonly choices: readonly Choice[];
+  private readonly select = element("select", {
+    attributes: { "aria-label": "What is compared with this viewer" },
+  });
+  private readonly slider = element("input", {
+    attributes: { type: "range", max: "1", step: "0.01", "aria-label": "How much of it is shown" },
+  });
+  private chosen: Choice | null = null;
 
   constructor(
-    private readonly list: readonly TruthView[],
+    truth: readonly TruthView[],
     private readonly host: CompareHost,
   ) {
-    const options = list.map((each, i) =>
-      element("option", {
-        text: `${i + 1}: ${decimals(each.x_m, 2)}, ${decimals(each.z_m, 2)} m`,
-        attributes: { value: String(i) },
-      }),
-    );
-    this.places.append(...options);
-    this.places.addEventListener("change", () => this.open(Number(this.places.value)));
-    const label = element("label", { text: "Place " }, this.places);
+    this.choices = truth.flatMap((place, i) => {
+      const label = `${i + 1}: ${decimals(place.x_m, 2)}, ${decimals(place.z_m, 2)} m`;
+      return [
+        { place, picture: place.picture, label: `${label}, ground truth` },
+        { place, picture: place.engine, label: `${label}, engine` },
+      ];
+    });
+    const options = this.choices.map(({ label }) => element("option", { text: label }));
+    this.select.append(...options);
+    this.select.addEventListener("change", () => this.open(this.select.selectedIndex));
+    this.slider.value = "0.5";
+    this.slider.addEventListener("input", () => this.divide());
     const close = iconButton(icon("close"), "End the comparison", () => this.close());
-    this.sheet.append(label, close);
-    this.overlay.append(this.dividers.element);
-    this.hide();
+    this.sheet.append(this.select, this.slider, element("span", { text: "This viewer" }), close);
+    this.sheet.hidden = true;
+    this.line.hidden = true;
+    this.divide();
   }
 
   get available(): boolean {
-    return this.list.length > 0;
+    return this.choices.length > 0;
   }
 
   get active(): boolean {
-    return this.state !== "off";
+    return this.chosen !== null;
   }
 
   toggle(): void {
-    if (this.active) this.close();
-    else this.open(nearestTruth(this.list, this.host.pose()));
-  }
-
-  open(truth: number): void {
-    const place = this.list[truth];
-    if (!place) return;
-    this.truth = truth;
-    this.places.value = String(truth);
-    this.state = "going there";
-    this.sheet.hidden = false;
-    this.host.walkTo(place, () => {
-      if (this.state === "going there" && this.truth === truth) this.begin();
-    });
-    this.host.changed();
+    if (this.active) {
+      this.close();
+      return;
+    }
+    const away_m = this.choices.map(({ place }) => distance(place, this.host.position()));
+    this.open(away_m.indexOf(Math.min(...away_m)));
   }
 
   close(): void {
     if (!this.active) return;
-    this.state = "off";
-    this.hide();
-    this.show();
+    this.chosen = null;
+    this.sheet.hidden = true;
+    this.cover();
     this.host.changed();
   }
 
   /** Once a frame: one who walks away, or off before being there, has ended the comparison. */
   update(gliding: boolean): void {
-    if (!this.active || gliding) return;
-    const place = this.list[this.truth]!;
-    const pose = this.host.pose();
-    const away_m = Math.hypot(pose.x_m - place.x_m, pose.z_m - place.z_m);
-    if (away_m > SAME_PLACE_M) this.close();
+    if (!this.chosen || gliding) return;
+    if (distance(this.chosen.place, this.host.position()) > SAME_PLACE_M) this.close();
   }
 
-  private begin(): void {
-    this.state = "comparing";
-    this.overlay.hidden = false;
-    this.show();
+  private open(index: number): void {
+    const chosen = this.choices[index];
+    if (!chosen) return;
+    if (chosen.place !== this.chosen?.place) this.cover();
+    this.chosen = chosen;
+    this.select.selectedIndex = index;
+    this.sheet.hidden = false;
+    this.host.walkTo(chosen.place, () => {
+      if (this.chosen === chosen) void this.uncover(chosen);
+    });
     this.host.changed();
   }
 
-  private hide(): void {
-    this.overlay.hidden = true;
-    this.sheet.hidden = true;
+  private divide(): void {
+    this.host.viewer.divider = Number(this.slider.value);
+    this.line.style.setProperty("--divider", this.slider.value);
   }
 
-  private show(): void {
-    const [truth_until, engine_until] = this.dividers.positions;
-    const comparing = this.state === "comparing";
-    this.wanted = comparing ? { truth: this.truth, truth_until, engine_until } : null;
-    if (!this.showing) void this.showWanted();
+  private async uncover(chosen: Choice): Promise<void> {
+    try {
+      await this.host.viewer.compare(chosen.picture);
+      if (this.chosen === chosen) this.line.hidden = false;
+    } catch (error) {
+      this.host.failed(error instanceof Error ? error.message : String(error));
+      if (this.chosen === chosen) this.close();
+    }
   }
 
-  private async showWanted(): Promise<void> {
-    this.showing = true;
-    let shown: Comparison | null;
-    do {
-      shown = this.wanted;
-      try {
-        await this.host.viewer.compare(shown);
-      } catch (error) {
-        this.host.failed(error instanceof Error ? error.message : String(error));
-        this.wanted = null;
-        if (shown) this.close();
-      }
-    } while (shown !== this.wanted);
-    this.showing = false;
+  private cover(): void {
+    this.line.hidden = true;
+    void this.host.viewer.compare(null);
   }
 }

@@ -2,8 +2,12 @@
 //
 // The picture lies over the canvas and goes at once when anything changes; requests for what is no
 // longer shown are given up.
-import { engineCanShow, engineUrl, type StillView } from "./engine_request";
+import type { Pose } from "../geometry/frame";
+import { DEGREE_RAD } from "../geometry/angles";
+import type { ViewSettings } from "../viewer";
+import { horizontalFov } from "../walk/motion";
 import { element } from "./dom";
+import { decimals } from "./numbers";
 
 const STILL_MS = 600;
 /** Outside the room, by the engine's rules: the viewer shows such places, the engine does not. */
@@ -90,4 +94,67 @@ export class EngineView {
     void this.element.offsetWidth;
     this.element.classList.add("shown");
   }
+}
+
+const MOST_PIXEL_RATIO = 2;
+/** What the engine renders at most (render/serve/view_request.h). */
+const MOST_SIDE_PX = 4096;
+const MOST_PIXELS = 2 ** 23;
+/** Less is no raised eye, which the engine's initial views cannot have. */
+const RAISED_M = 0.0005;
+
+/** A view to ask for: the contract of `raywalk-render serve`, GET view. */
+export interface StillView {
+  pose: Pose;
+  settings: ViewSettings;
+  fov_y_rad: number;
+  /** Of the canvas, in CSS pixels. */
+  width_px: number;
+  height_px: number;
+  pixel_ratio: number;
+}
+
+function isRaised({ pose }: StillView): boolean {
+  return Math.abs(pose.up_m) >= RAISED_M;
+}
+
+export function engineCanShow(view: StillView): boolean {
+  if (isRaised(view) && view.settings.method === "initial") return false;
+  return view.width_px > 0 && view.height_px > 0;
+}
+
+/** Pixels of the picture that the engine makes for a canvas. */
+export function pictureSize(
+  view: Pick<StillView, "width_px" | "height_px" | "pixel_ratio">,
+): [width_px: number, height_px: number] {
+  const wanted = Math.min(Math.max(view.pixel_ratio, 1), MOST_PIXEL_RATIO);
+  const ratio = Math.min(
+    wanted,
+    MOST_SIDE_PX / Math.max(view.width_px, 1),
+    MOST_SIDE_PX / Math.max(view.height_px, 1),
+    Math.sqrt(MOST_PIXELS / Math.max(view.width_px * view.height_px, 1)),
+  );
+  const pixels = (css_px: number): number => Math.max(1, Math.floor(css_px * ratio));
+  return [pixels(view.width_px), pixels(view.height_px)];
+}
+
+export function engineUrl(view: StillView, engine: string, base: URL): URL {
+  const { pose, settings } = view;
+  const [width_px, height_px] = pictureSize(view);
+  const deg = (angle_rad: number): string => decimals(angle_rad / DEGREE_RAD, 4);
+  const url = new URL(engine, base);
+  url.search = new URLSearchParams({
+    x: decimals(pose.x_m, 5),
+    ...(isRaised(view) ? { y: decimals(pose.up_m, 5) } : {}),
+    z: decimals(pose.z_m, 5),
+    yaw: deg(pose.yaw_rad),
+    pitch: deg(pose.pitch_rad),
+    roll: deg(pose.roll_rad),
+    fov: deg(horizontalFov(view.fov_y_rad, width_px / height_px)),
+    width: String(width_px),
+    height: String(height_px),
+    method: settings.method,
+    k: decimals(settings.k_deg, 2),
+  }).toString();
+  return url;
 }

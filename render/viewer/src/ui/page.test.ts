@@ -1,14 +1,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import type { Station } from "../manifest";
-import { moveDivider, positionByKey } from "./dividers";
-import { engineCanShow, engineUrl, pictureSize, type StillView } from "./engine_request";
+import { engineCanShow, engineUrl, pictureSize, type StillView } from "./engine_view";
 import { opacityAt, safeLink, usableHotspots } from "./hotspots";
-import { Idle } from "./idle";
-import { nearestStation, nextStation } from "./panorama_fallback";
-import { lookingAt, stepTowards } from "./places";
-import { planLayout } from "./plan_layout";
-import { directionOf, project } from "./projection";
+import { Idle } from "./full_screen";
+import { planLayout } from "./plan_map";
+import { directionOf, lookingAt, project, stepTowards } from "./projection";
 import { loadedPart, loadingText } from "./status";
 import { describePlace, directionName } from "./whereabouts";
 
@@ -134,18 +130,11 @@ test("the engine's picture has the canvas' pixels, within limits", () => {
   const [width_px, height_px] = pictureSize({ width_px: 4096, height_px: 2304, pixel_ratio: 1 });
   assert.ok(width_px * height_px <= 2 ** 23 && width_px > 3800, `${width_px} x ${height_px}`);
   assert.ok(engineCanShow(VIEW));
-  assert.ok(!engineCanShow({ ...VIEW, pose: { ...VIEW.pose, up_m: 0.01 } }));
+  const raised = { ...VIEW, pose: { ...VIEW.pose, up_m: 0.01 } };
+  assert.ok(engineCanShow(raised));
+  assert.equal(engineUrl(raised, "view", BASE).searchParams.get("y"), "0.01000");
+  assert.ok(!engineCanShow({ ...raised, settings: { ...VIEW.settings, method: "initial" } }));
   assert.ok(!engineCanShow({ ...VIEW, width_px: 0 }));
-});
-
-test("dividers stay in order and in the picture", () => {
-  assert.deepEqual(moveDivider([0.3, 0.6], 0, 0.8), [0.8, 0.8]);
-  assert.deepEqual(moveDivider([0.3, 0.6], 1, 0.1), [0.1, 0.1]);
-  assert.deepEqual(moveDivider([0.3, 0.6], 1, 7), [0.3, 1]);
-  assert.deepEqual(moveDivider([0.3, 0.6], 0, NaN), [0.3, 0.6]);
-  near(positionByKey("ArrowRight", 0.5)!, 0.52);
-  assert.equal(positionByKey("Home", 0.5), 0);
-  assert.equal(positionByKey("a", 0.5), null);
 });
 
 test("the plan has x to the right and z upwards, and clicks mean what is drawn", () => {
@@ -156,26 +145,6 @@ test("the plan has x to the right and z upwards, and clicks mean what is drawn",
   const back = layout.toRoom(layout.toPlan({ x_m: 0.3, z_m: 0.2 }));
   near(back.x_m, 0.3);
   near(back.z_m, 0.2);
-});
-
-function station(name: string, x_m: number, z_m: number): Station {
-  return { name, along_m: 0, position_m: [x_m, 0, z_m] };
-}
-
-test("from a panorama one goes to the next station in a direction", () => {
-  const stations = [
-    station("middle", 0, 0),
-    station("same", 0, 0),
-    station("ahead", 0.1, 1),
-    station("far", 0, 3),
-    station("right", 2, 0),
-  ];
-  assert.equal(nearestStation(stations, { x_m: 1.5, z_m: 0.1 })?.name, "right");
-  assert.equal(nextStation(stations, stations[0]!, 0)?.name, "ahead");
-  assert.equal(nextStation(stations, stations[0]!, 2 * Math.PI)?.name, "ahead");
-  assert.equal(nextStation(stations, stations[0]!, Math.PI / 2)?.name, "right");
-  assert.equal(nextStation(stations, stations[0]!, Math.PI), null);
-  assert.equal(nearestStation([], { x_m: 0, z_m: 0 }), null);
 });
 
 test("says where one is", () => {

@@ -1,6 +1,7 @@
 // Plays the recorded path: play, pause, seek. Any movement by the user ends it.
-import type { PathView } from "../manifest";
-import { PathCurve } from "../walk/path_curve";
+import { DEGREE_RAD, limit } from "../geometry/angles";
+import type { Pose } from "../geometry/frame";
+import type { Viewer } from "../viewer";
 import type { Walker } from "../walk/walker";
 import { element, iconButton } from "./dom";
 import { icon } from "./icons";
@@ -13,7 +14,7 @@ export class PathPlayer {
     testid: "player",
     attributes: { role: "group", "aria-label": "Recorded path" },
   });
-  private readonly curve: PathCurve;
+  private readonly duration_s: number;
   private readonly seek = element("input", {
     attributes: { type: "range", min: "0", step: "0.1", "aria-label": "Position on the path" },
   });
@@ -23,13 +24,14 @@ export class PathPlayer {
   private time_s = 0;
 
   constructor(
-    path: readonly PathView[] | undefined,
+    private readonly viewer: Pick<Viewer, "manifest" | "grid">,
     private readonly walker: Walker,
     private readonly again: boolean,
     private readonly changed: () => void,
   ) {
-    this.curve = new PathCurve(path ?? []);
-    this.seek.max = String(this.curve.duration_s);
+    const { path, path_frames_per_s } = viewer.manifest;
+    this.duration_s = Math.max(path.length - 1, 0) / path_frames_per_s;
+    this.seek.max = String(this.duration_s);
     this.seek.addEventListener("input", () => this.seekTo(Number(this.seek.value)));
     const stop = iconButton(icon("close"), "End the path", () => this.stop());
     this.element.append(this.button, this.seek, this.clock, stop);
@@ -37,7 +39,7 @@ export class PathPlayer {
   }
 
   get playable(): boolean {
-    return this.curve.playable;
+    return this.duration_s > 0;
   }
 
   /** Whether the path moves the walker, or will. */
@@ -53,9 +55,9 @@ export class PathPlayer {
   /** Goes on, or begins; the walker glides to the path first. */
   play(): void {
     if (!this.playable) return;
-    if (this.time_s >= this.curve.duration_s) this.time_s = 0;
+    if (this.time_s >= this.duration_s) this.time_s = 0;
     this.enter("going there");
-    this.walker.glideTo({ up_m: 0, ...this.curve.at(this.time_s) }, () => {
+    this.walker.glideTo(this.at(this.time_s), () => {
       if (this.state === "going there") this.enter("playing");
     });
   }
@@ -69,8 +71,8 @@ export class PathPlayer {
   advance(seconds: number): void {
     if (this.state !== "playing") return;
     this.time_s += seconds;
-    this.walker.place(this.curve.at(this.time_s));
-    if (this.time_s < this.curve.duration_s) {
+    this.walker.place(this.at(this.time_s));
+    if (this.time_s < this.duration_s) {
       this.showTime();
       return;
     }
@@ -78,10 +80,30 @@ export class PathPlayer {
     else this.stop();
   }
 
+  /** Straight between the views of the path, which are close to each other. */
+  private at(time_s: number): Pose {
+    const { path, path_frames_per_s } = this.viewer.manifest;
+    const gone = limit(time_s * path_frames_per_s, 0, path.length - 1);
+    const from = path[Math.floor(gone)]!;
+    const to = path[Math.ceil(gone)]!;
+    const between = (a: number, b: number): number => a + (b - a) * (gone % 1);
+    const turned = (key: "yaw_deg" | "pitch_deg" | "roll_deg"): number =>
+      between(from[key], to[key]) * DEGREE_RAD;
+    const place = { x_m: between(from.x_m, to.x_m), z_m: between(from.z_m, to.z_m) };
+    const raised = from.y_m !== undefined && to.y_m !== undefined;
+    return {
+      ...place,
+      up_m: raised ? between(from.y_m!, to.y_m!) - this.viewer.grid.heightAt(place) : 0,
+      yaw_rad: turned("yaw_deg"),
+      pitch_rad: turned("pitch_deg"),
+      roll_rad: turned("roll_deg"),
+    };
+  }
+
   private seekTo(time_s: number): void {
     this.time_s = time_s;
     if (this.state !== "playing") this.enter("paused");
-    this.walker.place(this.curve.at(time_s));
+    this.walker.place(this.at(time_s));
     this.showTime();
   }
 
@@ -103,7 +125,7 @@ export class PathPlayer {
 
   private showTime(): void {
     this.seek.value = String(this.time_s);
-    const text = `${minutes(this.time_s)} / ${minutes(this.curve.duration_s)}`;
+    const text = `${minutes(this.time_s)} / ${minutes(this.duration_s)}`;
     if (this.clock.textContent === text) return;
     this.clock.textContent = text;
     this.seek.setAttribute("aria-valuetext", text);

@@ -2,28 +2,31 @@
 import type { Pose } from "../geometry/frame";
 import type { Hotspot, TruthView } from "../manifest";
 import type { Viewer } from "../viewer";
-import { horizontalFov } from "../walk/field_of_view";
-import { isActive } from "../walk/intent";
+import { Gamepads } from "../walk/gamepad";
+import { isActive, readIntent, type InputSource } from "../walk/intent";
+import { Keyboard } from "../walk/keyboard";
+import { horizontalFov } from "../walk/motion";
 import { PathRecorder } from "../walk/path_recorder";
+import { Pointer } from "../walk/pointer";
 import { Walker } from "../walk/walker";
 import { XrWalk, canEnterVr, type XrViewer } from "../walk/xr";
-import { Address, parseAddress, type Place, type PlaceFromAddress } from "./address";
+import {
+  Address,
+  parseAddress,
+  type PageOptions,
+  type Place,
+  type PlaceFromAddress,
+} from "./address";
 import { Compare } from "./compare";
-import { Controls } from "./controls";
+import { helpDialog, infoDialog } from "./dialogs";
 import { download, element } from "./dom";
 import { EngineView } from "./engine_view";
-import { FullScreen, fileStem, saveScreenshot } from "./full_screen";
-import { helpDialog } from "./help";
+import { FullScreen, Idle, fileStem, onInput, saveScreenshot } from "./full_screen";
 import { Hotspots, usableHotspots } from "./hotspots";
-import { onInput } from "./idle";
-import { infoDialog } from "./info";
-import { Kiosk } from "./kiosk";
-import { watchContext } from "./message";
-import type { PageOptions } from "./options";
+import { MovePad } from "./move_pad";
 import { PathPlayer } from "./path_player";
 import { PlanMap } from "./plan_map";
-import { capturedHeight, lookingAt, startPose, stepTowards } from "./places";
-import type { Picture } from "./projection";
+import { lookingAt, startPose, stepTowards, type Picture } from "./projection";
 import { Status } from "./status";
 import { Toolbar, type ToolName } from "./toolbar";
 import { SettingsPanel } from "./view_settings";
@@ -36,13 +39,19 @@ const SLOW_MS = 200;
 /** Of walking time, for a double click. */
 const STEP_S = 1;
 
+/** A kiosk begins again when its visitor has left. */
+const KIOSK_IDLE_MS = 60_000;
+/** What keys may do in a kiosk: nothing that would leave something open for the next visitor. */
+const KIOSK_TOOLS: readonly ToolName[] = ["close", "help", "level", "play", "where"];
+
 export class RoomPage {
   private readonly walker: Walker;
-  private readonly controls: Controls;
+  private readonly pad = new MovePad();
+  private readonly inputs: readonly InputSource[];
   private readonly hotspots: Hotspots;
   private readonly plan: PlanMap;
   private readonly player: PathPlayer;
-  private readonly recorder = new PathRecorder();
+  private readonly recorder: PathRecorder;
   private readonly compare: Compare;
   private readonly engine: EngineView | null;
   private readonly status: Status;
@@ -52,7 +61,7 @@ export class RoomPage {
   private readonly address: Address;
   private readonly whereabouts: Whereabouts;
   private readonly xr: XrWalk;
-  private readonly kiosk: Kiosk;
+  private readonly idle: Idle;
   private readonly help = helpDialog();
   private readonly info;
   private readonly start: Pose;
@@ -71,20 +80,21 @@ export class RoomPage {
     this.first_fov_y_rad = viewer.fov_y_rad;
     this.start = startPose(manifest, options.start);
     this.walker = new Walker(grid, manifest.vertical_range_m, viewer.fov_y_rad);
-    this.controls = new Controls(
-      canvas,
-      this.walker,
-      (command) => this.run(command),
-      (x_px, y_px) => this.walkTowards(x_px, y_px),
-    );
+    this.inputs = [
+      new Keyboard(window, (command) => this.run(command)),
+      new Pointer(canvas, this.walker, (x_px, y_px) => this.walkTowards(x_px, y_px)),
+      this.pad,
+      new Gamepads(),
+    ];
+    this.recorder = new PathRecorder((at) => grid.heightAt(at));
     this.status = new Status(manifest.title);
     this.hotspots = new Hotspots(labels, base);
     this.plan = new PlanMap(grid, manifest, labels, (at) => this.goTo(at));
-    this.player = new PathPlayer(manifest.path, this.walker, options.kiosk, () => this.showTools());
-    this.compare = new Compare(manifest.truth ?? [], {
+    this.player = new PathPlayer(viewer, this.walker, options.kiosk, () => this.showTools());
+    this.compare = new Compare(manifest.truth, {
       viewer,
       walkTo: (place, there) => this.goToTruth(place, there),
-      pose: () => this.walker.pose,
+      position: () => this.walker.pose,
       changed: () => this.showTools(),
       failed: (text) => this.status.tell(text),
     });
@@ -98,9 +108,9 @@ export class RoomPage {
     this.address = new Address(window, (place) => this.take(place));
     this.whereabouts = new Whereabouts(middleOf(grid), (text) => this.status.say(text));
     this.xr = new XrWalk(viewer as XrViewer, this.walker, (active) => this.vrChanged(active));
-    this.kiosk = new Kiosk(options.kiosk, () => this.beginAgain());
+    this.idle = new Idle(KIOSK_IDLE_MS, () => this.beginAgain(), performance.now());
     onInput(root, () => this.touched());
-    watchContext(canvas, root);
+    this.watchContext();
     this.layOut();
     this.begin();
     viewer.onFrame = (seconds) => this.frame(seconds);
@@ -113,7 +123,7 @@ export class RoomPage {
     const bottom = element(
       "div",
       { class: "bottom" },
-      this.controls.pad.element,
+      this.pad.element,
       this.compare.sheet,
       this.player.element,
       this.toolbar.element,
@@ -121,7 +131,7 @@ export class RoomPage {
     this.root.append(
       ...(this.engine ? [this.engine.element] : []),
       this.hotspots.element,
-      this.compare.overlay,
+      this.compare.line,
       top,
       bottom,
       this.help.element,
@@ -136,6 +146,18 @@ export class RoomPage {
     this.showTools();
   }
 
+  /** Tells that the browser took the graphics away, until they are back. */
+  private watchContext(): void {
+    const note = element("div", {
+      class: "context-note",
+      text: "The graphics were reset; one moment…",
+      testid: "context-lost",
+      attributes: { role: "alert" },
+    });
+    this.canvas.addEventListener("webglcontextlost", () => this.root.append(note));
+    this.canvas.addEventListener("webglcontextrestored", () => note.remove());
+  }
+
   private begin(): void {
     this.walker.place(this.start);
     this.take(parseAddress(location.hash));
@@ -146,7 +168,7 @@ export class RoomPage {
 
   /** A kiosk that nobody uses any more is as it was for its first visitor. */
   private beginAgain(): void {
-    if (this.player.playing) return;
+    if (!this.options.kiosk || this.player.playing) return;
     this.help.element.close();
     this.walker.fov_y_rad = this.first_fov_y_rad;
     this.goTo(this.start);
@@ -172,7 +194,7 @@ export class RoomPage {
   }
 
   private run(tool: ToolName): void {
-    if (!this.kiosk.allows(tool)) return;
+    if (this.options.kiosk && !KIOSK_TOOLS.includes(tool)) return;
     const commands: Record<ToolName, () => void> = {
       initial: () => this.settings.choose({ method: "initial" }),
       "hlf-vd": () => this.settings.choose({ method: "hlf-vd" }),
@@ -232,13 +254,13 @@ export class RoomPage {
   }
 
   private goToTruth(place: TruthView, there: () => void): void {
-    const up_m = place.y_m - capturedHeight(this.viewer.grid, place);
+    const up_m = place.y_m - this.viewer.grid.heightAt(place);
     this.goTo({ x_m: place.x_m, z_m: place.z_m, up_m }, there);
   }
 
   private lookAt(hotspot: Hotspot): void {
     const pose = this.walker.pose;
-    this.goTo(lookingAt(hotspot, pose, capturedHeight(this.viewer.grid, pose) + pose.up_m));
+    this.goTo(lookingAt(hotspot, pose, this.viewer.grid.heightAt(pose) + pose.up_m));
   }
 
   private walkTowards(x_px: number, y_px: number): void {
@@ -256,7 +278,7 @@ export class RoomPage {
 
   private touched(): void {
     const now_ms = performance.now();
-    this.kiosk.touch(now_ms);
+    this.idle.touch(now_ms);
     this.full_screen.touch(now_ms);
   }
 
@@ -277,7 +299,7 @@ export class RoomPage {
   }
 
   private walk(seconds: number): void {
-    const intent = this.controls.read();
+    const intent = readIntent(this.inputs);
     if (isActive(intent)) {
       this.player.stop();
       this.touched();
@@ -289,7 +311,7 @@ export class RoomPage {
     this.viewer.pose = pose;
     this.viewer.fov_y_rad = fov_y_rad;
     const picture = this.picture();
-    this.hotspots.update(pose, capturedHeight(this.viewer.grid, pose), picture);
+    this.hotspots.update(pose, this.viewer.grid.heightAt(pose), picture);
     const aspect = picture.width_px / Math.max(picture.height_px, 1);
     this.plan.update(pose, horizontalFov(fov_y_rad, aspect));
   }
@@ -297,7 +319,7 @@ export class RoomPage {
   private slowly(now_ms: number): void {
     this.status.update(this.viewer.progress());
     if (!this.player.playing) this.whereabouts.update(this.walker.pose, now_ms);
-    this.kiosk.update(now_ms);
+    this.idle.update(now_ms);
     this.full_screen.update(now_ms);
   }
 

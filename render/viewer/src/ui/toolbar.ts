@@ -1,6 +1,5 @@
 // The toolbar: icons without words, each with its name and its key.
-import type { Command } from "../walk/keys";
-import { COMMAND_KEYS } from "../walk/keys";
+import { COMMAND_KEYS, type Command } from "../walk/keyboard";
 import { element, iconButton } from "./dom";
 import { icon, type IconName } from "./icons";
 

@@ -1,12 +1,11 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { turnBetween, wrapAngle } from "../geometry/angles";
-import { planFromWalker } from "./motion";
-import { horizontalFov, pixelAngle } from "./field_of_view";
+import { horizontalFov, pixelAngle, planFromWalker } from "./motion";
 import { Gamepads, stick } from "./gamepad";
 import { isActive, noIntent, readIntent } from "./intent";
-import { COMMAND_KEYS, MOVEMENT_KEYS, commandKey, movementKey } from "./keys";
-import { positionOnPad } from "./move_pad";
+import { COMMAND_KEYS, MOVEMENT_KEYS, keyOf } from "./keyboard";
+import { positionOnPad } from "../ui/move_pad";
 import { magnificationOfWheel, turnOfDrag } from "./pointer";
 
 function near(actual: number, expected: number): void {
@@ -72,14 +71,13 @@ test("Shift alone is no movement", () => {
 });
 
 test("keys are found by their sign or their place, and none has two meanings", () => {
-  assert.equal(commandKey({ key: "?", code: "Slash" })?.command, "help");
-  assert.equal(commandKey({ key: "&", code: "Digit1" })?.command, "initial");
-  assert.equal(movementKey({ key: "z", code: "KeyW" })?.does, "Walk forward");
-  assert.equal(movementKey({ key: "+", code: "BracketRight" })?.does, "Enlarge");
-  assert.equal(commandKey({ key: "j", code: "KeyJ" }), null);
-  const commands = COMMAND_KEYS.flatMap((each) => each.keys);
-  const movements = MOVEMENT_KEYS.flatMap((each) => each.codes);
-  const all = [...commands, ...movements];
+  assert.equal(keyOf(COMMAND_KEYS, { key: "?", code: "Slash" })?.command, "help");
+  assert.equal(keyOf(COMMAND_KEYS, { key: "&", code: "Digit1" })?.command, "initial");
+  assert.equal(keyOf(MOVEMENT_KEYS, { key: "z", code: "KeyW" })?.does, "Walk forward");
+  assert.equal(keyOf(MOVEMENT_KEYS, { key: "+", code: "BracketRight" })?.does, "Enlarge");
+  assert.equal(keyOf(COMMAND_KEYS, { key: "j", code: "KeyJ" }), null);
+  assert.equal(keyOf(MOVEMENT_KEYS, { key: "ArrowUp", code: "Numpad8" })?.does, "Walk forward");
+  const all = [...COMMAND_KEYS, ...MOVEMENT_KEYS].flatMap(({ keys }): string[] => [...keys]);
   assert.equal(new Set(all).size, all.length);
 });
 

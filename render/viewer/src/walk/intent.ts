@@ -1,15 +1,10 @@
 // What the user wants to do in a frame. Every device adds to one intent; only the walker acts on it.
+import { limit } from "../geometry/angles";
 
-export interface Intent {
-  /** Speeds in -1..1 of the usual ones: walking, raising the eye, turning. */
-  forward: number;
-  right: number;
-  up: number;
-  turn: number;
-  tilt: number;
-  roll: number;
-  /** Towards a narrower picture, -1..1. */
-  zoom: number;
+/** Speeds in -1..1 of the usual ones: walking, raising the eye, turning, towards a narrower picture. */
+export const RATES = ["forward", "right", "up", "turn", "tilt", "roll", "zoom"] as const;
+
+export interface Intent extends Record<(typeof RATES)[number], number> {
   /** Turns of this frame that are done at once, as a drag asks for them. */
   look_yaw_rad: number;
   look_pitch_rad: number;
@@ -55,23 +50,13 @@ export function isActive(intent: Intent): boolean {
 /** Devices report what they like: speeds are kept in -1..1, and what is no number counts as none. */
 function checked(intent: Intent): Intent {
   const length = Math.max(1, Math.hypot(intent.forward, intent.right));
-  return {
-    forward: rate(intent.forward / length),
-    right: rate(intent.right / length),
-    up: rate(intent.up),
-    turn: rate(intent.turn),
-    tilt: rate(intent.tilt),
-    roll: rate(intent.roll),
-    zoom: rate(intent.zoom),
-    look_yaw_rad: finite(intent.look_yaw_rad),
-    look_pitch_rad: finite(intent.look_pitch_rad),
-    magnify: intent.magnify > 0 && Number.isFinite(intent.magnify) ? intent.magnify : 1,
-    fast: intent.fast,
-  };
-}
-
-function rate(value: number): number {
-  return Math.min(Math.max(finite(value), -1), 1);
+  intent.forward /= length;
+  intent.right /= length;
+  for (const axis of RATES) intent[axis] = limit(finite(intent[axis]), -1, 1);
+  intent.look_yaw_rad = finite(intent.look_yaw_rad);
+  intent.look_pitch_rad = finite(intent.look_pitch_rad);
+  if (!(intent.magnify > 0 && Number.isFinite(intent.magnify))) intent.magnify = 1;
+  return intent;
 }
 
 function finite(value: number): number {

@@ -1,6 +1,5 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { PathCurve } from "./path_curve";
 import { PathRecorder } from "./path_recorder";
 
 const POSE = { x_m: 0.1, z_m: -0.25, up_m: 0, yaw_rad: 0, pitch_rad: 0.1, roll_rad: 0 };
@@ -13,7 +12,7 @@ function rowsOf(table: string): number[][] {
 }
 
 test("records where one was, when", () => {
-  const recorder = new PathRecorder();
+  const recorder = new PathRecorder(() => 1.5);
   recorder.advance(1, POSE);
   assert.equal(recorder.stop(), null);
   recorder.start(POSE);
@@ -41,7 +40,7 @@ test("records where one was, when", () => {
 });
 
 test("begins anew, and keeps the edge of what was captured", () => {
-  const recorder = new PathRecorder();
+  const recorder = new PathRecorder(() => 1.5);
   recorder.start(POSE);
   recorder.advance(1, POSE);
   recorder.start({ ...POSE, x_m: 1 / 3 });
@@ -54,8 +53,19 @@ test("begins anew, and keeps the edge of what was captured", () => {
       [1 / 3, 0.01],
     ],
   );
-  const views = rows.map(([x_m, z_m, yaw_deg, pitch_deg, roll_deg]) => {
-    return { x_m, z_m, yaw_deg, pitch_deg, roll_deg } as { [key: string]: number };
-  });
-  assert.equal(new PathCurve(views as never).playable, false);
+});
+
+test("a raised eye has a height in the room, in a table of its own columns", () => {
+  const recorder = new PathRecorder(() => 1.5);
+  recorder.start(POSE);
+  recorder.advance(0.5, { ...POSE, up_m: 0.25 });
+  const lines = recorder.stop()!.trim().split("\n");
+  assert.equal(lines[0], "name,x,y,z,yaw,pitch,roll,time");
+  assert.deepEqual(
+    lines.slice(1).map((line) => line.split(",").slice(1, 4).map(Number)),
+    [
+      [0.1, 1.5, -0.25],
+      [0.1, 1.75, -0.25],
+    ],
+  );
 });

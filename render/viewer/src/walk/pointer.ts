@@ -1,15 +1,9 @@
 // Looking with a mouse, a pen or fingers: the scene is grabbed and dragged, as in other viewers of
 // panoramas. The wheel and two fingers zoom; a double click walks a step that way.
 import { limit } from "../geometry/angles";
-import { pixelAngle } from "./field_of_view";
+import { pixelAngle } from "./motion";
 import type { InputSource, Intent } from "./intent";
-
-/** What the pointer needs to know of the picture. */
-export interface Looking {
-  fov_y_rad(): number;
-  pitch_rad(): number;
-  roll_rad(): number;
-}
+import type { Walker } from "./walker";
 
 const WHEEL_PER_PX = 0.0015;
 const PX_PER_LINE = 16;
@@ -26,7 +20,7 @@ export class Pointer implements InputSource {
 
   constructor(
     private readonly surface: HTMLElement,
-    private readonly looking: Looking,
+    private readonly walker: Pick<Walker, "fov_y_rad" | "pose">,
     walkTowards: (x_px: number, y_px: number) => void,
   ) {
     surface.addEventListener("pointerdown", (event) => this.grab(event));
@@ -68,15 +62,11 @@ export class Pointer implements InputSource {
   }
 
   private turn(dx_px: number, dy_px: number): void {
-    const angle = pixelAngle(this.looking.fov_y_rad(), this.surface.clientHeight);
-    const [yaw_rad, pitch_rad] = turnOfDrag(
-      dx_px * angle,
-      dy_px * angle,
-      this.looking.pitch_rad(),
-      this.looking.roll_rad(),
-    );
-    this.yaw_rad += yaw_rad;
-    this.pitch_rad += pitch_rad;
+    const angle = pixelAngle(this.walker.fov_y_rad, this.surface.clientHeight);
+    const { pitch_rad, roll_rad } = this.walker.pose;
+    const turn = turnOfDrag(dx_px * angle, dy_px * angle, pitch_rad, roll_rad);
+    this.yaw_rad += turn[0];
+    this.pitch_rad += turn[1];
   }
 
   private letGo(event: PointerEvent): void {

@@ -6,9 +6,8 @@
 import type { Pose } from "../geometry/frame";
 import type { Grid, PlanPosition } from "../geometry/grid";
 import { DEGREE_RAD, limit, wrapAngle } from "../geometry/angles";
-import { approach, planFromWalker } from "./motion";
+import { approach, limitFov, planFromWalker } from "./motion";
 import { areaSide, edgeBrake, edgeMargin, freeDistance } from "./edges";
-import { limitFov } from "./field_of_view";
 import { Glide } from "./glide";
 import { isActive, type Intent } from "./intent";
 

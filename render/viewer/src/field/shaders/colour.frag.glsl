@@ -21,9 +21,8 @@ uniform float vignette;              // 0 none to 1
 uniform vec3 rayAcross;              // change of `ray` over the width of the view
 uniform vec3 rayUpwards;             // and over its height
 uniform vec2 capturedPixel;          // its size in the middle of the view, of the view's size
-uniform vec2 dividers;               // of a comparison: truth up to x, engine up to y, then this view
-uniform sampler2D truthPicture;
-uniform sampler2D enginePicture;
+uniform float divider;               // of a comparison: the panorama up to here, then this view
+uniform sampler2D comparedPicture;
 
 out vec4 colour;
 
@@ -133,13 +132,8 @@ vec3 softenedColour() {
 
 void main() {
   vec3 direction = normalize(ray);
-  vec2 at = panoramaPlace(direction);
-  if (place.x < dividers.x) {
-    colour = vec4(texture(truthPicture, at).rgb, 1.0);
-    return;
-  }
-  if (place.x < dividers.y) {
-    colour = vec4(texture(enginePicture, at).rgb, 1.0);
+  if (place.x < divider) {
+    colour = vec4(texture(comparedPicture, panoramaPlace(direction)).rgb, 1.0);
     return;
   }
   vec3 shown = corrected ? softenedColour() : initialColour(direction, columnOf(direction));

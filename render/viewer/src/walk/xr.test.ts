@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { SnapTurn, baseFor, eyeOf, type Head } from "./xr_base";
+import { SnapTurn, baseFor, eyeOf, type Head } from "./xr";
 
 const HEAD: Head = {
   right_m: 0.2,

@@ -1,6 +1,7 @@
 // The pad for walking with a thumb: drag from its middle, or press its four buttons, which keys and
 // screen readers reach too.
-import type { InputSource, Intent } from "./intent";
+import type { InputSource, Intent } from "../walk/intent";
+import { element } from "./dom";
 
 /** A step by a screen reader's or a switch's click, which has no duration. */
 const CLICK_S = 0.4;
@@ -20,18 +21,17 @@ const DIRECTIONS: readonly Direction[] = [
 ];
 
 export class MovePad implements InputSource {
-  readonly element = document.createElement("div");
-  private readonly knob = document.createElement("div");
+  readonly element = element("div", {
+    class: "move-pad",
+    testid: "move-pad",
+    attributes: { role: "group", "aria-label": "Walk" },
+  });
+  private readonly knob = element("div", { class: "move-pad-knob" });
   private thumb: { id: number; right: number; forward: number } | null = null;
   private pressed: Direction | null = null;
   private stepping: { direction: Direction; until_ms: number } | null = null;
 
   constructor() {
-    this.element.className = "move-pad";
-    this.element.setAttribute("role", "group");
-    this.element.setAttribute("aria-label", "Walk");
-    this.element.dataset.testid = "move-pad";
-    this.knob.className = "move-pad-knob";
     this.element.append(...DIRECTIONS.map((direction) => this.button(direction)), this.knob);
     this.element.addEventListener("pointerdown", (event) => this.touch(event));
     this.element.addEventListener("pointermove", (event) => this.drag(event));
@@ -50,10 +50,10 @@ export class MovePad implements InputSource {
   }
 
   private button(direction: Direction): HTMLButtonElement {
-    const button = document.createElement("button");
-    button.type = "button";
-    button.className = `move-pad-${direction.name}`;
-    button.setAttribute("aria-label", direction.label);
+    const button = element("button", {
+      class: `move-pad-${direction.name}`,
+      attributes: { type: "button", "aria-label": direction.label },
+    });
     button.addEventListener("keydown", (event) => {
       if (event.key !== "Enter" && event.key !== " ") return;
       event.preventDefault(); // a click as well would be a step of its own
