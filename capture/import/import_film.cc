@@ -9,6 +9,7 @@
 
 #include "capture/import/film_stations.h"
 #include "capture/import/video_reader.h"
+#include "capture/session/frame_kind.h"
 #include "capture/session/session.h"
 #include "capture/session/session_reader.h"
 #include "capture/session/session_times.h"
@@ -159,7 +160,7 @@ Picture encode(const DecodedFrame& frame, const fs::path& film, const FilmImport
 // Reads the film again and stores the chosen frames; `chosen` is in order of frames.
 void store_frames(Session* session, const fs::path& film, const FilmImportOptions& options,
                   const std::vector<StationFrame>& chosen,
-                  const std::vector<SessionStation>& stations, WallTime start) {
+                  const std::vector<SessionStation>& stations, const SessionFacts& facts) {
   VideoReader reader(film);
   DecodedFrame frame;
   Progress progress("Importing frames", static_cast<std::int64_t>(chosen.size()), "stations");
@@ -171,14 +172,16 @@ void store_frames(Session* session, const fs::path& film, const FilmImportOption
                               film.string(), next->frame));
     }
     if (frame.number != next->frame) continue;
+    const Picture picture = encode(frame, film, options);
+    if (next == chosen.begin()) require_frame_kind(picture.bytes, facts.frames, film.string());
     const SessionStation& station = stations[next->station];
     const AttemptId attempt = session->begin_attempt(station.name, station.planned_mm);
-    const StoredFrame stored = session->store_frame(attempt, 0, encode(frame, film, options));
+    const StoredFrame stored = session->store_frame(attempt, 0, picture);
     const Duration since_start =
         std::chrono::duration_cast<Duration>(std::chrono::duration<double>(next->time_s));
-    session->complete_from_film(attempt, next->position_mm,
-                                start + std::chrono::duration_cast<WallTime::duration>(since_start),
-                                {&stored, 1});
+    session->complete_from_film(
+        attempt, next->position_mm,
+        facts.created + std::chrono::duration_cast<WallTime::duration>(since_start), {&stored, 1});
     progress.advance();
     ++next;
   }
@@ -217,7 +220,7 @@ FilmImport import_film(const fs::path& session_directory, const fs::path& film,
     throw Error(fmt::format("{}: {} (nothing was imported; --allow-missing imports the others)",
                             film.string(), account));
   }
-  store_frames(session.get(), film, options, frames.found, stations, facts.created);
+  store_frames(session.get(), film, options, frames.found, stations, facts);
 
   FilmImport result;
   result.imported = frames.found.size();

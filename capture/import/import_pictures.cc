@@ -15,6 +15,7 @@
 #include "capture/import/match_pictures.h"
 #include "capture/import/session_shots.h"
 #include "capture/session/frame_files.h"
+#include "capture/session/frame_kind.h"
 #include "capture/session/session.h"
 #include "capture/session/session_reader.h"
 #include "core/base/error.h"
@@ -152,6 +153,21 @@ void require_complete(const PictureMatch& match, const SessionShots& shots,
                           describe_mismatches(match, shots, card)));
 }
 
+// The first new picture of every line shows what the session's frames are said to be. The files of
+// a camera that writes one per lens are told by their names.
+void look_at_pictures(const PictureMatch& match, const SessionShots& shots,
+                      const CardPictures& card, FrameKind frames) {
+  std::set<std::string> lines;
+  for (const StationPictures& pictures : match.complete) {
+    const ExposedStation& station = shots.stations[pictures.station];
+    const std::string& name = station.attempt.station;
+    const CardFile& file = card.shots[pictures.shots.front()].files.front();
+    if (station.imported || file.lens != FrameLens::kBoth) continue;
+    if (!lines.insert(name.substr(0, name.rfind('_'))).second) continue;
+    require_frame_kind(read_file(file.file), frames, file.file.string());
+  }
+}
+
 std::string summary_of(const PictureImport& result, const PictureMatch& match,
                        const SessionShots& shots, const CardPictures& card) {
   std::string summary = fmt::format("{} stations imported, {} had been before", result.imported,
@@ -183,6 +199,7 @@ PictureImport import_pictures(const fs::path& session_directory,
   const PictureMatch match = first_station.empty() ? match_pictures(shots, card)
                                                    : assign_by_name(shots, card, first_station);
   if (!allow_missing) require_complete(match, shots, card);
+  look_at_pictures(match, shots, card, reader.facts().frames);
 
   const auto checksums = checksums_by_station(&reader);
   PictureCopier copier(session.get(), &card, UnnamedFrames(&reader));

@@ -19,7 +19,8 @@ struct PictureImport {
 // and records them with their checksums, station by station, so an interrupted import can be
 // resumed. The source files are not changed. Nothing is overwritten.
 //
-// Throws, with nothing imported: Error listing the mismatches if a station or picture has no
+// Throws, with nothing imported: Error for a picture that clearly is of another kind than the
+// session's frames (frame_kind.h), or listing the mismatches if a station or picture has no
 // counterpart; with `allow_missing`, the complete stations are imported instead. With
 // `first_station` the pictures are assigned by name (assign_by_name). Throws, with the
 // preceding stations imported: Error naming a file that is not a complete picture, does not have

@@ -51,8 +51,11 @@ class ImportPicturesTest : public testing::Test {
   }
   void write_picture(const std::string& name, WallTime time, int width = 64) {
     write_test_picture(card_ / name, width, width / 2, 40 + next_level_++);
-    const auto shown = std::chrono::floor<std::chrono::seconds>(time + 7203s);
-    write_test_exif(card_ / name, {{0x9003, fmt::format("{:%Y:%m:%d %H:%M:%S}", shown)}});
+    write_test_exif(card_ / name, {{0x9003, exif_text(time)}});
+  }
+  static std::string exif_text(WallTime time) {
+    return fmt::format("{:%Y:%m:%d %H:%M:%S}",
+                       std::chrono::floor<std::chrono::seconds>(time + 7203s));
   }
   PictureImport import(bool allow_missing = false) {
     const std::vector<fs::path> given{card_};
@@ -94,6 +97,15 @@ TEST_F(ImportPicturesTest, EveryStationGetsItsOwnPictureWithItsChecksum) {
     EXPECT_EQ(bytes, read_file(card_ / ("R_" + imported.station_of(frame).name + ".JPG")));
     EXPECT_EQ(frame.sha256, sha256_hex(std::as_bytes(std::span(bytes))));
   }
+}
+
+TEST_F(ImportPicturesTest, APictureOfAnotherKindThanTheFramesIsRefusedBeforeAnyIsImported) {
+  fill_card();
+  write_test_circles(card_ / "R_z0_000.JPG");
+  write_test_exif(card_ / "R_z0_000.JPG", {{0x9003, exif_text(taken_[10].second)}});
+  EXPECT_THAT(error_of_import(), AllOf(HasSubstr("R_z0_000.JPG shows two fisheye circles"),
+                                       HasSubstr("camera.frames is panorama")));
+  EXPECT_EQ(captured(), 0U);
 }
 
 TEST_F(ImportPicturesTest, ASecondImportChangesNothing) {

@@ -8,6 +8,7 @@
 
 #include "capture/base/device_fault.h"
 #include "capture/base/units.h"
+#include "capture/session/frame_kind.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 
@@ -67,6 +68,7 @@ void CaptureSequence::begin_line(const CaptureLine& line, const CaptureStation& 
   const SoftLimits& limits = parts_.carriage->limits();
   const double start_mm = std::max(limits.low_mm(), first.rail_mm - rules_.approach_mm);
   parts_.carriage->move_to(limits.require(start_mm, "start of line " + line.id));
+  line_begins_ = true;
   measured_until_ = parts_.clock->now();
 }
 
@@ -108,6 +110,7 @@ void CaptureSequence::shoot_station(const AttemptId& attempt, SafePosition targe
   const SettledPosition settled = parts_.carriage->move_to(target);
   const Shot shot = parts_.camera->shoot(settled.settled_at);
   require_pictures(shot);
+  look_at_first_of_line(shot);
   const std::vector<StoredFrame> frames = store_pictures(attempt, shot);
   parts_.session->complete_attempt(attempt, settled, shot, frames,
                                    own_ms_since_last(settled, shot));
@@ -140,6 +143,13 @@ void CaptureSequence::require_pictures(const Shot& shot) const {
                     "size",
                     picture.size.width, picture.size.height, expected.width, expected.height));
   }
+}
+
+// A camera that was set otherwise is noticed before a line of its pictures is captured.
+void CaptureSequence::look_at_first_of_line(const Shot& shot) {
+  if (!line_begins_ || shot.pictures.empty()) return;
+  require_frame_kind(shot.pictures[0].bytes, rules_.frames, "the picture");
+  line_begins_ = false;
 }
 
 void CaptureSequence::require_space() const {

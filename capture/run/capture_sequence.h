@@ -27,6 +27,7 @@ struct CaptureParts {
 struct CaptureRules {
   int shots = 3;      // tries per station while its picture arrives incomplete
   int exposures = 1;  // pictures per station
+  FrameKind frames = FrameKind::kPanorama;  // what the first picture of each line must show
   // A line begins this far below its first station, so that every station is approached in the same
   // direction and the backlash of the drive is the same at all of them.
   double approach_mm = 5.0;
@@ -51,6 +52,7 @@ class CaptureSequence {
   void shoot_station(const AttemptId& attempt, SafePosition target);
   std::vector<StoredFrame> store_pictures(const AttemptId& attempt, const Shot& shot);
   void require_pictures(const Shot& shot) const;
+  void look_at_first_of_line(const Shot& shot);
   void require_space() const;
   double own_ms_since_last(const SettledPosition& settled, const Shot& shot);
   void record_failure(const AttemptId& attempt, std::string_view fault, const std::string& message);
@@ -58,6 +60,7 @@ class CaptureSequence {
   CaptureParts parts_;
   CaptureRules rules_;
   WorkState state_;
+  bool line_begins_ = false;     // none of its pictures was looked at yet
   SteadyTime measured_until_{};  // end of the time that earlier stations account for
 };
 

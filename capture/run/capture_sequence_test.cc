@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "capture/import/test_pictures.h"
 #include "capture/run/fake_camera.h"
 #include "capture/run/film_lines.h"
 #include "capture/session/session_reader.h"
@@ -251,6 +252,19 @@ TEST_F(CaptureSequenceTest, APictureOfAnotherSizeIsNotStoredButShotAgain) {
   EXPECT_EQ(reader.database().integer(
                 "SELECT count(*) FROM frame WHERE width_px = 64 AND height_px = 32"),
             6);
+}
+
+TEST_F(CaptureSequenceTest, ThePictureOfAnotherKindThanTheFramesPausesAtTheFirstOfALine) {
+  write_test_circles(directory_ / "circles.jpg");
+  camera_.files = {{2, read_file(directory_ / "circles.jpg")},
+                   {4, read_file(directory_ / "circles.jpg")}};
+  EXPECT_THAT(paused_message(),
+              AllOf(HasSubstr("station z0_000: the picture shows two fisheye circles"),
+                    HasSubstr("camera.frames is panorama"), HasSubstr("3 of 6")));
+  EXPECT_EQ(camera_.shots(), 4);  // not shot again
+  camera_.files.clear();
+  run();  // once the camera is set to stitch
+  EXPECT_EQ(status()["captured"], 6);
 }
 
 TEST_F(CaptureSequenceTest, AnIncompleteBracketIsNotStoredButShotAgain) {

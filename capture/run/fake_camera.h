@@ -25,6 +25,7 @@ class FakeCamera final : public Camera {
   std::map<int, FaultKind> faults{};        // by shot
   std::map<int, PanoramaSize> odd_sizes{};  // by shot
   std::map<int, int> fewer_pictures{};      // by shot: number of pictures instead
+  std::map<int, std::string> files{};       // by shot: the bytes of the pictures instead
   std::function<void()> on_shot{};          // called at the moment of exposure
 
   // What the file of a picture holds: "shot 3 exposure 0". Shots are counted from 1, exposures
@@ -59,11 +60,12 @@ class FakeCamera final : public Camera {
     for (int i = 0; i < count && !keeps; ++i) {
       const PanoramaSize size =
           odd_sizes.contains(shots_) ? odd_sizes.at(shots_) : PanoramaSize{64, 32};
-      shot.pictures.push_back({.bytes = picture_text(shots_, i),
-                               .extension = "jpg",
-                               .camera_name = "",
-                               .size = size,
-                               .exposure = ""});
+      shot.pictures.push_back(
+          {.bytes = files.contains(shots_) ? files.at(shots_) : picture_text(shots_, i),
+           .extension = "jpg",
+           .camera_name = "",
+           .size = size,
+           .exposure = ""});
     }
     return shot;
   }

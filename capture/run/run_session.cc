@@ -65,6 +65,7 @@ void capture(const CapturePlan& plan, const CaptureConfig& config, const Capture
   }
   CaptureSequence(parts, {.shots = config.run.shots,
                           .exposures = static_cast<int>(config.camera.exposure.bracket_ev.size()),
+                          .frames = config.camera.frames,
                           .approach_mm = config.run.approach_mm,
                           .least_free_bytes = config.run.least_free_mb * kBytesPerMegabyte})
       .run(plan);
