@@ -5,9 +5,9 @@
 #include <string>
 
 #include "capture/camera/camera.h"
+#include "capture/camera/camera_config.h"
 #include "capture/trigger/gpio_lines.h"
 #include "capture/trigger/shutter.h"
-#include "capture/trigger/trigger_config.h"
 
 namespace raywalk::capture {
 

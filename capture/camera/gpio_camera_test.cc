@@ -19,8 +19,8 @@ TriggerConfig wired() {
 }
 
 struct CableRig {
-  explicit CableRig(std::string_view yaml, const TriggerConfig& config = wired())
-      : gpio(parse_fake_gpio(yaml), &clock), camera(config, gpio.open(), &clock) {}
+  explicit CableRig(const FakeGpioSettings& settings, const TriggerConfig& config = wired())
+      : gpio(settings, &clock), camera(config, gpio.open(), &clock) {}
 
   ManualClock clock;
   FakeGpio gpio;
@@ -34,7 +34,7 @@ ExposureSettings bracket(std::vector<double> ev) {
 }
 
 TEST(GpioCamera, ShotIsOnePressAndBringsNoPicture) {
-  CableRig rig("{busy_delay_ms: 30, busy_ms: 400}");
+  CableRig rig({.busy_delay_ms = 30, .busy_ms = 400});
   const WallTime start = rig.clock.wall_now();
   rig.camera.prepare({}, "");
   const Shot shot = rig.camera.shoot(rig.clock.now());
@@ -47,14 +47,14 @@ TEST(GpioCamera, ShotIsOnePressAndBringsNoPicture) {
 }
 
 TEST(GpioCamera, NeverPressesBeforeTheCarriageSettled) {
-  CableRig rig("{}");
+  CableRig rig({});
   const SteadyTime settled = rig.clock.now() + milliseconds(700);
   rig.camera.shoot(settled);
   EXPECT_EQ(rig.gpio.changes().front().time, settled);
 }
 
 TEST(GpioCamera, BracketIsAPressPerExposure) {
-  CableRig rig("{}");
+  CableRig rig({});
   rig.camera.prepare(bracket({-2.0, 0.0, 2.0}), "");
   rig.camera.shoot(rig.clock.now());
   rig.camera.shoot(rig.clock.now());
@@ -64,14 +64,14 @@ TEST(GpioCamera, BracketIsAPressPerExposure) {
 TEST(GpioCamera, BracketIsOnePressIfTheCameraTakesAll) {
   TriggerConfig config = wired();
   config.press_per_exposure = false;
-  CableRig rig("{}", config);
+  CableRig rig({}, config);
   rig.camera.prepare(bracket({-2.0, 0.0, 2.0}), "");
   rig.camera.shoot(rig.clock.now());
   EXPECT_EQ(rig.gpio.presses(), 1);
 }
 
 TEST(GpioCamera, RefusesExposureSettings) {
-  CableRig rig("{}");
+  CableRig rig({});
   ExposureSettings settings;
   settings.shutter_s = 0.01;
   EXPECT_THROW(rig.camera.prepare(settings, ""), UsageError);
@@ -79,7 +79,7 @@ TEST(GpioCamera, RefusesExposureSettings) {
 }
 
 TEST(GpioCamera, ReportsItsStateFromTheBusyLine) {
-  CableRig rig("{films: true, busy_delay_ms: 0}");
+  CableRig rig({.busy_delay_ms = 0, .films = true});
   EXPECT_EQ(rig.camera.report().identity, "camera on line 1 of /dev/gpiochip-fake (fake, 8 lines)");
   EXPECT_EQ(rig.camera.report().state, "idle");
   rig.camera.start_film();
@@ -89,12 +89,12 @@ TEST(GpioCamera, ReportsItsStateFromTheBusyLine) {
   EXPECT_EQ(rig.gpio.presses(), 2);
   TriggerConfig blind = wired();
   blind.busy_line = -1;
-  CableRig other("{}", blind);
+  CableRig other({}, blind);
   EXPECT_EQ(other.camera.report().state, "unknown");
 }
 
 TEST(GpioCamera, MissedPictureIsWorthAnotherShot) {
-  CableRig rig("{camera: never-busy, bad_press: 1}");
+  CableRig rig({.camera = FakeGpioCamera::kNeverBusy, .bad_press = 1});
   EXPECT_TRUE(fault_of([&] { rig.camera.shoot(rig.clock.now()); }).is_retryable());
   EXPECT_NO_THROW(rig.camera.shoot(rig.clock.now()));
 }

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <vector>
 
-#include "capture/base/device_fault.h"
 #include "capture/camera/check_picture.h"
-#include "capture/camera/osc_report.h"
 #include "core/base/interrupt.h"
 
 namespace raywalk::capture {
@@ -24,24 +24,12 @@ bool is_positive(const Json& object, const char* key) {
   return number_at(object, key).value_or(0.0) > 0.0;
 }
 
-DeviceFault busy_fault(const std::string& url, const std::string& detail, double timeout_ms) {
-  return {FaultKind::kBusy,
-          fmt::format("{}: the camera is still busy after {:g} s{}; switch it off "
-                      "and on, and close other programs that use it",
-                      url, timeout_ms / 1000.0, detail)};
+bool contains(const Json& list, const char* word) {
+  return std::find(list.begin(), list.end(), word) != list.end();
 }
 
 std::string in_parentheses(const OscRefusal& refusal) {
   return fmt::format(" ({}: {})", refusal.code(), refusal.what());
-}
-
-// A refusal that waiting does not resolve.
-DeviceFault fault_of(const OscRefusal& refusal, const std::string& url) {
-  return {refusal.is_temporary() ? FaultKind::kBusy : FaultKind::kWrongDevice,
-          fmt::format(
-              "{}: the camera refuses the command{}; check its display, and close other programs "
-              "that use it",
-              url, in_parentheses(refusal))};
 }
 
 // The last part of a file's address.
@@ -56,6 +44,32 @@ std::string shown_sizes(const Json& formats) {
     sizes += fmt::format("{}{:g}x{:g}", sizes.empty() ? "" : ", ", *width, *height);
   }
   return sizes;
+}
+
+std::string identity_in(const Json& info) {
+  // Ricoh repeats the manufacturer in the model's name.
+  const std::string manufacturer = text_at(info, "manufacturer");
+  const bool repeated = text_at(info, "model").starts_with(manufacturer);
+  std::string identity = repeated ? std::string{} : manufacturer;
+  const auto append = [&](const std::string& separator, const std::string& text) {
+    if (!text.empty()) identity += (identity.empty() ? "" : separator) + text;
+  };
+  append(" ", text_at(info, "model"));
+  append(", serial ", text_at(info, "serialNumber"));
+  append(", firmware ", text_at(info, "firmwareVersion"));
+  return one_line(identity);
+}
+
+// "_captureStatus" and "_cameraError" are Ricoh's, "_cardState" is Insta360's.
+std::string state_in(const Json& state) {
+  std::string text = text_at(state, "_captureStatus");
+  if (text.empty()) text = "ready";
+  for (const Json& error : list_at(state, "_cameraError")) {
+    if (error.is_string()) text += ", " + error.get<std::string>();
+  }
+  const std::string card = text_at(state, "_cardState");
+  if (!card.empty() && card != "pass") text += ", card: " + card;
+  return one_line(text);
 }
 
 }  // namespace
@@ -77,19 +91,68 @@ OscCamera::~OscCamera() = default;
 
 std::string OscCamera::description() const { return "camera at " + client_.url(); }
 
+SteadyTime OscCamera::deadline() const {
+  return clock_.now() + duration_from_ms(config_.osc.picture_timeout_ms);
+}
+
 void OscCamera::sleep_poll() {
   throw_if_interrupted();
   clock_.sleep(duration_from_ms(std::max(config_.osc.poll_ms, 1.0)));
 }
 
+// For a camera that is busy until it is ready.
+void OscCamera::sleep_poll(SteadyTime until, const std::string& detail) {
+  if (clock_.now() >= until) throw busy_fault(detail);
+  sleep_poll();
+}
+
+DeviceFault OscCamera::fault(FaultKind kind, const std::string& what) const {
+  return {kind, client_.url() + ": " + what};
+}
+
+// A refusal that waiting does not resolve.
+DeviceFault OscCamera::fault_of(const OscRefusal& refusal) const {
+  return fault(refusal.is_temporary() ? FaultKind::kBusy : FaultKind::kWrongDevice,
+               "the camera refuses the command" + in_parentheses(refusal) +
+                   "; check its display, and close other programs that use it");
+}
+
+DeviceFault OscCamera::busy_fault(const std::string& detail) const {
+  return fault(FaultKind::kBusy, fmt::format("the camera is still busy after {:g} s{}; switch it "
+                                             "off and on, and close other programs that use it",
+                                             config_.osc.picture_timeout_ms / 1000.0, detail));
+}
+
 // --- Report -------------------------------------------------------------------------------------
+
+CameraReport osc_report(const Json& info, const Json& state, const Json& options) {
+  CameraReport report;
+  report.identity = identity_in(info);
+  report.state = state_in(state);
+  const auto battery = number_at(state, "batteryLevel");
+  if (battery && *battery >= 0.0 && *battery <= 1.0) report.battery_share = battery;
+  if (const auto pictures = count_at(options, "remainingPictures")) {
+    report.pictures_left = static_cast<int>(std::min<std::int64_t>(*pictures, 1'000'000'000));
+  }
+  // Insta360's documentation shows 0 of 0 bytes for a camera that does not know.
+  if (number_at(options, "totalSpace") != 0.0) {
+    report.free_bytes = count_at(options, "remainingSpace");
+  }
+  return report;
+}
+
+bool reports_full_card(const Json& state, const Json& options) {
+  return contains(list_at(state, "_cameraError"), "NO_MEMORY") ||
+         text_at(state, "_cardState") == "noSpace" || count_at(options, "remainingPictures") == 0;
+}
 
 CameraReport OscCamera::report() {
   const Json info = client_.info();
   client_.open_session();
   const Json state = client_.state();
   try {
-    return osc_report(info, state, client_.options(report_option_names()));
+    return osc_report(info, state,
+                      client_.options({"remainingPictures", "remainingSpace", "totalSpace"}));
   } catch (const OscRefusal& refusal) {
     CameraReport report = osc_report(info, state, Json::object());
     report.state += in_parentheses(refusal);
@@ -100,33 +163,29 @@ CameraReport OscCamera::report() {
 // --- Settings -----------------------------------------------------------------------------------
 
 void OscCamera::set(const Json& options) {
-  const SteadyTime deadline = clock_.now() + duration_from_ms(config_.osc.picture_timeout_ms);
-  for (;;) {
+  for (const SteadyTime until = deadline();;) {
     try {
       client_.set_options(options);
       set_at_ = clock_.now();
       return;
     } catch (const OscRefusal& refusal) {
       if (!refusal.is_temporary()) {
-        throw DeviceFault(FaultKind::kExposure,
-                          fmt::format("{}: the camera refuses the settings {}{}; change "
-                                      "camera.exposure or set its lock to false",
-                                      client_.url(), options.dump(), in_parentheses(refusal)));
+        throw fault(FaultKind::kExposure, "the camera refuses the settings " + options.dump() +
+                                              in_parentheses(refusal) +
+                                              "; change camera.exposure or set its lock to false");
       }
-      if (clock_.now() >= deadline) {
-        throw busy_fault(client_.url(), in_parentheses(refusal), config_.osc.picture_timeout_ms);
-      }
+      sleep_poll(until, in_parentheses(refusal));
     }
-    sleep_poll();
   }
 }
 
 // Insta360's cameras deliver panoramas or pairs of fisheye circles.
 void OscCamera::choose_stitching(const Json& options) {
   const char* wanted = config_.frames == FrameKind::kPanorama ? "ondevice" : "none";
-  const Json choices = options.value("photoStitchingSupport", Json::array());
-  const bool has_choice = std::find(choices.begin(), choices.end(), wanted) != choices.end();
-  if (!has_choice || text_at(options, "photoStitching") == wanted) return;
+  if (!contains(list_at(options, "photoStitchingSupport"), wanted) ||
+      text_at(options, "photoStitching") == wanted) {
+    return;
+  }
   set({{"photoStitching", wanted}});
 }
 
@@ -137,18 +196,16 @@ void OscCamera::choose_file_format() {
     set({{"captureMode", "image"}});
   }
   choose_stitching(options);
-  const auto formats = options.find("fileFormatSupport");
-  if (config_.width_px <= 0 || formats == options.end() || !formats->is_array()) return;
+  const Json formats = list_at(options, "fileFormatSupport");
+  if (config_.width_px <= 0 || formats.empty()) return;
   const Json wanted = {
       {"type", "jpeg"}, {"width", config_.width_px}, {"height", config_.height_px}};
   if (options.value("fileFormat", Json()) == wanted) return;
-  if (std::find(formats->begin(), formats->end(), wanted) == formats->end()) {
-    throw DeviceFault(
-        FaultKind::kWrongDevice,
-        fmt::format(
-            "{}: the camera cannot take pictures of {}x{}, only of {}; change camera.width_px and "
-            "camera.height_px",
-            client_.url(), config_.width_px, config_.height_px, shown_sizes(*formats)));
+  if (std::find(formats.begin(), formats.end(), wanted) == formats.end()) {
+    throw fault(FaultKind::kWrongDevice,
+                fmt::format("the camera cannot take pictures of {}x{}, only of {}; change "
+                            "camera.width_px and camera.height_px",
+                            config_.width_px, config_.height_px, shown_sizes(formats)));
   }
   set({{"fileFormat", wanted}});
 }
@@ -200,7 +257,7 @@ std::string OscCamera::prepare(const ExposureSettings& exposure, const std::stri
     check_held_options();
     return options_->lock.dump();
   } catch (const OscRefusal& refusal) {
-    throw fault_of(refusal, client_.url());
+    throw fault_of(refusal);
   }
 }
 
@@ -218,21 +275,19 @@ void OscCamera::check_held_options() {
   for (const auto& item : options_->set.items()) names.push_back(item.key());
   const std::string broken = first_difference(options_->set, client_.options(names));
   if (broken.empty()) return;
-  throw DeviceFault(FaultKind::kExposure,
-                    fmt::format("{}: the camera does not keep its exposure: {}; make sure that "
-                                "nobody changes its settings, then run again",
-                                client_.url(), broken));
+  throw fault(FaultKind::kExposure, "the camera does not keep its exposure: " + broken +
+                                        "; make sure that nobody changes its settings, then run "
+                                        "again");
 }
 
-void OscCamera::check_held_options(const std::string& bytes) {
+void OscCamera::check_exif(const std::string& bytes) const {
   const auto taken = exif_exposure(bytes);
   if (!taken || !options_->set.contains("shutterSpeed")) return;
   const std::string broken = first_difference(options_->set, *taken);
   if (broken.empty()) return;
-  throw DeviceFault(FaultKind::kExposure,
-                    fmt::format("{}: the picture is not exposed as set: {}; make sure that nobody "
-                                "changes its settings, then run again",
-                                client_.url(), broken));
+  throw fault(FaultKind::kExposure, "the picture is not exposed as set: " + broken +
+                                        "; make sure that nobody changes its settings, then run "
+                                        "again");
 }
 
 // --- Shooting -----------------------------------------------------------------------------------
@@ -244,7 +299,7 @@ Shot OscCamera::shoot(SteadyTime settled_at) {
   try {
     for (const double ev : exposure_.bracket_ev) shot.pictures.push_back(expose(ev, &shot));
   } catch (const OscRefusal& refusal) {
-    throw fault_of(refusal, client_.url());
+    throw fault_of(refusal);
   }
   return shot;
 }
@@ -269,7 +324,7 @@ Picture OscCamera::expose(double ev, Shot* shot) {
   picture.extension = checked.extension;
   picture.size = checked.size;
   check_held_options();
-  check_held_options(picture.bytes);
+  check_exif(picture.bytes);
   picture.exposure = exposure_record(ev, picture.bytes);
   return picture;
 }
@@ -287,13 +342,13 @@ std::string OscCamera::exposure_record(double ev, const std::string& bytes) cons
 
 OscCamera::Taken OscCamera::take_picture() {
   while (set_at_ && clock_.now() < *set_at_ + duration_from_ms(kPauseAfterSetting_ms)) sleep_poll();
-  const SteadyTime deadline = clock_.now() + duration_from_ms(config_.osc.picture_timeout_ms);
+  const SteadyTime until = deadline();
   for (bool is_woken = false;;) {
     Taken taken;
     taken.triggered_at = clock_.wall_now();
     const SteadyTime triggered = clock_.now();
-    if (const auto command = begin_picture(deadline)) {
-      taken.file = finished_file(*command, deadline);
+    if (const auto command = begin_picture(until)) {
+      taken.file = finished_file(*command, until);
       taken.exposing_ms = ms_from_duration(clock_.now() - triggered);
       return taken;
     }
@@ -306,23 +361,20 @@ OscCamera::Taken OscCamera::take_picture() {
 }
 
 // None if the camera refuses temporarily.
-std::optional<OscCommand> OscCamera::begin_picture(SteadyTime deadline) {
+std::optional<OscCommand> OscCamera::begin_picture(SteadyTime until) {
   try {
     return client_.begin_picture();
   } catch (const OscRefusal& refusal) {
-    if (is_card_full()) throw_card_full();
+    throw_if_card_full();
     if (!refusal.is_temporary()) throw;
-    if (clock_.now() >= deadline) {
-      throw busy_fault(client_.url(), in_parentheses(refusal), config_.osc.picture_timeout_ms);
-    }
+    if (clock_.now() >= until) throw busy_fault(in_parentheses(refusal));
     return std::nullopt;
-  } catch (const DeviceFault& fault) {
-    if (fault.kind() != FaultKind::kNoContact) throw;
-    wait_for_idle(deadline);
-    throw DeviceFault(FaultKind::kMissingPicture,
-                      client_.url() +
-                          ": the answer to the trigger was lost, and with it the name of "
-                          "the picture; the station has to be shot again");
+  } catch (const DeviceFault& lost) {
+    if (lost.kind() != FaultKind::kNoContact) throw;
+    while (!is_idle()) sleep_poll(until, "");
+    throw fault(FaultKind::kMissingPicture,
+                "the answer to the trigger was lost, and with it the name of the picture; the "
+                "station has to be shot again");
   }
 }
 
@@ -340,45 +392,27 @@ void OscCamera::wake() {
   }
 }
 
-void OscCamera::wait_for_idle(SteadyTime deadline) {
-  while (!is_idle()) {
-    if (clock_.now() >= deadline) {
-      throw busy_fault(client_.url(), "", config_.osc.picture_timeout_ms);
-    }
-    sleep_poll();
-  }
-}
-
-std::string OscCamera::finished_file(OscCommand command, SteadyTime deadline) {
+std::string OscCamera::finished_file(OscCommand command, SteadyTime until) {
   while (!command.done) {
-    if (clock_.now() >= deadline) {
-      throw busy_fault(client_.url(), " with a picture", config_.osc.picture_timeout_ms);
-    }
-    sleep_poll();
+    sleep_poll(until, " with a picture");
     command = client_.status_of(command.id);
   }
   if (!command.file.empty()) return command.file;
-  if (is_card_full()) throw_card_full();
-  throw DeviceFault(FaultKind::kMissingPicture,
-                    client_.url() +
-                        ": the camera reports that it is done but took no picture; check "
-                        "its display");
+  throw_if_card_full();
+  throw fault(FaultKind::kMissingPicture,
+              "the camera reports that it is done but took no picture; check its display");
 }
 
-bool OscCamera::is_card_full() {
+void OscCamera::throw_if_card_full() {
   try {
     const Json state = client_.state();
-    return reports_full_card(state, client_.options({"remainingPictures"}));
+    if (!reports_full_card(state, client_.options({"remainingPictures"}))) return;
   } catch (const OscRefusal&) {
-    return false;  // busy; the caller reports that
+    return;  // busy; the caller reports that
   }
-}
-
-void OscCamera::throw_card_full() const {
-  throw DeviceFault(FaultKind::kCardFull,
-                    client_.url() +
-                        ": the camera's card is full; copy and delete pictures on it or "
-                        "change the card, then run again");
+  throw fault(FaultKind::kCardFull,
+              "the camera's card is full; copy and delete pictures on it or change the card, then "
+              "run again");
 }
 
 }  // namespace raywalk::capture

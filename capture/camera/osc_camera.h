@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "capture/base/device_fault.h"
 #include "capture/camera/camera_config.h"
 #include "capture/camera/osc_client.h"
 #include "capture/camera/osc_exposure.h"
@@ -45,6 +46,9 @@ class OscCamera final : public Camera {
     double exposing_ms = 0.0;
   };
 
+  DeviceFault fault(FaultKind kind, const std::string& what) const;
+  DeviceFault fault_of(const OscRefusal& refusal) const;
+  DeviceFault busy_fault(const std::string& detail) const;
   void choose_stitching(const nlohmann::json& options);
   void choose_file_format();
   std::optional<ExifExposure> measured_exposure();
@@ -52,17 +56,17 @@ class OscCamera final : public Camera {
   void set(const nlohmann::json& options);
   nlohmann::json exposure_options(double ev) const;
   void check_held_options();
-  void check_held_options(const std::string& bytes);
+  void check_exif(const std::string& bytes) const;
   Picture expose(double ev, Shot* shot);
   Taken take_picture();
-  std::optional<OscCommand> begin_picture(SteadyTime deadline);
+  std::optional<OscCommand> begin_picture(SteadyTime until);
   bool is_idle();
   void wake();
-  void wait_for_idle(SteadyTime deadline);
-  std::string finished_file(OscCommand command, SteadyTime deadline);
+  std::string finished_file(OscCommand command, SteadyTime until);
   std::string exposure_record(double ev, const std::string& bytes) const;
-  bool is_card_full();
-  [[noreturn]] void throw_card_full() const;
+  void throw_if_card_full();
+  SteadyTime deadline() const;
+  void sleep_poll(SteadyTime until, const std::string& detail);
   void sleep_poll();
 
   CameraConfig config_;
@@ -73,5 +77,13 @@ class OscCamera final : public Camera {
   std::optional<SteadyTime> set_at_;
   PanoramaSize frame_;  // 0 x 0 before the first picture if none is configured
 };
+
+// From the replies to /osc/info and /osc/state and the options, each an object; missing or invalid
+// members are left out.
+CameraReport osc_report(const nlohmann::json& info, const nlohmann::json& state,
+                        const nlohmann::json& options);
+
+// Whether the camera reports no room for another picture.
+bool reports_full_card(const nlohmann::json& state, const nlohmann::json& options);
 
 }  // namespace raywalk::capture

@@ -1,4 +1,4 @@
-// A client of the Open Spherical Camera API.
+// A client of the Open Spherical Camera API over HTTP.
 //
 // Sources: developers.google.com/streetview/open-spherical-camera (levels 1 and 2); the Ricoh Theta
 // Web API v2.0 and v2.1 (github.com/ricohapi/theta-api-specs); Insta360's
@@ -6,26 +6,27 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "capture/base/clock.h"
 #include "capture/camera/camera_config.h"
-#include "capture/camera/osc_http.h"
 
 namespace raywalk::capture {
 
 // Members of a JSON object from a camera, which may be missing or of any type: empty if it is not a
 // text; none if it is not a number; none if it is not a number from 0 to 2^53, truncated to a whole
-// number.
+// number; an empty list if it is not a list.
 std::string text_at(const nlohmann::json& object, const char* key);
 std::optional<double> number_at(const nlohmann::json& object, const char* key);
 std::optional<std::int64_t> count_at(const nlohmann::json& object, const char* key);
+nlohmann::json list_at(const nlohmann::json& object, const std::string& key);
 
 // The camera rejected a command. what() is the API's message.
 class OscRefusal : public std::runtime_error {
@@ -50,13 +51,15 @@ struct OscCommand {
 // Reads without a reply, or with an empty one, are repeated twice. A command that changes something
 // may have been executed although its reply was lost, and is repeated only if that is harmless. All
 // calls throw DeviceFault (kNoContact, kWrongDevice) and Interrupted; those that say so also throw
-// OscRefusal.
+// OscRefusal. Timeouts use the machine's clock, as sockets do: connect_timeout_ms to connect and
+// for each part of a reply, twice that for a whole reply, and picture_timeout_ms for a picture.
 class OscClient {
  public:
-  // Throws UsageError for an invalid address.
+  // Throws UsageError for an address that is not "http://host" or "http://host:port".
   OscClient(const OscConfig& config, Clock& clock);
+  ~OscClient();
 
-  const std::string& url() const { return http_.url(); }
+  const std::string& url() const { return config_.url; }
 
   nlohmann::json info();   // of /osc/info: manufacturer, model, ...
   nlohmann::json state();  // the state object of /osc/state: batteryLevel, _captureStatus, ...
@@ -74,20 +77,19 @@ class OscClient {
 
  private:
   enum class Repeat { kNever, kIfUnanswered };
-
+  class Http;
+  struct Reply;
   struct Answer;
 
+  Reply ask(const std::string& path, const std::string& body, Repeat repeat, bool for_picture);
+  nlohmann::json object_from(const std::string& path, const std::string& body,
+                             Repeat repeat = Repeat::kIfUnanswered);
+  Answer answer_from(const std::string& path, const nlohmann::json& request, Repeat repeat);
   Answer execute(const std::string& name, nlohmann::json parameters, Repeat repeat);
-  Answer answer_in(const HttpReply& reply, const std::string& path) const;
-  HttpReply answered(Repeat repeat, const std::function<HttpReply()>& send);
-  HttpReply post(const std::string& path, const std::string& body);
-  // Throws DeviceFault kNoContact for a reply without content.
-  HttpReply not_empty(HttpReply reply, const std::string& path) const;
-  nlohmann::json object_in(const HttpReply& reply, const std::string& path) const;
 
   OscConfig config_;
   Clock& clock_;
-  OscHttp http_;
+  std::unique_ptr<Http> http_;
   std::set<std::string> unknown_options_;
   bool level_known_ = false;
   bool needs_session_ = false;

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "capture/base/device_fault.h"
+#include "capture/camera/osc_client.h"
 #include "core/files/exif.h"
 
 namespace raywalk::capture {
@@ -25,18 +26,10 @@ constexpr const char* kByTemperature = "_colorTemperature";
 
 std::vector<double> supported_numbers(const Json& options, const std::string& name) {
   std::vector<double> numbers;
-  const auto list = options.find(name + "Support");
-  if (list == options.end() || !list->is_array()) return numbers;
-  for (const Json& value : *list) {
+  for (const Json& value : list_at(options, name + "Support")) {
     if (value.is_number()) numbers.push_back(value.get<double>());
   }
   return numbers;
-}
-
-bool supports_word(const Json& options, const std::string& name, const std::string& word) {
-  const auto list = options.find(name + "Support");
-  return list != options.end() && list->is_array() &&
-         std::find(list->begin(), list->end(), Json(word)) != list->end();
 }
 
 // Cameras expect whole numbers for iso.
@@ -47,9 +40,10 @@ Json number(double value) {
 }
 
 Json white_balance_options(int wanted_k, const Json& options) {
-  if (options.contains(kByTemperature) || supports_word(options, "whiteBalance", kByTemperature)) {
-    const Json present = options.value(kByTemperature, Json());
-    const double present_k = present.is_number() ? present.get<double>() : 0.0;
+  const Json choices = list_at(options, "whiteBalanceSupport");
+  if (options.contains(kByTemperature) ||
+      std::find(choices.begin(), choices.end(), kByTemperature) != choices.end()) {
+    const double present_k = number_at(options, kByTemperature).value_or(0.0);
     const double chosen_k = wanted_k > 0 ? wanted_k : present_k;
     if (chosen_k > 0.0 && chosen_k <= kLargestTemperature_k) {
       const auto rounded =

@@ -3,11 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <random>
+#include <string>
+#include <vector>
 
-#include "capture/base/device_fault.h"
+#include "capture/base/test_fault.h"
+#include "core/files/exif.h"
 
 namespace raywalk::capture {
 namespace {
@@ -86,13 +92,8 @@ TEST(OscExposure, ShutterTimeCompensatesForAnUnsupportedSensitivity) {
 
 TEST(OscExposure, NothingMeasuredAndNothingGivenIsAFault) {
   for (const ExposureSettings& settings : {wanted(0.0, 0), wanted(0.01, 0), wanted(0.0, 100)}) {
-    try {
-      chosen_exposure(settings, std::nullopt, theta_options());
-      FAIL();
-    } catch (const DeviceFault& fault) {
-      EXPECT_EQ(fault.kind(), FaultKind::kExposure);
-      EXPECT_THAT(fault.what(), HasSubstr("camera.exposure.shutter_s"));
-    }
+    expect_fault(FaultKind::kExposure, "camera.exposure.shutter_s",
+                 [&] { chosen_exposure(settings, std::nullopt, theta_options()); });
   }
 }
 
@@ -136,6 +137,54 @@ TEST(OscExposure, PictureMayDifferByRoundingOnly) {
   EXPECT_EQ(first_difference(set, ExifExposure{1.0 / 60.0, 100}), "");
   EXPECT_THAT(first_difference(set, ExifExposure{1.0 / 50.0, 100}), HasSubstr("0.02 s"));
   EXPECT_THAT(first_difference(set, ExifExposure{1.0 / 60.0, 125}), HasSubstr("ISO 125"));
+}
+
+// --- Exif ----------------------------------------------------------------------------------------
+
+std::string plain_jpeg() {
+  std::vector<unsigned char> bytes;
+  cv::imencode(".jpg", cv::Mat(16, 32, CV_8UC3, cv::Scalar(30, 60, 90)), bytes);
+  return {bytes.begin(), bytes.end()};
+}
+
+// The exposure time in units of 10 microseconds.
+std::string jpeg_with(double shutter_s, int iso) {
+  const auto time = static_cast<std::uint32_t>(std::lround(1e5 * shutter_s));
+  const std::string block =
+      exif_block({}, {rational_entry(EXIF_TAG_EXPOSURE_TIME, time, 100'000),
+                      short_entry(EXIF_TAG_ISO_SPEED_RATINGS, static_cast<std::uint16_t>(iso))});
+  return with_app1(plain_jpeg(), kExifIdentifier, block);
+}
+
+TEST(ExifExposure, IsReadBackFromFastToSlow) {
+  for (const double shutter_s : {1.0 / 25000.0, 1.0 / 640.0, 1.0 / 60.0, 0.125, 0.4, 1.6, 60.0}) {
+    const auto exposure = exif_exposure(jpeg_with(shutter_s, 3200));
+    ASSERT_TRUE(exposure);
+    EXPECT_NEAR(exposure->shutter_s / shutter_s, 1.0, 0.01);
+    EXPECT_EQ(exposure->iso, 3200);
+  }
+}
+
+TEST(ExifExposure, IsNoneIfTheTagsAreMissing) {
+  EXPECT_FALSE(exif_exposure(plain_jpeg()));
+  EXPECT_FALSE(exif_exposure(""));
+  EXPECT_FALSE(exif_exposure("<html></html>"));
+  EXPECT_FALSE(exif_exposure(jpeg_with(0.01, 0)));
+}
+
+TEST(ExifExposure, DamagedDataAreNoneOrPositiveNeverACrash) {
+  const std::string whole = jpeg_with(0.01, 100);
+  std::mt19937 random(3);
+  for (int i = 0; i < 3000; ++i) {
+    std::string damaged = whole.substr(0, 1 + random() % whole.size());
+    for (int change = 0; change < 4; ++change) {
+      damaged[random() % std::min<std::size_t>(damaged.size(), 400)] = static_cast<char>(random());
+    }
+    if (const auto exposure = exif_exposure(damaged)) {
+      EXPECT_GT(exposure->shutter_s, 0.0);
+      EXPECT_GT(exposure->iso, 0);
+    }
+  }
 }
 
 }  // namespace

@@ -1,5 +1,3 @@
-#include "capture/camera/v4l2_device.h"
-
 #include <fcntl.h>
 #include <linux/videodev2.h>
 #include <poll.h>
@@ -15,6 +13,7 @@
 #include <vector>
 
 #include "capture/base/device_fault.h"
+#include "capture/camera/video_device.h"
 
 namespace raywalk::capture {
 namespace {

@@ -1,10 +1,9 @@
 // Errors of open_video_device without a camera. tests/kernel runs it on real kernel drivers.
-#include "capture/camera/v4l2_device.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "capture/base/test_fault.h"
+#include "capture/camera/video_device.h"
 
 namespace raywalk::capture {
 namespace {

@@ -1,9 +1,10 @@
-// Interface to a video capture device, implemented by memory-mapped streaming of Video4Linux2
-// (v4l2_device.h) and by a fake (fake_video_device.h).
+// Interface to a video capture device, implemented over Video4Linux2 (v4l2_device.cc) and by a fake
+// (fake_video_device.h).
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -99,5 +100,11 @@ class VideoDevice {
   // if a signal arrives.
   virtual std::optional<VideoFrame> next_frame(Duration timeout) = 0;
 };
+
+// By memory-mapped streaming over the Video4Linux2 API (kernel.org, userspace-api/media/v4l).
+// `path` is a device node, preferably in /dev/v4l/by-id, whose names survive replugging. Throws
+// DeviceFault: kNoContact if it is missing or not permitted, kWrongDevice if it is not a camera
+// that streams single-planar frames.
+std::unique_ptr<VideoDevice> open_video_device(const std::string& path);
 
 }  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 #include "capture/camera/gpio_camera.h"
 #include "capture/camera/osc_camera.h"
 #include "capture/camera/v4l2_camera.h"
-#include "capture/camera/v4l2_device.h"
+#include "capture/camera/video_device.h"
 #include "capture/slider/modbus_slider.h"
 
 namespace raywalk::capture {

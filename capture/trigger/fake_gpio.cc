@@ -2,74 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cerrno>
-#include <stdexcept>
-
-#include "capture/trigger/gpio_faults.h"
-#include "core/files/settings.h"
+#include <utility>
 
 namespace raywalk::capture {
 namespace {
 
 constexpr const char* kPath = "/dev/gpiochip-fake";
 
-SettingsSchema schema_of(FakeGpioSettings* settings) {
-  SettingsSchema schema;
-  schema.integer("lines", &settings->lines, 1, 512)
-      .integer("shutter_line", &settings->shutter_line, 0, 511)
-      .integer("busy_line", &settings->busy_line, 0, 511)
-      .boolean("shutter_active_low", &settings->shutter_active_low)
-      .boolean("busy_active_low", &settings->busy_active_low)
-      .number("busy_delay_ms", &settings->busy_delay_ms, 0.0, 1e6)
-      .number("busy_ms", &settings->busy_ms, 0.0, 1e6)
-      .boolean("films", &settings->films)
-      .choice("camera", &settings->camera,
-              std::array{FakeGpioCamera::kGood, FakeGpioCamera::kNeverBusy,
-                         FakeGpioCamera::kBusyForEver})
-      .integer("bad_press", &settings->bad_press, 0, 1000000)
-      .choice("chip", &settings->chip,
-              std::array{FakeGpioChipState::kGood, FakeGpioChipState::kMissing,
-                         FakeGpioChipState::kForbidden, FakeGpioChipState::kNoGpio})
-      .integer("taken_line", &settings->taken_line, -1, 511)
-      .text("taken_by", &settings->taken_by)
-      .integer("gone_after_changes", &settings->gone_after_changes, -1, 1000000);
-  return schema;
-}
-
 }  // namespace
-
-std::string_view name_of(FakeGpioCamera camera) {
-  switch (camera) {
-    case FakeGpioCamera::kGood:
-      return "good";
-    case FakeGpioCamera::kNeverBusy:
-      return "never-busy";
-    case FakeGpioCamera::kBusyForEver:
-      return "busy-for-ever";
-  }
-  throw std::logic_error("unknown kind of fake camera");
-}
-
-std::string_view name_of(FakeGpioChipState chip) {
-  switch (chip) {
-    case FakeGpioChipState::kGood:
-      return "good";
-    case FakeGpioChipState::kMissing:
-      return "missing";
-    case FakeGpioChipState::kForbidden:
-      return "forbidden";
-    case FakeGpioChipState::kNoGpio:
-      return "no-gpio";
-  }
-  throw std::logic_error("unknown state of a fake GPIO chip");
-}
-
-FakeGpioSettings parse_fake_gpio(std::string_view yaml) {
-  FakeGpioSettings settings;
-  schema_of(&settings).parse(yaml, "fake gpio");
-  return settings;
-}
 
 class FakeGpioOutput final : public GpioOutput {
  public:
@@ -153,17 +94,8 @@ FakeGpio::FakeGpio(FakeGpioSettings settings, Clock* clock)
       owned_(static_cast<std::size_t>(settings_.lines), false) {}
 
 std::unique_ptr<GpioChip> FakeGpio::open() {
-  switch (settings_.chip) {
-    case FakeGpioChipState::kGood:
-      return std::make_unique<FakeGpioChip>(this);
-    case FakeGpioChipState::kMissing:
-      throw gpio_open_fault(kPath, ENOENT);
-    case FakeGpioChipState::kForbidden:
-      throw gpio_open_fault(kPath, EACCES);
-    case FakeGpioChipState::kNoGpio:
-      throw gpio_open_fault(kPath, ENOTTY);
-  }
-  throw std::logic_error("unknown state of a fake GPIO chip");
+  if (settings_.open_error != 0) throw gpio_open_fault(kPath, settings_.open_error);
+  return std::make_unique<FakeGpioChip>(this);
 }
 
 void FakeGpio::take(const GpioLine& line) {

@@ -6,24 +6,14 @@
 #include <map>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "capture/trigger/gpio_lines.h"
 
 namespace raywalk::capture {
 
-// Behaviour of the camera's busy line: "good", "never-busy", "busy-for-ever".
 enum class FakeGpioCamera { kGood, kNeverBusy, kBusyForEver };
-// Result of opening the chip: "good", "missing", "forbidden" (no permission), "no-gpio" (another
-// kind of device).
-enum class FakeGpioChipState { kGood, kMissing, kForbidden, kNoGpio };
 
-// The words of the YAML.
-std::string_view name_of(FakeGpioCamera camera);
-std::string_view name_of(FakeGpioChipState chip);
-
-// Read from YAML with keys of the same names.
 struct FakeGpioSettings {
   int lines = 8;
   int shutter_line = 1;
@@ -34,15 +24,12 @@ struct FakeGpioSettings {
   double busy_ms = 400.0;
   bool films = false;  // a press starts a film, the next one stops it
   FakeGpioCamera camera = FakeGpioCamera::kGood;
-  int bad_press = 0;  // the only press, from 1, with the camera's fault; 0: all
-  FakeGpioChipState chip = FakeGpioChipState::kGood;
+  int bad_press = 0;               // the only press, from 1, with the camera's fault; 0: all
+  int open_error = 0;              // errno of opening the chip
   int taken_line = -1;             // owned by another program
   std::string taken_by = "other";  // name of that program
   int gone_after_changes = -1;  // the chip is removed after this many changes of outputs; -1: never
 };
-
-// Throws UsageError as SettingsSchema does.
-FakeGpioSettings parse_fake_gpio(std::string_view yaml);
 
 // A change of an output's voltage.
 struct GpioLevelChange {

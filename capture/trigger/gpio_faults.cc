@@ -1,7 +1,7 @@
-#include "capture/trigger/gpio_faults.h"
-
 #include <cerrno>
 #include <system_error>
+
+#include "capture/trigger/gpio_lines.h"
 
 namespace raywalk::capture {
 namespace {

@@ -6,7 +6,6 @@
 #include <cerrno>
 #include <ctime>
 
-#include "capture/trigger/gpio_faults.h"
 #include "capture/trigger/gpio_lines.h"
 
 namespace raywalk::capture {

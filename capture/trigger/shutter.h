@@ -13,8 +13,8 @@
 #include <string>
 
 #include "capture/base/clock.h"
+#include "capture/camera/camera_config.h"
 #include "capture/trigger/gpio_lines.h"
-#include "capture/trigger/trigger_config.h"
 
 namespace raywalk::capture {
 

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <csignal>
 
 #include "capture/base/manual_clock.h"
@@ -26,10 +27,10 @@ TriggerConfig wired() {
   return config;
 }
 
-// A shutter on the fake chip described by `yaml`.
+// A shutter on the fake chip of these settings.
 struct Rig {
-  explicit Rig(std::string_view yaml, const TriggerConfig& config = wired())
-      : gpio(parse_fake_gpio(yaml), &clock), shutter(config, gpio.open(), &clock) {}
+  explicit Rig(const FakeGpioSettings& settings, const TriggerConfig& config = wired())
+      : gpio(settings, &clock), shutter(config, gpio.open(), &clock) {}
 
   ManualClock clock;
   FakeGpio gpio;
@@ -43,7 +44,7 @@ bool is_let_go(const FakeGpio& gpio, bool active_low = false) {
 }
 
 TEST(Shutter, PressesHalfThenFullyThenReleases) {
-  Rig rig("{busy_delay_ms: 30, busy_ms: 400}");
+  Rig rig({.busy_delay_ms = 30, .busy_ms = 400});
   const ShutterTimes times = rig.shutter.take_picture();
   EXPECT_THAT(
       rig.gpio.changes(),
@@ -59,7 +60,7 @@ TEST(Shutter, ActiveLowLinesAreHighBetweenPresses) {
   config.focus_line = -1;
   config.active_low = true;
   config.busy_active_low = true;
-  Rig rig("{shutter_active_low: true, busy_active_low: true}", config);
+  Rig rig({.shutter_active_low = true, .busy_active_low = true}, config);
   EXPECT_EQ(rig.shutter.is_busy(), false);
   rig.shutter.take_picture();
   EXPECT_THAT(rig.gpio.changes(), ElementsAre(GpioLevelChange{1, false, at_ms(0)},
@@ -67,7 +68,7 @@ TEST(Shutter, ActiveLowLinesAreHighBetweenPresses) {
 }
 
 TEST(Shutter, SeesABusyPulseThatEndsDuringThePress) {
-  Rig rig("{busy_delay_ms: 10, busy_ms: 1}");
+  Rig rig({.busy_delay_ms = 10, .busy_ms = 1});
   const ShutterTimes times = rig.shutter.take_picture();
   EXPECT_EQ(times.exposed, at_ms(310));
   EXPECT_EQ(times.done, at_ms(400));
@@ -76,7 +77,7 @@ TEST(Shutter, SeesABusyPulseThatEndsDuringThePress) {
 TEST(Shutter, HoldsWhereThereIsNoBusyLine) {
   TriggerConfig config = wired();
   config.busy_line = -1;
-  Rig rig("{}", config);
+  Rig rig({}, config);
   EXPECT_EQ(rig.shutter.is_busy(), std::nullopt);
   const ShutterTimes times = rig.shutter.take_picture();
   EXPECT_EQ(times.exposed, times.pressed);
@@ -84,13 +85,13 @@ TEST(Shutter, HoldsWhereThereIsNoBusyLine) {
 }
 
 TEST(Shutter, EveryPictureIsOnePress) {
-  Rig rig("{}");
+  Rig rig({});
   for (int i = 0; i < 100; ++i) rig.shutter.take_picture();
   EXPECT_EQ(rig.gpio.presses(), 100);
 }
 
 TEST(Shutter, WaitsForACameraThatIsStillBusy) {
-  Rig rig("{busy_delay_ms: 0, busy_ms: 5000}");
+  Rig rig({.busy_delay_ms = 0, .busy_ms = 5000});
   rig.shutter.start_film();  // returns as soon as the camera is busy
   EXPECT_EQ(rig.shutter.is_busy(), true);
   const ShutterTimes times = rig.shutter.take_picture();
@@ -98,7 +99,7 @@ TEST(Shutter, WaitsForACameraThatIsStillBusy) {
 }
 
 TEST(Shutter, CameraThatNeverBecomesBusyTookNoPicture) {
-  Rig rig("{camera: never-busy}");
+  Rig rig({.camera = FakeGpioCamera::kNeverBusy});
   const DeviceFault fault = fault_of([&] { rig.shutter.take_picture(); });
   EXPECT_EQ(fault.kind(), FaultKind::kMissingPicture);
   EXPECT_THAT(fault.what(), HasSubstr("did not become busy within 2000 ms of the shutter"));
@@ -107,13 +108,13 @@ TEST(Shutter, CameraThatNeverBecomesBusyTookNoPicture) {
 }
 
 TEST(Shutter, PressAfterAMissedOneTakesItsPicture) {
-  Rig rig("{camera: never-busy, bad_press: 1}");
+  Rig rig({.camera = FakeGpioCamera::kNeverBusy, .bad_press = 1});
   EXPECT_THROW(rig.shutter.take_picture(), DeviceFault);
   EXPECT_NO_THROW(rig.shutter.take_picture());
 }
 
 TEST(Shutter, CameraThatStaysBusyIsAFault) {
-  Rig rig("{camera: busy-for-ever}");
+  Rig rig({.camera = FakeGpioCamera::kBusyForEver});
   const DeviceFault after = fault_of([&] { rig.shutter.take_picture(); });
   EXPECT_EQ(after.kind(), FaultKind::kBusy);
   EXPECT_THAT(after.what(), HasSubstr("stayed busy for 30000 ms after the shutter"));
@@ -125,14 +126,14 @@ TEST(Shutter, CameraThatStaysBusyIsAFault) {
 }
 
 TEST(Shutter, ChipRemovedDuringAPressIsNoContact) {
-  Rig rig("{gone_after_changes: 2}");
+  Rig rig({.gone_after_changes = 2});
   const DeviceFault fault = fault_of([&] { rig.shutter.take_picture(); });
   EXPECT_EQ(fault.kind(), FaultKind::kNoContact);
   EXPECT_THAT(fault.what(), HasSubstr("line 1 of /dev/gpiochip-fake no longer answers"));
 }
 
 TEST(Shutter, ToggledFilmIsAPressAtEachEnd) {
-  Rig rig("{films: true, busy_delay_ms: 40}");
+  Rig rig({.busy_delay_ms = 40, .films = true});
   const ShutterTimes start = rig.shutter.start_film();
   EXPECT_EQ(start.exposed - start.pressed, duration_from_ms(40));
   rig.clock.sleep(std::chrono::seconds(60));
@@ -143,9 +144,9 @@ TEST(Shutter, ToggledFilmIsAPressAtEachEnd) {
 }
 
 TEST(Shutter, FilmThatDoesNotStartOrStopIsAFault) {
-  Rig dead("{films: true, camera: never-busy}");
+  Rig dead({.films = true, .camera = FakeGpioCamera::kNeverBusy});
   EXPECT_EQ(fault_of([&] { dead.shutter.start_film(); }).kind(), FaultKind::kMissingPicture);
-  Rig endless("{films: true, camera: busy-for-ever}");
+  Rig endless({.films = true, .camera = FakeGpioCamera::kBusyForEver});
   endless.shutter.start_film();
   EXPECT_EQ(fault_of([&] { endless.shutter.stop_film(); }).kind(), FaultKind::kBusy);
 }
@@ -163,26 +164,26 @@ TEST(Shutter, OwnsItsLinesUntilDestroyed) {
 }
 
 TEST(Shutter, NamesTheLineThatCannotBeRequested) {
-  const DeviceFault taken = fault_of([] { Rig rig("{taken_line: 2, taken_by: lirc}"); });
+  const DeviceFault taken = fault_of([] { Rig rig({.taken_line = 2, .taken_by = "lirc"}); });
   EXPECT_EQ(taken.kind(), FaultKind::kNoContact);
   EXPECT_THAT(taken.what(), HasSubstr("line 2 of /dev/gpiochip-fake is in use by 'lirc'"));
   TriggerConfig config = wired();
   config.focus_line = 8;
-  const DeviceFault outside = fault_of([&] { Rig rig("{lines: 8}", config); });
+  const DeviceFault outside = fault_of([&] { Rig rig({.lines = 8}, config); });
   EXPECT_EQ(outside.kind(), FaultKind::kWrongDevice);
   EXPECT_THAT(outside.what(), HasSubstr("no line 8 of /dev/gpiochip-fake, which has 8 lines"));
 }
 
 TEST(Shutter, SaysWhyTheChipCannotBeOpened) {
-  EXPECT_EQ(fault_of([] { Rig rig("{chip: missing}"); }).kind(), FaultKind::kNoContact);
-  EXPECT_THAT(fault_of([] { Rig rig("{chip: forbidden}"); }).what(), HasSubstr("no permission"));
-  EXPECT_EQ(fault_of([] { Rig rig("{chip: no-gpio}"); }).kind(), FaultKind::kWrongDevice);
+  EXPECT_EQ(fault_of([] { Rig rig({.open_error = ENOENT}); }).kind(), FaultKind::kNoContact);
+  EXPECT_THAT(fault_of([] { Rig rig({.open_error = EACCES}); }).what(), HasSubstr("no permission"));
+  EXPECT_EQ(fault_of([] { Rig rig({.open_error = ENOTTY}); }).kind(), FaultKind::kWrongDevice);
 }
 
 TEST(Shutter, NeedsAShutterLine) {
   TriggerConfig config = wired();
   config.shutter_line = -1;
-  EXPECT_THROW(Rig("{}", config), UsageError);
+  EXPECT_THROW(Rig({}, config), UsageError);
 }
 
 // Raises SIGINT once the lines reach a state, as an operator might at any moment.
@@ -205,7 +206,7 @@ class InterruptingClock final : public Clock {
 void interrupt_picture_at(double ms) {
   install_interrupt_handlers();
   InterruptingClock clock(at_ms(ms));
-  FakeGpio gpio(parse_fake_gpio("{camera: busy-for-ever}"), &clock);
+  FakeGpio gpio({.camera = FakeGpioCamera::kBusyForEver}, &clock);
   Shutter shutter(wired(), gpio.open(), &clock);
   try {
     shutter.take_picture();

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "capture/camera/v4l2_camera.h"
-#include "capture/camera/v4l2_device.h"
+#include "capture/camera/video_device.h"
 #include "tests/kernel/vivid.h"
 
 namespace raywalk::capture {
