@@ -32,9 +32,9 @@ pageTest("walks by keys, softly to the edge, and looks around by dragging", asyn
   assert.ok(Math.abs(way[0][2] - 0.3) < 1e-3 && way[1][2] > EDGE_M - 0.02 && way[1][6] > 0.5);
 
   const box = await page.getByTestId("view").boundingBox();
-  await page.mouse.move(box.x + 150, box.y + 100);
+  await page.mouse.move(box.x + 150, box.y + 60);
   await page.mouse.down();
-  await page.mouse.move(box.x + 50, box.y + 100, { steps: 4 });
+  await page.mouse.move(box.x + 50, box.y + 60, { steps: 4 });
   await page.mouse.up();
   // The scene follows the pointer: dragged to the left, one looks to the right.
   await page.waitForFunction(() => window.raywalk.viewer.pose.yaw_rad > 0.1);
@@ -109,6 +109,67 @@ pageTest("works by keyboard alone, and bare in a kiosk", async (visit) => {
 
   await openRoom(page, host.address, null, "?kiosk");
   await page.getByTestId("toolbar").waitFor({ state: "hidden" });
+});
+
+pageTest("plays the recorded path, up and down too, until one walks oneself", async (visit) => {
+  const host = await visit.host("cells");
+  const page = await visit.page({ width: 640 });
+  await openRoom(page, host.address);
+  await drawn(page);
+  await page.getByTestId("view").focus();
+  await page.keyboard.press("p");
+  const player = page.getByTestId("player");
+  const slider = player.getByRole("slider");
+  const duration_s = Number(await slider.getAttribute("max"));
+  for (const [share, x_m, up_m] of [
+    [0.5, 0, 0.04],
+    [1, 0.3, 0],
+  ]) {
+    await slider.fill((share * duration_s).toFixed(1));
+    await drawn(page);
+    const at = await pose(page);
+    assert.ok(Math.abs(at.x_m - x_m) < 0.05 && Math.abs(at.up_m - up_m) < 0.01, `${share}`);
+  }
+  await player.getByRole("button", { name: "Play", exact: true }).click();
+  await page.waitForFunction(() => window.raywalk.viewer.pose.x_m < 0.2);
+  await page.getByTestId("view").focus();
+  await page.keyboard.down("w");
+  await player.waitFor({ state: "hidden" });
+  await page.keyboard.up("w");
+});
+
+pageTest("compares its view with ground truth and with the engine's", async (visit) => {
+  const host = await visit.host("cells");
+  const page = await visit.page({ width: 640 });
+  await openRoom(page, host.address, place({}));
+  await drawn(page);
+  await page.getByTestId("view").focus();
+  await page.keyboard.press("b");
+  const sheet = page.getByTestId("compare-sheet");
+  const line = page.getByTestId("comparison");
+  const names = await sheet.getByRole("option").allTextContents();
+  for (const [name, least_db] of [
+    ["ground truth", 20],
+    ["engine", 25],
+  ]) {
+    await sheet.getByRole("combobox").selectOption(names.find((each) => each.endsWith(name)));
+    await line.waitFor({ state: "visible" });
+    const shown = [];
+    for (const share of ["0", "0.5", "1"]) {
+      await sheet.getByRole("slider").fill(share);
+      await drawn(page);
+      shown.push(await picture(page));
+    }
+    const [own, half, other] = shown;
+    const db = psnr(own, other);
+    console.log(`this viewer and ${name}: ${db.toFixed(1)} dB`);
+    assert.ok(db > least_db && db < 60, `${db} dB`);
+    assert.ok(psnr(half, own) > db && psnr(half, other) > db, "each shows a part");
+  }
+  await page.getByTestId("view").focus();
+  await page.keyboard.down("s");
+  await sheet.waitFor({ state: "hidden" });
+  await page.keyboard.up("s");
 });
 
 pageTest("a lost graphics context comes back with the same picture", async (visit) => {

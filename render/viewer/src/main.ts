@@ -1,10 +1,9 @@
 // The page's beginning: opens the room in the folder of the page, or says why that cannot be.
-import { openViewer } from "./field/open_viewer";
-import { ExportError } from "./manifest";
+import { openViewer, type Viewer } from "./field/viewer";
+import { RoomError } from "./manifest";
 import { parseOptions } from "./ui/address";
 import { element } from "./ui/dom";
 import { RoomPage } from "./ui/room_page";
-import { DeviceError, type Viewer } from "./viewer";
 
 declare global {
   interface Window {
@@ -39,7 +38,7 @@ async function open(root: HTMLElement, base: URL): Promise<void> {
 
 /** A message over the whole page: what is wrong, in a sentence. */
 function showError(root: HTMLElement, error: unknown): void {
-  const known = error instanceof ExportError || error instanceof DeviceError;
+  const known = error instanceof RoomError;
   if (!known) console.error(error);
   const text = error instanceof Error ? error.message : String(error);
   const again = element("button", {

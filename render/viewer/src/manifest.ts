@@ -8,6 +8,13 @@ export const VERSION = 1;
 export const METHODS = ["initial", "hlf-vd", "two-sided"] as const;
 export type ViewMethod = (typeof METHODS)[number];
 
+/** How views are made. */
+export interface ViewSettings {
+  method: ViewMethod;
+  k_deg: number;
+  overlap_deg: number;
+}
+
 export type PlanPoint = [x_m: number, z_m: number];
 
 export interface Station {
@@ -74,7 +81,7 @@ export interface Manifest {
   budget_mb: number;
   panorama: { width_px: number; coarse_width_px: number };
   distances: { width_px: number; omega_step_per_m: number; surface_tolerance: number };
-  view: { method: ViewMethod; k_deg: number; overlap_deg: number; distance_maps: number };
+  view: ViewSettings & { distance_maps: number };
   lines: Line[];
   cells: Cell[];
   start: { x_m: number; z_m: number; yaw_deg: number };
@@ -89,22 +96,22 @@ export interface Manifest {
   engine?: { view: string };
 }
 
-/** What is wrong with an exported folder, in one sentence for users. */
-export class ExportError extends Error {}
+/** Why a room cannot be shown, in a sentence for users. */
+export class RoomError extends Error {}
 
-/** Checks what the page relies on. Throws ExportError. */
+/** Checks what the page relies on. Throws RoomError. */
 export function parseManifest(text: string): Manifest {
   let manifest: Manifest;
   try {
     manifest = JSON.parse(text) as Manifest;
   } catch {
-    throw new ExportError("manifest.json is not valid JSON; export the room again.");
+    throw new RoomError("manifest.json is not valid JSON; export the room again.");
   }
   if (manifest.format !== FORMAT) {
-    throw new ExportError("manifest.json does not describe a Raywalk room; export the room again.");
+    throw new RoomError("manifest.json does not describe a Raywalk room; export the room again.");
   }
   if (manifest.version !== VERSION) {
-    throw new ExportError(
+    throw new RoomError(
       `This room was exported in format ${manifest.version}; this page reads format ${VERSION}. ` +
         "Export the room again.",
     );
@@ -120,7 +127,7 @@ export function parseManifest(text: string): Manifest {
     manifest.lines.length > 0 &&
     manifest.lines.every((line) => line.stations?.length >= 2);
   if (!complete) {
-    throw new ExportError("manifest.json is incomplete; export the room again.");
+    throw new RoomError("manifest.json is incomplete; export the room again.");
   }
   return manifest;
 }

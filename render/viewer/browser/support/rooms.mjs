@@ -14,12 +14,20 @@ const TWO_CELLS = "grid: {cells_x: 2, spacing_mm: 100, overhang_share: 0.1}";
 /** Makes FOLDER/{white,virtual,cells}.lf and their exports FOLDER/{white,virtual,cells}-web. */
 export async function makeRooms(bin, white_room, folder) {
   await makeRoom(bin, white_room, folder, "white");
-  await makeVirtualRoom(bin, folder, "virtual", "room", ONE_CELL, ["--width", "384"]);
-  const small = ["--width", "256", "--every-distance", "2"];
-  await makeVirtualRoom(bin, folder, "cells", "wide-room", TWO_CELLS, small);
+  await makeVirtualRoom(bin, folder, "virtual", "room", ONE_CELL, [
+    "--width",
+    "384",
+    "--truth-views",
+    "0",
+  ]);
+  const small = ["--width", "256", "--every-distance", "2", "--truth-views", "2"];
+  const walk = path.join(folder, "walk.csv");
+  await writeFile(walk, "name,x,y,z,yaw\na,-0.3,0,0,0\nb,0,0.04,0.2,30\nc,0.3,0,0,0\n");
+  const more = ["--path", walk, "--truth", path.join(folder, "cells-capture", "gt.csv")];
+  await makeVirtualRoom(bin, folder, "cells", "wide-room", TWO_CELLS, small, more);
 }
 
-async function makeVirtualRoom(bin, folder, name, scene, settings, flags) {
+async function makeVirtualRoom(bin, folder, name, scene, settings, flags, web_flags = []) {
   // Chairs' spindles are thinner than what these few pixels show.
   const scenes = path.join(bin, "..", "share", "raywalk", "configs", "scenes");
   const text = await readFile(path.join(scenes, `${scene}.yaml`), "utf8");
@@ -29,18 +37,18 @@ async function makeVirtualRoom(bin, folder, name, scene, settings, flags) {
   const config = path.join(folder, `${name}.yaml`);
   await writeFile(config, `scene: {file: ${name}-scene.yaml}\n${settings}\n`);
   const capture = path.join(folder, `${name}-capture`);
-  const where = ["room", config, "--out", capture, "--truth-views", "0"];
+  const where = ["room", config, "--out", capture];
   await execute(path.join(bin, "raywalk-simulate"), [...where, ...flags, "-q"]);
-  await makeRoom(bin, capture, folder, name);
+  await makeRoom(bin, capture, folder, name, web_flags);
 }
 
-async function makeRoom(bin, capture, folder, name) {
+async function makeRoom(bin, capture, folder, name, web_flags = []) {
   const room = path.join(folder, `${name}.lf`);
   const frames = ["--frames", path.join(capture, "poses.csv")];
   const distances = ["--distance", path.join(capture, "dist")];
   const pack = ["pack", ...frames, ...distances, "--out", room, "-q"];
   await execute(path.join(bin, "raywalk-build-lf"), pack);
-  const web = ["export-web", room, "--out", path.join(folder, `${name}-web`), "-q"];
+  const web = ["export-web", room, "--out", path.join(folder, `${name}-web`), ...web_flags, "-q"];
   await execute(path.join(bin, "raywalk-render"), web);
 }
 

@@ -1,16 +1,6 @@
 // The colours of a view: one triangle over the picture, whose shader looks every point up in the
 // stations.
-import {
-  BufferGeometry,
-  GLSL3,
-  Mesh,
-  RawShaderMaterial,
-  Vector2,
-  Vector3,
-  Vector4,
-  Matrix3,
-  type Texture,
-} from "three";
+import * as three from "three";
 import { TWO_PI } from "../geometry/angles";
 import type { Manifest } from "../manifest";
 import type { Eye } from "./distance_pass";
@@ -25,15 +15,15 @@ export const MAX_FILL = 16;
 export interface ColourInputs {
   eye: Eye;
   viewpoint_m: readonly [number, number, number];
-  plan: Texture;
+  plan: three.Texture;
   /** Null: the vertical cut. */
-  distances: Texture | null;
+  distances: three.Texture | null;
   sources: number;
   fillLayers: readonly number[];
 }
 
 export class ColourPass {
-  readonly mesh: Mesh<BufferGeometry, RawShaderMaterial>;
+  readonly mesh: three.Mesh<three.BufferGeometry, three.RawShaderMaterial>;
   private readonly uniforms;
 
   constructor(
@@ -45,31 +35,31 @@ export class ColourPass {
       omegaMaps: { value: textures.omegaMaps },
       omegaStep: { value: distances.omega_step_per_m },
       surfaceTolerance: { value: distances.surface_tolerance },
-      projection: { value: new Vector4() },
-      worldFromCamera: { value: new Matrix3() },
-      distances: { value: null as Texture | null },
-      plan: { value: null as Texture | null },
+      projection: { value: new three.Vector4() },
+      worldFromCamera: { value: new three.Matrix3() },
+      distances: { value: null as three.Texture | null },
+      plan: { value: null as three.Texture | null },
       stations: { value: textures.table },
       pictures: { value: textures.pictures },
       coarsePictures: { value: textures.coarsePictures },
-      viewpoint: { value: new Vector3() },
+      viewpoint: { value: new three.Vector3() },
       corrected: { value: false },
       sources: { value: 0 },
       fillLayers: { value: new Int32Array(MAX_FILL) },
       fillCount: { value: 0 },
       vignette: { value: 0 },
-      rayAcross: { value: new Vector3() },
-      rayUpwards: { value: new Vector3() },
-      capturedPixel: { value: new Vector2() },
+      rayAcross: { value: new three.Vector3() },
+      rayUpwards: { value: new three.Vector3() },
+      capturedPixel: { value: new three.Vector2() },
       divider: { value: 0 },
-      comparedPicture: { value: null as Texture | null },
+      comparedPicture: { value: null as three.Texture | null },
     };
-    const triangle = new BufferGeometry();
+    const triangle = new three.BufferGeometry();
     triangle.setDrawRange(0, 3);
-    this.mesh = new Mesh(
+    this.mesh = new three.Mesh(
       triangle,
-      new RawShaderMaterial({
-        glslVersion: GLSL3,
+      new three.RawShaderMaterial({
+        glslVersion: three.GLSL3,
         defines: { MAX_FILL },
         vertexShader: colourVertex,
         fragmentShader: stationsSource + colourFragment,
@@ -109,7 +99,7 @@ export class ColourPass {
   }
 
   /** Shows a panorama of the viewpoint on the left, up to the divider; null: none. */
-  compare(panorama: Texture | null, divider: number): void {
+  compare(panorama: three.Texture | null, divider: number): void {
     this.uniforms.comparedPicture.value = panorama;
     this.uniforms.divider.value = panorama ? divider : 0;
   }

@@ -1,28 +1,6 @@
 // The distances seen from a viewpoint: the maps of the nearest stations, drawn as surfaces into the
 // picture of inverse distances.
-import {
-  BufferAttribute,
-  BufferGeometry,
-  DepthTexture,
-  FloatType,
-  GLSL3,
-  HalfFloatType,
-  InstancedBufferGeometry,
-  Matrix3,
-  Mesh,
-  NearestFilter,
-  OrthographicCamera,
-  Points,
-  RawShaderMaterial,
-  RedFormat,
-  Scene,
-  Vector2,
-  Vector4,
-  WebGLRenderTarget,
-  type IUniform,
-  type Texture,
-  type WebGLRenderer,
-} from "three";
+import * as three from "three";
 import type { Vec3 } from "../geometry/frame";
 import type { Manifest } from "../manifest";
 import meshFragment from "./shaders/mesh.frag.glsl";
@@ -39,39 +17,39 @@ const LARGEST_OMEGA = 65535;
 
 export interface DistanceMapOfView {
   layer: number;
-  silhouettes: BufferGeometry;
+  silhouettes: three.BufferGeometry;
   stationFromView_m: Vec3;
 }
 
 /** A camera: how it turns, and what of the projection concerns x and y. */
 export interface Eye {
-  cameraFromWorld: Matrix3;
-  worldFromCamera: Matrix3;
+  cameraFromWorld: three.Matrix3;
+  worldFromCamera: three.Matrix3;
   /** Focal lengths and shifts in clip coordinates. */
-  projection: Vector4;
+  projection: three.Vector4;
 }
 
 export class DistancePass {
-  readonly target: WebGLRenderTarget;
-  private readonly scene = new Scene();
+  readonly target: three.WebGLRenderTarget;
+  private readonly scene = new three.Scene();
   // three.js wants a camera; the shaders have their own.
-  private readonly camera = new OrthographicCamera();
-  private readonly surfaces: InstancedBufferGeometry;
-  private readonly rims: Points<BufferGeometry, RawShaderMaterial>[] = [];
+  private readonly camera = new three.OrthographicCamera();
+  private readonly surfaces: three.InstancedBufferGeometry;
+  private readonly rims: three.Points<three.BufferGeometry, three.RawShaderMaterial>[] = [];
   private readonly uniforms;
 
   constructor(
-    private readonly webgl: WebGLRenderer,
+    private readonly webgl: three.WebGLRenderer,
     { distances }: Pick<Manifest, "distances">,
-    omegaMaps: Texture,
+    omegaMaps: three.Texture,
   ) {
-    this.target = new WebGLRenderTarget(1, 1, {
+    this.target = new three.WebGLRenderTarget(1, 1, {
       // Phones may have half floats only: 11 bits of inverse distance move a pixel by less than one.
-      type: webgl.extensions.has("EXT_color_buffer_float") ? FloatType : HalfFloatType,
-      format: RedFormat,
-      minFilter: NearestFilter,
-      magFilter: NearestFilter,
-      depthTexture: new DepthTexture(1, 1, FloatType),
+      type: webgl.extensions.has("EXT_color_buffer_float") ? three.FloatType : three.HalfFloatType,
+      format: three.RedFormat,
+      minFilter: three.NearestFilter,
+      magFilter: three.NearestFilter,
+      depthTexture: new three.DepthTexture(1, 1, three.FloatType),
     });
     const omegaStep = distances.omega_step_per_m;
     this.uniforms = {
@@ -80,18 +58,18 @@ export class DistancePass {
       surfaceTolerance: { value: distances.surface_tolerance },
       layers: { value: new Int32Array(MAX_MAPS) },
       stationFromView: { value: new Float32Array(3 * MAX_MAPS) },
-      cameraFromWorld: { value: new Matrix3() },
-      projection: { value: new Vector4() },
+      cameraFromWorld: { value: new three.Matrix3() },
+      projection: { value: new three.Vector4() },
       nearest_m: { value: NEAREST_PART / (LARGEST_OMEGA * omegaStep) },
       rankPenalty: { value: distances.surface_tolerance / (MAX_MAPS - 1) },
-      pixelsPerRadian: { value: new Vector2() },
+      pixelsPerRadian: { value: new three.Vector2() },
     };
     const width = distances.width_px;
     this.surfaces = surfaceGeometry(width, width / 2);
-    this.add(new Mesh(this.surfaces, this.material(meshVertex)));
+    this.add(new three.Mesh(this.surfaces, this.material(meshVertex)));
     for (let map = 0; map < MAX_MAPS; ++map) {
-      const rim = new Points<BufferGeometry, RawShaderMaterial>(
-        new BufferGeometry(),
+      const rim = new three.Points<three.BufferGeometry, three.RawShaderMaterial>(
+        new three.BufferGeometry(),
         this.material(rimVertex, { map: { value: map } }),
       );
       this.rims.push(rim);
@@ -126,14 +104,17 @@ export class DistancePass {
     webgl.render(this.scene, this.camera);
   }
 
-  private add(drawn: Mesh | Points): void {
+  private add(drawn: three.Mesh | three.Points): void {
     drawn.frustumCulled = false;
     this.scene.add(drawn);
   }
 
-  private material(vertex: string, more: Record<string, IUniform> = {}): RawShaderMaterial {
-    return new RawShaderMaterial({
-      glslVersion: GLSL3,
+  private material(
+    vertex: string,
+    more: Record<string, three.IUniform> = {},
+  ): three.RawShaderMaterial {
+    return new three.RawShaderMaterial({
+      glslVersion: three.GLSL3,
       defines: { MAX_MAPS },
       vertexShader: stationsSource + distanceMap + vertex,
       fragmentShader: stationsSource + meshFragment,
@@ -143,7 +124,7 @@ export class DistancePass {
 }
 
 /** Two triangles between any four neighbouring pixels; the last corner is the upper left one. */
-function surfaceGeometry(columns: number, rows: number): InstancedBufferGeometry {
+function surfaceGeometry(columns: number, rows: number): three.InstancedBufferGeometry {
   const indices = new Uint32Array(6 * columns * (rows + 1));
   const across = columns + 1;
   let at = 0;
@@ -155,7 +136,7 @@ function surfaceGeometry(columns: number, rows: number): InstancedBufferGeometry
       at += 6;
     }
   }
-  const geometry = new InstancedBufferGeometry();
-  geometry.setIndex(new BufferAttribute(indices, 1));
+  const geometry = new three.InstancedBufferGeometry();
+  geometry.setIndex(new three.BufferAttribute(indices, 1));
   return geometry;
 }

@@ -1,10 +1,10 @@
 // One view of an eye: its plan, its distances. A headset has two, a screen one.
 import type { WebGLRenderer } from "three";
-import { radiansFromDegrees } from "../geometry/angles";
+import { DEGREE_RAD } from "../geometry/angles";
 import type { Vec3 } from "../geometry/frame";
 import type { Grid } from "../geometry/grid";
 import type { Cell, Manifest } from "../manifest";
-import type { ViewSettings } from "../viewer";
+import type { ViewSettings } from "../manifest";
 import { MAX_FILL, type ColourInputs } from "./colour_pass";
 import { DistancePass, MAX_MAPS, type Eye } from "./distance_pass";
 import { byDistance, nearestMaps, type PlacedStation } from "./station_choice";
@@ -41,8 +41,8 @@ export class EyeView {
     const [x_m, , z_m] = viewpoint_m;
     const cell = this.grid.findCell({ x_m, z_m });
     const rule = {
-      k_rad: radiansFromDegrees(settings.k_deg),
-      overlap_rad: radiansFromDegrees(settings.overlap_deg),
+      k_rad: settings.k_deg * DEGREE_RAD,
+      overlap_rad: settings.overlap_deg * DEGREE_RAD,
     };
     const lines = loadedLines(this.grid, this.store);
     this.plan.update(lines, cell, { x_m, z_m }, rule, settings.method);

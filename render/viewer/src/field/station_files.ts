@@ -1,8 +1,8 @@
-// Reads a station's files. Whatever goes wrong is a sentence for users (ExportError).
-import { ExportError } from "../manifest";
+// Reads a station's files. Whatever goes wrong is a sentence for users (RoomError).
+import { RoomError } from "../manifest";
 
 /** The server did not answer: it may later. */
-export class UnreachableError extends ExportError {}
+export class UnreachableError extends RoomError {}
 
 function nameOf(url: URL): string {
   return url.pathname.split("/").slice(-2).join("/");
@@ -18,13 +18,13 @@ async function fetched(url: URL, signal?: AbortSignal): Promise<Response> {
     throw new UnreachableError(`${name} could not be had; is the server still there?`);
   }
   if (!response.ok) {
-    throw new ExportError(`${name} could not be had (status ${response.status}).`);
+    throw new RoomError(`${name} could not be had (status ${response.status}).`);
   }
   return response;
 }
 
-function damaged(url: URL): ExportError {
-  return new ExportError(`${nameOf(url)} is damaged; export the room again.`);
+function damaged(url: URL): RoomError {
+  return new RoomError(`${nameOf(url)} is damaged; export the room again.`);
 }
 
 /** A panorama as stored, without conversion of colours; of this width, if one is given. */

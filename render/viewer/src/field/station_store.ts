@@ -1,5 +1,5 @@
 // Reads the stations that are wanted and hands them to the textures.
-import { ExportError, type Manifest } from "../manifest";
+import { RoomError, type Manifest } from "../manifest";
 import { PARTS, readingOrder, Residency, type Part } from "./residency";
 import { readOmega, readPicture, UnreachableError } from "./station_files";
 import type { StationTextures } from "./station_textures";
@@ -139,7 +139,7 @@ export class StationStore {
     } catch (error) {
       progress.is = "failed";
       if (state.abort.signal.aborted) return;
-      this.problemOf.set(key, error instanceof ExportError ? error.message : String(error));
+      this.problemOf.set(key, error instanceof RoomError ? error.message : String(error));
       // A server that is away may come back at any time.
       if (error instanceof UnreachableError) progress.attempts = 0;
       if (progress.attempts < MOST_ATTEMPTS) this.tryAgainLater();

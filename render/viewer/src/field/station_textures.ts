@@ -1,24 +1,7 @@
 // The textures that hold stations: an array layer each for the fine picture, the coarse picture and
 // the distances, and a table of what is there.
-import {
-  BufferAttribute,
-  BufferGeometry,
-  ClampToEdgeWrapping,
-  DataArrayTexture,
-  DataTexture,
-  FloatType,
-  LinearFilter,
-  NearestFilter,
-  RedIntegerFormat,
-  RepeatWrapping,
-  RGBAFormat,
-  Texture,
-  UnsignedByteType,
-  UnsignedShortType,
-  Vector3,
-  type WebGLRenderer,
-} from "three";
-import { ExportError, type Manifest } from "../manifest";
+import * as three from "three";
+import { RoomError, type Manifest } from "../manifest";
 
 const BYTES_PER_PIXEL = 4;
 const BYTES_PER_OMEGA = 2;
@@ -45,24 +28,24 @@ export function layersWithin(sizes: Sizes, stations: number, most: number): numb
 
 export class StationTextures {
   readonly layers: number;
-  readonly pictures: DataArrayTexture;
-  readonly coarsePictures: DataArrayTexture;
-  readonly omegaMaps: DataArrayTexture;
+  readonly pictures: three.DataArrayTexture;
+  readonly coarsePictures: three.DataArrayTexture;
+  readonly omegaMaps: three.DataArrayTexture;
   /** [fact][layer]: position and picture (0 none, 1 coarse, 2 fine); whether distances are there. */
-  readonly table: DataTexture;
+  readonly table: three.DataTexture;
   /** Of each layer with distances, their pixels next to silhouettes (attribute "pixel"). */
-  readonly silhouettes: BufferGeometry[] = [];
+  readonly silhouettes: three.BufferGeometry[] = [];
   private readonly facts: Float32Array<ArrayBuffer>;
 
   constructor(
-    private readonly webgl: WebGLRenderer,
+    private readonly webgl: three.WebGLRenderer,
     private readonly sizes: Sizes,
     stations: number,
   ) {
     const gl = webgl.getContext() as WebGL2RenderingContext;
     const mostPixels = gl.getParameter(gl.MAX_TEXTURE_SIZE) as number;
     if (sizes.panorama.width_px > mostPixels) {
-      throw new ExportError(
+      throw new RoomError(
         `This device shows panoramas up to ${mostPixels} pixels wide; the room was exported with ` +
           `${sizes.panorama.width_px}. Export it with --width ${mostPixels}.`,
       );
@@ -72,16 +55,22 @@ export class StationTextures {
     this.pictures = pictureArray(sizes.panorama.width_px, this.layers);
     this.coarsePictures = pictureArray(sizes.panorama.coarse_width_px, this.layers);
     this.omegaMaps = emptyArray(sizes.distances.width_px, this.layers);
-    this.omegaMaps.format = RedIntegerFormat;
-    this.omegaMaps.type = UnsignedShortType;
+    this.omegaMaps.format = three.RedIntegerFormat;
+    this.omegaMaps.type = three.UnsignedShortType;
     this.omegaMaps.internalFormat = "R16UI";
     this.facts = new Float32Array(2 * FLOATS_PER_TEXEL * this.layers);
-    this.table = new DataTexture(this.facts, this.layers, 2, RGBAFormat, FloatType);
+    this.table = new three.DataTexture(
+      this.facts,
+      this.layers,
+      2,
+      three.RGBAFormat,
+      three.FloatType,
+    );
     this.table.needsUpdate = true;
   }
 
   setPicture(layer: number, picture: ImageBitmap, fine: boolean): void {
-    const source = new Texture(picture);
+    const source = new three.Texture(picture);
     this.upload(source, fine ? this.pictures : this.coarsePictures, layer);
     source.dispose();
     this.setFact(layer, 0, 3, fine ? 2 : 1);
@@ -91,13 +80,19 @@ export class StationTextures {
     const { width_px: width, surface_tolerance } = this.sizes.distances;
     const rim = silhouettePixels(values, width, surface_tolerance);
     this.silhouettes[layer]?.dispose();
-    this.silhouettes[layer] = new BufferGeometry().setAttribute(
+    this.silhouettes[layer] = new three.BufferGeometry().setAttribute(
       "pixel",
-      new BufferAttribute(rim, 1),
+      new three.BufferAttribute(rim, 1),
     );
     // three.js draws nothing without a position, unless it is told how much.
     this.silhouettes[layer].setDrawRange(0, rim.length);
-    const source = new DataTexture(values, width, width / 2, RedIntegerFormat, UnsignedShortType);
+    const source = new three.DataTexture(
+      values,
+      width,
+      width / 2,
+      three.RedIntegerFormat,
+      three.UnsignedShortType,
+    );
     source.internalFormat = "R16UI";
     this.upload(source, this.omegaMaps, layer);
     source.dispose();
@@ -116,8 +111,8 @@ export class StationTextures {
     this.silhouettes.length = 0;
   }
 
-  private upload(source: Texture, into: DataArrayTexture, layer: number): void {
-    this.webgl.copyTextureToTexture(source, into, null, new Vector3(0, 0, layer));
+  private upload(source: three.Texture, into: three.DataArrayTexture, layer: number): void {
+    this.webgl.copyTextureToTexture(source, into, null, new three.Vector3(0, 0, layer));
   }
 
   private setFact(layer: number, fact: number, channel: number, value: number): void {
@@ -126,26 +121,26 @@ export class StationTextures {
   }
 }
 
-function emptyArray(width_px: number, layers: number): DataArrayTexture {
-  const texture = new DataArrayTexture(null, width_px, width_px / 2, layers);
+function emptyArray(width_px: number, layers: number): three.DataArrayTexture {
+  const texture = new three.DataArrayTexture(null, width_px, width_px / 2, layers);
   // Memory is reserved without contents; layers are filled one by one.
   texture.source.dataReady = false;
-  texture.minFilter = NearestFilter;
-  texture.magFilter = NearestFilter;
+  texture.minFilter = three.NearestFilter;
+  texture.magFilter = three.NearestFilter;
   texture.generateMipmaps = false;
   texture.unpackAlignment = 1;
   texture.needsUpdate = true;
   return texture;
 }
 
-function pictureArray(width_px: number, layers: number): DataArrayTexture {
+function pictureArray(width_px: number, layers: number): three.DataArrayTexture {
   const texture = emptyArray(width_px, layers);
-  texture.format = RGBAFormat;
-  texture.type = UnsignedByteType;
-  texture.minFilter = LinearFilter;
-  texture.magFilter = LinearFilter;
-  texture.wrapS = RepeatWrapping;
-  texture.wrapT = ClampToEdgeWrapping;
+  texture.format = three.RGBAFormat;
+  texture.type = three.UnsignedByteType;
+  texture.minFilter = three.LinearFilter;
+  texture.magFilter = three.LinearFilter;
+  texture.wrapS = three.RepeatWrapping;
+  texture.wrapT = three.ClampToEdgeWrapping;
   return texture;
 }
 

@@ -4,10 +4,6 @@ export const HALF_PI = 0.5 * Math.PI;
 export const TWO_PI = 2 * Math.PI;
 export const DEGREE_RAD = Math.PI / 180;
 
-export function radiansFromDegrees(degrees: number): number {
-  return degrees * DEGREE_RAD;
-}
-
 /** In [-pi, pi). */
 export function wrapAngle(angle: number): number {
   const turns = Math.floor((angle + Math.PI) / TWO_PI);

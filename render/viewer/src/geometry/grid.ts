@@ -6,6 +6,9 @@ export interface PlanPosition {
   z_m: number;
 }
 
+/** A rectangle of the plan. */
+export type Bounds = Omit<Cell, "lines">;
+
 /** Where lines close no cell, the walker may be this far from their stations, in spacings. */
 const REACH_IN_SPACINGS = 4;
 
@@ -60,7 +63,7 @@ export class Grid {
   }
 
   /** The rectangle of the plan that holds all stations. */
-  bounds(): Omit<Cell, "lines"> {
+  bounds(): Bounds {
     const stations = this.lines.flatMap((line) => line.stations);
     const x = stations.map((station) => station.position_m[0]);
     const z = stations.map((station) => station.position_m[2]);

@@ -55,26 +55,22 @@ export function formatAddress(place: Place): string {
 export function parseAddress(hash: string): PlaceFromAddress {
   const fields = new URLSearchParams(hash.replace(/^#/, ""));
   const number = (name: string): number | undefined => readNumber(fields.get(name));
-  const angle = (name: string): number | undefined => {
+  const angle = (name: string, within: (angle_rad: number) => number): number | undefined => {
     const deg = number(name);
-    return deg === undefined ? undefined : deg * DEGREE_RAD;
+    return deg === undefined ? undefined : within(deg * DEGREE_RAD);
   };
-  const pitch_rad = angle("pitch");
-  const fov_y_rad = angle("fov");
   const k_deg = number("k");
-  const method = METHODS.find((each) => each === fields.get("method"));
   return known({
     pose: known({
       x_m: number("x"),
       z_m: number("z"),
       up_m: number("up"),
-      yaw_rad: wrapped(angle("yaw")),
-      pitch_rad:
-        pitch_rad === undefined ? undefined : limit(pitch_rad, -90 * DEGREE_RAD, 90 * DEGREE_RAD),
-      roll_rad: wrapped(angle("roll")),
+      yaw_rad: angle("yaw", wrapAngle),
+      pitch_rad: angle("pitch", (pitch_rad) => limit(pitch_rad, -0.5 * Math.PI, 0.5 * Math.PI)),
+      roll_rad: angle("roll", wrapAngle),
     }),
-    fov_y_rad: fov_y_rad === undefined ? undefined : limitFov(fov_y_rad),
-    method,
+    fov_y_rad: angle("fov", limitFov),
+    method: METHODS.find((each) => each === fields.get("method")),
     k_deg: k_deg === undefined ? undefined : limit(k_deg, LEAST_K_DEG, MOST_K_DEG),
   });
 }
@@ -100,10 +96,6 @@ export class Address {
     this.shown_ms = now_ms;
     history.replaceState(history.state, "", address);
   }
-}
-
-function wrapped(angle_rad: number | undefined): number | undefined {
-  return angle_rad === undefined ? undefined : wrapAngle(angle_rad);
 }
 
 /** Without the keys that have no value. */

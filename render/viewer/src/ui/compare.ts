@@ -2,7 +2,7 @@
 // a slider uncovers one over the other.
 import type { PlanPosition } from "../geometry/grid";
 import type { TruthView } from "../manifest";
-import type { Viewer } from "../viewer";
+import type { Viewer } from "../field/viewer";
 import { element, iconButton } from "./dom";
 import { icon } from "./icons";
 import { decimals } from "./numbers";

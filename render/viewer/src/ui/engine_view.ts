@@ -4,7 +4,7 @@
 // longer shown are given up.
 import type { Pose } from "../geometry/frame";
 import { DEGREE_RAD } from "../geometry/angles";
-import type { ViewSettings } from "../viewer";
+import type { ViewSettings } from "../manifest";
 import { horizontalFov } from "../walk/motion";
 import { element } from "./dom";
 import { decimals } from "./numbers";

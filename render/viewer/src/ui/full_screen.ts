@@ -1,6 +1,6 @@
 // Full screen, where the tools hide when nothing is touched; and pictures to take home.
 import type { Pose } from "../geometry/frame";
-import type { Viewer } from "../viewer";
+import type { Viewer } from "../field/viewer";
 import { DEGREE_RAD } from "../geometry/angles";
 import { download } from "./dom";
 import { decimals } from "./numbers";

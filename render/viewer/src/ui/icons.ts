@@ -18,10 +18,6 @@ const SHAPES = {
     "M12 16.5v.01",
   ],
   close: ["M6 6l12 12", "M18 6L6 18"],
-  up: ["M6 15l6-6 6 6"],
-  down: ["M6 9l6 6 6-6"],
-  left: ["M15 6l-6 6 6 6"],
-  right: ["M9 6l6 6-6 6"],
   // One viewpoint; rays through a depth; rays from two sides.
   initial: ["M12 18v.01", "M12 18L5 6", "M12 18l7-12"],
   "hlf-vd": ["M12 19v.01", "M12 19L6 5", "M12 19l6-14", "M7.5 9h9"],

@@ -3,7 +3,7 @@ import { test } from "node:test";
 import { engineCanShow, engineUrl, pictureSize, type StillView } from "./engine_view";
 import { opacityAt, safeLink, usableHotspots } from "./hotspots";
 import { Idle } from "./full_screen";
-import { planLayout } from "./plan_map";
+import { PlanLayout } from "./plan_map";
 import { directionOf, lookingAt, project, stepTowards } from "./projection";
 import { loadedPart, loadingText } from "./status";
 import { describePlace, directionName } from "./whereabouts";
@@ -139,7 +139,7 @@ test("the engine's picture has the canvas' pixels, within limits", () => {
 
 test("the plan has x to the right and z upwards, and clicks mean what is drawn", () => {
   const bounds = { x_min_m: -1, x_max_m: 1, z_min_m: 0, z_max_m: 1 };
-  const layout = planLayout([], bounds);
+  const layout = new PlanLayout([bounds]);
   const at = layout.toPlan({ x_m: 1, z_m: 1 });
   assert.ok(at.x > layout.width / 2 && at.y < layout.height / 2);
   const back = layout.toRoom(layout.toPlan({ x_m: 0.3, z_m: 0.2 }));

@@ -1,7 +1,7 @@
 // Plays the recorded path: play, pause, seek. Any movement by the user ends it.
 import { DEGREE_RAD, limit } from "../geometry/angles";
 import type { Pose } from "../geometry/frame";
-import type { Viewer } from "../viewer";
+import type { Viewer } from "../field/viewer";
 import type { Walker } from "../walk/walker";
 import { element, iconButton } from "./dom";
 import { icon } from "./icons";

@@ -1,8 +1,9 @@
 // The plan of the grid: lines, stations, places with ground truth, hotspots, and the walker with what
 // is seen. A click walks there; with the keyboard a cross is moved and Enter walks to it.
+import { limit } from "../geometry/angles";
 import type { Pose } from "../geometry/frame";
-import type { Grid, PlanPosition } from "../geometry/grid";
-import type { Cell, Hotspot, Manifest } from "../manifest";
+import type { Bounds, Grid, PlanPosition } from "../geometry/grid";
+import type { Hotspot, Manifest } from "../manifest";
 import { svg, element } from "./dom";
 
 const VIEW_CONE = 22;
@@ -24,7 +25,7 @@ export class PlanMap {
     hotspots: readonly Hotspot[],
     private readonly walkTo: (at: PlanPosition) => void,
   ) {
-    this.layout = planLayout(grid.walkable, grid.bounds());
+    this.layout = new PlanLayout([grid.bounds(), ...grid.walkable]);
     const { width, height } = this.layout;
     this.drawing = svg("svg", {
       viewBox: `0 0 ${width} ${height}`,
@@ -119,9 +120,11 @@ export class PlanMap {
     event.preventDefault();
     const step_m = this.layout.longer_m * CROSS_STEP;
     const from = this.target ?? this.walkerPlace();
-    this.showCross(
-      this.layout.inside({ x_m: from.x_m + move[0] * step_m, z_m: from.z_m + move[1] * step_m }),
-    );
+    const { x_min_m, x_max_m, z_min_m, z_max_m } = this.layout.bounds;
+    this.showCross({
+      x_m: limit(from.x_m + move[0] * step_m, x_min_m, x_max_m),
+      z_m: limit(from.z_m + move[1] * step_m, z_min_m, z_max_m),
+    });
   }
 
   private walkerPlace(): PlanPosition {
@@ -138,47 +141,45 @@ export class PlanMap {
   }
 }
 
-type Bounds = Omit<Cell, "lines">;
-
 /** Of the longer side, and around, in units of the drawing. */
 const LONGER = 160;
 const MARGIN = 12;
 
 /** How the plan lies in its drawing: x to the right, z upwards. */
-interface PlanLayout {
-  width: number;
-  height: number;
-  per_m: number;
-  longer_m: number;
-  toPlan(at: PlanPosition): { x: number; y: number };
-  toRoom(at: { x: number; y: number }): PlanPosition;
-  inside(at: PlanPosition): PlanPosition;
-}
+export class PlanLayout {
+  readonly bounds: Bounds;
+  readonly width: number;
+  readonly height: number;
+  readonly per_m: number;
+  readonly longer_m: number;
 
-export function planLayout(areas: readonly Cell[], stations: Bounds): PlanLayout {
-  const all: Bounds[] = [stations, ...areas];
-  const x_min_m = Math.min(...all.map((each) => each.x_min_m));
-  const x_max_m = Math.max(...all.map((each) => each.x_max_m));
-  const z_min_m = Math.min(...all.map((each) => each.z_min_m));
-  const z_max_m = Math.max(...all.map((each) => each.z_max_m));
-  const longer_m = Math.max(x_max_m - x_min_m, z_max_m - z_min_m) || 1;
-  const per_m = LONGER / longer_m;
-  return {
-    width: (x_max_m - x_min_m) * per_m + 2 * MARGIN,
-    height: (z_max_m - z_min_m) * per_m + 2 * MARGIN,
-    per_m,
-    longer_m,
-    toPlan: ({ x_m, z_m }) => ({
-      x: MARGIN + (x_m - x_min_m) * per_m,
-      y: MARGIN + (z_max_m - z_m) * per_m,
-    }),
-    toRoom: ({ x, y }) => ({
-      x_m: x_min_m + (x - MARGIN) / per_m,
-      z_m: z_max_m - (y - MARGIN) / per_m,
-    }),
-    inside: ({ x_m, z_m }) => ({
-      x_m: Math.min(Math.max(x_m, x_min_m), x_max_m),
-      z_m: Math.min(Math.max(z_m, z_min_m), z_max_m),
-    }),
-  };
+  constructor(areas: readonly Bounds[]) {
+    const bounds = {
+      x_min_m: Math.min(...areas.map((each) => each.x_min_m)),
+      x_max_m: Math.max(...areas.map((each) => each.x_max_m)),
+      z_min_m: Math.min(...areas.map((each) => each.z_min_m)),
+      z_max_m: Math.max(...areas.map((each) => each.z_max_m)),
+    };
+    const width_m = bounds.x_max_m - bounds.x_min_m;
+    const height_m = bounds.z_max_m - bounds.z_min_m;
+    this.bounds = bounds;
+    this.longer_m = Math.max(width_m, height_m) || 1;
+    this.per_m = LONGER / this.longer_m;
+    this.width = width_m * this.per_m + 2 * MARGIN;
+    this.height = height_m * this.per_m + 2 * MARGIN;
+  }
+
+  toPlan({ x_m, z_m }: PlanPosition): { x: number; y: number } {
+    return {
+      x: MARGIN + (x_m - this.bounds.x_min_m) * this.per_m,
+      y: MARGIN + (this.bounds.z_max_m - z_m) * this.per_m,
+    };
+  }
+
+  toRoom({ x, y }: { x: number; y: number }): PlanPosition {
+    return {
+      x_m: this.bounds.x_min_m + (x - MARGIN) / this.per_m,
+      z_m: this.bounds.z_max_m - (y - MARGIN) / this.per_m,
+    };
+  }
 }

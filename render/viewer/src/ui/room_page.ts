@@ -1,7 +1,7 @@
 // The page of an opened room: its parts, and what happens in each frame.
 import type { Pose } from "../geometry/frame";
 import type { Hotspot, TruthView } from "../manifest";
-import type { Viewer } from "../viewer";
+import type { Viewer } from "../field/viewer";
 import { Gamepads } from "../walk/gamepad";
 import { isActive, readIntent, type InputSource } from "../walk/intent";
 import { Keyboard } from "../walk/keyboard";
@@ -9,7 +9,7 @@ import { horizontalFov } from "../walk/motion";
 import { PathRecorder } from "../walk/path_recorder";
 import { Pointer } from "../walk/pointer";
 import { Walker } from "../walk/walker";
-import { XrWalk, canEnterVr, type XrViewer } from "../walk/xr";
+import { XrWalk, canEnterVr } from "../walk/xr";
 import {
   Address,
   parseAddress,
@@ -107,7 +107,7 @@ export class RoomPage {
     this.full_screen = new FullScreen(root, () => this.showTools());
     this.address = new Address(window, (place) => this.take(place));
     this.whereabouts = new Whereabouts(middleOf(grid), (text) => this.status.say(text));
-    this.xr = new XrWalk(viewer as XrViewer, this.walker, (active) => this.vrChanged(active));
+    this.xr = new XrWalk(viewer, this.walker, (active) => this.vrChanged(active));
     this.idle = new Idle(KIOSK_IDLE_MS, () => this.beginAgain(), performance.now());
     onInput(root, () => this.touched());
     this.watchContext();

@@ -1,5 +1,5 @@
 // The status line: the room's name, what is loading, what went wrong, and what screen readers say.
-import type { LoadProgress } from "../viewer";
+import type { LoadProgress } from "../field/viewer";
 import { element, iconButton } from "./dom";
 import { icon } from "./icons";
 

@@ -1,6 +1,7 @@
 // How views are made: the method, and the angle k of its views.
 import { METHODS, type ViewMethod } from "../manifest";
-import type { Viewer, ViewSettings } from "../viewer";
+import type { Viewer } from "../field/viewer";
+import type { ViewSettings } from "../manifest";
 import { LEAST_K_DEG, MOST_K_DEG } from "./address";
 import { element } from "./dom";
 import { icon } from "./icons";

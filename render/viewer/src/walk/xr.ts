@@ -6,19 +6,12 @@
 // vignette narrows the picture.
 import { Quaternion } from "three";
 import { anglesOf, type Pose } from "../geometry/frame";
-import type { Viewer } from "../viewer";
+import type { Viewer } from "../field/viewer";
 import { DEGREE_RAD, wrapAngle } from "../geometry/angles";
 import { approach, planFromWalker } from "./motion";
 import { stick } from "./gamepad";
 import { noIntent, type Intent } from "./intent";
 import type { Walker } from "./walker";
-
-/** A renderer that can narrow its picture: 0 not at all, 1 as far as it does. */
-export interface ComfortVignette {
-  vignette: number;
-}
-
-export type XrViewer = Pick<Viewer, "webgl" | "pose"> & Partial<ComfortVignette>;
 
 const PUSH_TIME_CONSTANT_S = 0.2;
 const VIGNETTE_TIME_CONSTANT_S = 0.15;
@@ -41,7 +34,7 @@ export class XrWalk {
   private readonly snap = new SnapTurn();
 
   constructor(
-    private readonly viewer: XrViewer,
+    private readonly viewer: Pick<Viewer, "webgl" | "pose" | "vignette">,
     private readonly walker: Walker,
     private readonly changed: (active: boolean) => void = () => {},
   ) {}
@@ -145,7 +138,6 @@ export class XrWalk {
   }
 
   private narrow(intent: Intent, seconds: number): void {
-    if (this.viewer.vignette === undefined) return;
     const wanted = Math.min(1, Math.hypot(intent.forward, intent.right));
     this.viewer.vignette +=
       (wanted - this.viewer.vignette) * approach(seconds, VIGNETTE_TIME_CONSTANT_S);
@@ -154,7 +146,7 @@ export class XrWalk {
   private ended(): void {
     this.session = null;
     this.base = null;
-    if (this.viewer.vignette !== undefined) this.viewer.vignette = 0;
+    this.viewer.vignette = 0;
     this.walker.place({ pitch_rad: 0, roll_rad: 0, up_m: 0 });
     this.changed(false);
   }

@@ -1,19 +1,5 @@
-// Opens an exported room in a canvas and draws it.
-import {
-  LinearFilter,
-  LinearSRGBColorSpace,
-  Matrix3,
-  Matrix4,
-  PerspectiveCamera,
-  RepeatWrapping,
-  Scene,
-  Texture,
-  Vector2,
-  Vector3,
-  Vector4,
-  WebGLRenderer,
-  type Camera,
-} from "three";
+// The viewer without its user interface: opens an exported room in a canvas and draws it.
+import * as three from "three";
 import {
   worldFromCamera,
   worldFromThree,
@@ -21,10 +7,9 @@ import {
   type Pose,
   type Vec3,
 } from "../geometry/frame";
-import { radiansFromDegrees } from "../geometry/angles";
+import { DEGREE_RAD } from "../geometry/angles";
 import { Grid, type PlanPosition } from "../geometry/grid";
-import { ExportError, parseManifest, type Manifest } from "../manifest";
-import { DeviceError, type LoadProgress, type Viewer, type ViewSettings } from "../viewer";
+import { RoomError, parseManifest, type Manifest, type ViewSettings } from "../manifest";
 import { ColourPass } from "./colour_pass";
 import type { Eye } from "./distance_pass";
 import { EyeView } from "./eye_view";
@@ -32,6 +17,15 @@ import { readPicture } from "./station_files";
 import { StationStore } from "./station_store";
 import { StationTextures } from "./station_textures";
 import { wantedStations } from "./station_choice";
+
+export interface LoadProgress {
+  /** Stations of the walker's surroundings that are there, at least coarse, and in all. */
+  coarse: number;
+  fine: number;
+  wanted: number;
+  /** Files that could not be had: sentences for users. */
+  problems: string[];
+}
 
 const MOST_PIXEL_RATIO = 2;
 const FIRST_FOV_Y_RAD = 1.2;
@@ -42,35 +36,39 @@ const NO_WEBGL =
   "which this browser does not offer. Update it, switch its graphics acceleration on, or open the " +
   "page in another browser or on another device.";
 
-/** Throws ExportError if the folder holds no room that this page reads, DeviceError. */
+/**
+ * Opens the exported room at `base`, the folder of manifest.json. Throws RoomError where it is none that
+ * this page reads, or the device cannot draw it.
+ */
 export async function openViewer(canvas: HTMLCanvasElement, base: URL): Promise<Viewer> {
   const response = await fetch(new URL("manifest.json", base)).catch(() => undefined);
   if (!response?.ok) {
-    throw new ExportError(
-      "manifest.json could not be had; is this the folder of an exported room?",
-    );
+    throw new RoomError("manifest.json could not be had; is this the folder of an exported room?");
   }
-  return new RoomViewer(canvas, base, parseManifest(await response.text()));
+  return new Viewer(canvas, base, parseManifest(await response.text()));
 }
 
-class RoomViewer implements Viewer {
+export class Viewer {
   readonly grid: Grid;
-  readonly webgl: WebGLRenderer;
+  readonly webgl: three.WebGLRenderer;
+  /** Vertical field of view of the flat picture, radians. */
   fov_y_rad = FIRST_FOV_Y_RAD;
   settings: ViewSettings;
   pose: Pose;
   /** Darkens the border, 0 to 1: for comfort while walking in a headset. */
   vignette = 0;
+  /** Up to where the compared panorama is shown, from the left of the view, 0 to 1. */
   divider = 0;
+  /** Called before each frame, with the seconds since the last one. */
   onFrame: (seconds: number) => void = () => {};
 
   private readonly textures: StationTextures;
   private readonly store: StationStore;
   private readonly colours: ColourPass;
-  private compared: Texture | null = null;
+  private compared: three.Texture | null = null;
   private comparisons = 0; // asked for
-  private readonly scene = new Scene();
-  private readonly camera = new PerspectiveCamera();
+  private readonly scene = new three.Scene();
+  private readonly camera = new three.PerspectiveCamera();
   private readonly eyes: EyeView[] = [];
   private eyesDrawn = 0;
   private wantedAt: PlanPosition = { x_m: Infinity, z_m: Infinity };
@@ -90,15 +88,15 @@ class RoomViewer implements Viewer {
   ) {
     this.grid = new Grid(manifest);
     const context = canvas.getContext("webgl2", { antialias: false, alpha: false, stencil: false });
-    if (!context) throw new DeviceError(`Walking needs WebGL 2, ${NO_WEBGL}`);
-    this.webgl = new WebGLRenderer({ canvas, context });
+    if (!context) throw new RoomError(`Walking needs WebGL 2, ${NO_WEBGL}`);
+    this.webgl = new three.WebGLRenderer({ canvas, context });
     // Pictures are blended as they are stored, as the engine does.
-    this.webgl.outputColorSpace = LinearSRGBColorSpace;
+    this.webgl.outputColorSpace = three.LinearSRGBColorSpace;
     this.webgl.autoClear = false;
     this.webgl.xr.enabled = true;
     const floats = ["EXT_color_buffer_float", "EXT_color_buffer_half_float"];
     if (!floats.some((extension) => this.webgl.extensions.has(extension))) {
-      throw new DeviceError(`Walking needs WebGL 2 with floating-point pictures, ${NO_WEBGL}`);
+      throw new RoomError(`Walking needs WebGL 2 with floating-point pictures, ${NO_WEBGL}`);
     }
     const stations = manifest.lines.reduce((sum, line) => sum + line.stations.length, 0);
     this.textures = new StationTextures(this.webgl, manifest, stations);
@@ -107,7 +105,7 @@ class RoomViewer implements Viewer {
     this.step_m = 0.25 * Math.min(...manifest.lines.map((line) => line.spacing_m));
     this.settings = { ...manifest.view };
     const { x_m, z_m, yaw_deg } = manifest.start;
-    const yaw_rad = radiansFromDegrees(yaw_deg);
+    const yaw_rad = yaw_deg * DEGREE_RAD;
     this.pose = { x_m, z_m, up_m: 0, yaw_rad, pitch_rad: 0, roll_rad: 0 };
     this.scene.add(this.colours.mesh);
     this.colours.mesh.onBeforeRender = (_webgl, _scene, camera) => this.prepareEye(camera);
@@ -125,10 +123,12 @@ class RoomViewer implements Viewer {
     };
   }
 
+  /** Resolves when a frame of the current pose with all that is loaded has been drawn. */
   drawn(): Promise<void> {
     return new Promise((resolve) => this.waiting.push(resolve));
   }
 
+  /** PNG of the picture. */
   screenshot(): Promise<Blob> {
     // The canvas is kept only until the browser has shown it.
     this.draw();
@@ -140,6 +140,7 @@ class RoomViewer implements Viewer {
     });
   }
 
+  /** Shows a panorama of the place, a file of the export, up to the divider; null: none. */
   async compare(panorama: string | null): Promise<void> {
     const asked = ++this.comparisons;
     const picture = panorama === null ? null : await readPicture(new URL(panorama, this.base));
@@ -206,7 +207,7 @@ class RoomViewer implements Viewer {
     if (this.webgl.xr.isPresenting) return;
     const { clientWidth, clientHeight } = this.canvas;
     const ratio = Math.min(window.devicePixelRatio, MOST_PIXEL_RATIO);
-    const size = this.webgl.getSize(new Vector2());
+    const size = this.webgl.getSize(new three.Vector2());
     if (size.x === clientWidth && size.y === clientHeight && this.webgl.getPixelRatio() === ratio) {
       return;
     }
@@ -230,23 +231,23 @@ class RoomViewer implements Viewer {
   }
 
   // Called by three.js for the screen's camera, or for each eye of a headset.
-  private prepareEye(camera: Camera): void {
+  private prepareEye(camera: three.Camera): void {
     const { webgl } = this;
     // An emulated headset with one eye has a second one of no width.
-    const viewport = (camera as PerspectiveCamera).viewport as Vector4 | undefined;
+    const viewport = (camera as three.PerspectiveCamera).viewport as three.Vector4 | undefined;
     if (viewport && viewport.z * viewport.w === 0) return;
     const presenting = webgl.xr.isPresenting;
     // A headset's poses are relative to where the walker stands and faces.
-    const base = new Matrix4();
+    const base = new three.Matrix4();
     if (presenting) base.makeRotationFromQuaternion(quaternionOf(standing(this.pose)));
     const cameraWorld = base.multiply(camera.matrixWorld);
-    const head = worldFromThree(new Vector3().setFromMatrixPosition(cameraWorld));
+    const head = worldFromThree(new three.Vector3().setFromMatrixPosition(cameraWorld));
     const viewpoint_m = this.viewpoint(presenting ? head : [0, 0, 0]);
 
     const which = this.eyesDrawn++;
     this.eyes[which] ??= new EyeView(webgl, this.manifest, this.grid, this.store, this.textures);
     const target = webgl.getRenderTarget();
-    const full = webgl.getDrawingBufferSize(new Vector2());
+    const full = webgl.getDrawingBufferSize(new three.Vector2());
     webgl.xr.enabled = false;
     const inputs = this.eyes[which].prepare(
       viewpoint_m,
@@ -267,12 +268,12 @@ class RoomViewer implements Viewer {
   }
 }
 
-function panoramaTexture(picture: ImageBitmap): Texture {
-  const texture = new Texture(picture);
+function panoramaTexture(picture: ImageBitmap): three.Texture {
+  const texture = new three.Texture(picture);
   texture.flipY = false;
   texture.generateMipmaps = false;
-  texture.minFilter = LinearFilter;
-  texture.wrapS = RepeatWrapping;
+  texture.minFilter = three.LinearFilter;
+  texture.wrapS = three.RepeatWrapping;
   texture.needsUpdate = true;
   return texture;
 }
@@ -281,12 +282,12 @@ function standing(pose: Pose): Pose {
   return { ...pose, pitch_rad: 0, roll_rad: 0 };
 }
 
-function eyeOf(cameraWorld: Matrix4, projection: Matrix4): Eye {
-  const turn = new Matrix3().setFromMatrix4(worldFromCamera(cameraWorld));
+function eyeOf(cameraWorld: three.Matrix4, projection: three.Matrix4): Eye {
+  const turn = new three.Matrix3().setFromMatrix4(worldFromCamera(cameraWorld));
   const p = projection.elements;
   return {
     worldFromCamera: turn,
     cameraFromWorld: turn.clone().transpose(),
-    projection: new Vector4(p[0], p[5], p[8], p[9]),
+    projection: new three.Vector4(p[0], p[5], p[8], p[9]),
   };
 }
