@@ -103,44 +103,34 @@ double DriveRegisters::acceleration_of(std::uint16_t units) const {
                                               : units / map_.acceleration_per_mm_s2;
 }
 
-// What the block does not hold is the drive's maximum.
-bool DriveRegisters::start_move() const {
-  const DriveSettings& settings = drive_->settings();
-  std::uint32_t position = 0;
-  std::uint32_t speed = 0;
-  bool has_speed = false;
-  std::optional<double> acceleration, deceleration;
+std::optional<std::uint16_t> DriveRegisters::word_of_move(WordMeaning meaning) const {
   for (std::size_t i = 0; i < map_.move.words.size(); ++i) {
-    const std::uint16_t word = word_at(map_.move.address + static_cast<int>(i));
-    const WordMeaning meaning = map_.move.words[i].meaning;
-    switch (meaning) {
-      case WordMeaning::kConstant:
-        break;
-      case WordMeaning::kPositionHigh:
-        position |= static_cast<std::uint32_t>(word) << 16;
-        break;
-      case WordMeaning::kPositionLow:
-        position |= word;
-        break;
-      case WordMeaning::kSpeed:
-      case WordMeaning::kSpeedLow:
-      case WordMeaning::kSpeedHigh:
-        speed |= static_cast<std::uint32_t>(word) << (meaning == WordMeaning::kSpeedHigh ? 16 : 0);
-        has_speed = true;
-        break;
-      case WordMeaning::kAcceleration:
-        acceleration = acceleration_of(word);
-        break;
-      case WordMeaning::kDeceleration:
-        deceleration = acceleration_of(word);
-        break;
+    if (map_.move.words[i].meaning == meaning) {
+      return word_at(map_.move.address + static_cast<int>(i));
     }
   }
-  const auto steps = static_cast<std::int32_t>(position);
+  return std::nullopt;
+}
+
+// What the block does not hold is the drive's maximum.
+bool DriveRegisters::start_move() const {
+  using enum WordMeaning;
+  const DriveSettings& settings = drive_->settings();
+  const auto long_word = [this](WordMeaning high, std::optional<std::uint16_t> low) {
+    return static_cast<std::uint32_t>(word_of_move(high).value_or(0)) << 16 | low.value_or(0);
+  };
+  const auto steps =
+      static_cast<std::int32_t>(long_word(kPositionHigh, word_of_move(kPositionLow)));
+  const auto speed = word_of_move(kSpeed) ? word_of_move(kSpeed) : word_of_move(kSpeedLow);
+  const auto acceleration = word_of_move(kAcceleration);
+  const auto deceleration = word_of_move(kDeceleration);
   MotionBounds bounds;
-  bounds.speed_mm_s = has_speed ? speed / map_.speed_per_mm_s : settings.max_speed_mm_s;
-  bounds.acceleration_mm_s2 = acceleration.value_or(settings.max_acceleration_mm_s2);
-  bounds.deceleration_mm_s2 = deceleration.value_or(bounds.acceleration_mm_s2);
+  bounds.speed_mm_s =
+      speed ? long_word(kSpeedHigh, speed) / map_.speed_per_mm_s : settings.max_speed_mm_s;
+  bounds.acceleration_mm_s2 =
+      acceleration ? acceleration_of(*acceleration) : settings.max_acceleration_mm_s2;
+  bounds.deceleration_mm_s2 =
+      deceleration ? acceleration_of(*deceleration) : bounds.acceleration_mm_s2;
   return drive_->move_to(steps / map_.steps_per_mm, bounds);
 }
 

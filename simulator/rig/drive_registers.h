@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "capture/slider/register_map.h"
 #include "simulator/rig/simulated_drive.h"
@@ -42,6 +43,7 @@ class DriveRegisters {
   int status_word(const DriveState& state) const;
   bool was_written(const RegisterWrite& block, int address, int count) const;
   double acceleration_of(std::uint16_t units) const;
+  std::optional<std::uint16_t> word_of_move(WordMeaning meaning) const;
   bool start_move() const;
 
   const RegisterMap map_;

@@ -1,6 +1,7 @@
 #include "simulator/rig/faults.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <utility>
 
@@ -9,25 +10,47 @@ namespace {
 
 constexpr double kLongestFault_ms = 1e9;
 
-// Lasts until it is mended if it has no duration.
-bool is_permanent(RigFault kind) {
-  using enum RigFault;
-  constexpr std::array kPermanent{kStall,         kLowLimit, kHighLimit, kFeedbackJump,
-                                  kFeedbackDrift, kCut,      kBusy};
-  return std::find(kPermanent.begin(), kPermanent.end(), kind) != kPermanent.end();
-}
+struct FaultEntry {
+  std::string_view name;
+  bool is_permanent = false;  // lasts until it is mended if it has no duration
+};
 
-bool occurs_once(const Fault& fault) { return fault.for_ms == 0.0 && !is_permanent(fault.kind); }
+// In the order of RigFault.
+constexpr std::array<FaultEntry, 21> kKinds{{{"stall", true},
+                                            {"alarm"},
+                                            {"low-limit", true},
+                                            {"high-limit", true},
+                                            {"feedback-jump", true},
+                                            {"feedback-drift", true},
+                                            {"late"},
+                                            {"lost-request"},
+                                            {"lost-reply"},
+                                            {"corrupted-reply"},
+                                            {"duplicated"},
+                                            {"cut", true},
+                                            {"busy", true},
+                                            {"missing-picture"},
+                                            {"truncated-picture"},
+                                            {"empty-picture"},
+                                            {"card-full"},
+                                            {"forgets-exposure"},
+                                            {"web-page"},
+                                            {"silent"},
+                                            {"down"}}};
+
+const FaultEntry& kind_of(RigFault kind) { return kKinds.at(static_cast<std::size_t>(kind)); }
+
+bool occurs_once(const Fault& fault) {
+  return fault.for_ms == 0.0 && !kind_of(fault.kind).is_permanent;
+}
 
 }  // namespace
 
-std::string_view name_of(RigFault kind) {
-  return kRigFaultNames.at(static_cast<std::size_t>(kind));
-}
+std::string_view name_of(RigFault kind) { return kind_of(kind).name; }
 
 SettingsSchema fault_schema(Fault* fault) {
   static const std::vector<RigFault> kinds = [] {
-    std::vector<RigFault> all(kRigFaultNames.size());
+    std::vector<RigFault> all(kKinds.size());
     for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<RigFault>(i);
     return all;
   }();

@@ -2,7 +2,6 @@
 // its trigger and its duration, and the random faults of the link.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <mutex>
 #include <optional>
@@ -53,28 +52,7 @@ enum class RigFault {
   kDown,    // the connection is closed
 };
 
-inline constexpr std::array<std::string_view, 21> kRigFaultNames{"stall",
-                                                                 "alarm",
-                                                                 "low-limit",
-                                                                 "high-limit",
-                                                                 "feedback-jump",
-                                                                 "feedback-drift",
-                                                                 "late",
-                                                                 "lost-request",
-                                                                 "lost-reply",
-                                                                 "corrupted-reply",
-                                                                 "duplicated",
-                                                                 "cut",
-                                                                 "busy",
-                                                                 "missing-picture",
-                                                                 "truncated-picture",
-                                                                 "empty-picture",
-                                                                 "card-full",
-                                                                 "forgets-exposure",
-                                                                 "web-page",
-                                                                 "silent",
-                                                                 "down"};
-
+// As configurations and requests name it: "feedback-jump".
 std::string_view name_of(RigFault kind);
 
 struct Fault {

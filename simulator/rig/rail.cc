@@ -78,23 +78,6 @@ double Rail::vibration_mm(double carriage_mm, std::optional<Duration> still_for,
   return settings_.vibration_mm * decay * std::cos(kTwoPi * settings_.vibration_hz * t_s + phase);
 }
 
-void Rail::add_jitter(const Placing& placing, double carriage_mm, CameraPose* pose) const {
-  const auto& stations = placing.stations_mm;
-  const auto nearest = std::min_element(stations.begin(), stations.end(), [&](double a, double b) {
-    return std::abs(a - carriage_mm) < std::abs(b - carriage_mm);
-  });
-  HashRandom random =
-      HashRandom(placing.key)
-          .branch(static_cast<std::uint64_t>(std::distance(stations.begin(), nearest)));
-  for (int axis = 0; axis < 3; ++axis) {
-    pose->position_m[axis] += 1e-3 * settings_.jitter_mm * random.normal();
-  }
-  const double spread_rad = radians_from_degrees(settings_.jitter_deg);
-  pose->attitude.yaw_rad += spread_rad * random.normal();
-  pose->attitude.pitch_rad += spread_rad * random.normal();
-  pose->attitude.roll_rad += spread_rad * random.normal();
-}
-
 // The rail's direction is its axis rotated by the yaw error and the tilt. Along x, an upward slope
 // lifts the camera's right side (negative roll); along z it lifts its front (pitch). A bow of
 // b (1 - u^2) to the left has the slope -2 b u / half in rail millimetres: a positive yaw, to the
@@ -133,7 +116,14 @@ CameraPose Rail::carriage_pose(const std::string& line_id, double carriage_mm,
     pose.attitude.pitch_rad += rise_rad;
     pose.attitude.roll_rad += twist_rad;
   }
-  add_jitter(placing, carriage_mm, &pose);
+  const auto& stations = placing.stations_mm;
+  const auto nearest = std::min_element(stations.begin(), stations.end(), [&](double a, double b) {
+    return std::abs(a - carriage_mm) < std::abs(b - carriage_mm);
+  });
+  add_jitter(settings_.jitter_mm, settings_.jitter_deg,
+             HashRandom(placing.key)
+                 .branch(static_cast<std::uint64_t>(std::distance(stations.begin(), nearest))),
+             &pose);
   return pose;
 }
 

@@ -80,7 +80,6 @@ class Rail {
   };
 
   Placing placed(const CaptureLine& line) const;
-  void add_jitter(const Placing& placing, double carriage_mm, CameraPose* pose) const;
   double vibration_mm(double carriage_mm, std::optional<Duration> still_for,
                       std::uint64_t direction) const;
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <stdexcept>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -32,14 +32,9 @@ constexpr const char* kModel = "simulated";
 constexpr int kFirstNumber = 10001;
 
 // A command that the camera refuses, with the API's error code.
-class CommandRefused : public std::runtime_error {
- public:
-  CommandRefused(std::string code, const std::string& message)
-      : std::runtime_error(message), code_(std::move(code)) {}
-  const std::string& code() const { return code_; }
-
- private:
-  std::string code_;
+struct CommandRefused {
+  std::string code;
+  std::string message;
 };
 
 // What `make` answers to a request, or the API's error.
@@ -49,8 +44,8 @@ OscReply answered(const std::string& body, const std::function<Json(const Json&)
   try {
     return {200, make(Json::parse(body))};
   } catch (const CommandRefused& refused) {
-    code = refused.code();
-    message = refused.what();
+    code = refused.code;
+    message = refused.message;
   } catch (const Json::out_of_range& missing) {
     code = "missingParameter";
     message = missing.what();
@@ -67,35 +62,43 @@ Json color_temperatures() {
   return kelvins;
 }
 
-// The options that can be set, with their supported values: those of the Ricoh Theta V and Z1 (Web
-// API v2.1); exposures longer than a second are left out.
-const std::map<std::string, Json>& supported_values() {
-  static const std::map<std::string, Json> values{
-      {"captureMode", Json::array({"image"})},
-      {"exposureProgram", Json::array({kManual, kAutomatic})},
-      {"shutterSpeed", {0.00004, 0.00005,    0.0000625, 0.00008, 0.0001,     0.000125,   0.00015625,
-                        0.0002,  0.00025,    0.0003125, 0.0004,  0.0005,     0.000625,   0.0008,
-                        0.001,   0.00125,    0.0015625, 0.002,   0.0025,     0.003125,   0.004,
-                        0.005,   0.00625,    0.008,     0.01,    0.0125,     0.01666666, 0.02,
-                        0.025,   0.03333333, 0.04,      0.05,    0.06666666, 0.07692307, 0.1,
-                        0.125,   0.16666666, 0.2,       0.25,    0.33333333, 0.4,        0.5,
-                        0.625,   0.76923076, 1.0}},
+struct OptionValues {
+  Json initial;
+  Json supported;
+};
+
+// The options that can be set: those of the Ricoh Theta V and Z1 (Web API v2.1); exposures longer
+// than a second are left out. An automatic exposure program chooses what is 0.
+const std::map<std::string, OptionValues>& option_values() {
+  static const std::map<std::string, OptionValues> values{
+      {"captureMode", {"image", Json::array({"image"})}},
+      {"exposureProgram", {kAutomatic, Json::array({kManual, kAutomatic})}},
+      {"shutterSpeed",
+       {0, {0.00004, 0.00005,    0.0000625, 0.00008, 0.0001,     0.000125,   0.00015625,
+            0.0002,  0.00025,    0.0003125, 0.0004,  0.0005,     0.000625,   0.0008,
+            0.001,   0.00125,    0.0015625, 0.002,   0.0025,     0.003125,   0.004,
+            0.005,   0.00625,    0.008,     0.01,    0.0125,     0.01666666, 0.02,
+            0.025,   0.03333333, 0.04,      0.05,    0.06666666, 0.07692307, 0.1,
+            0.125,   0.16666666, 0.2,       0.25,    0.33333333, 0.4,        0.5,
+            0.625,   0.76923076, 1.0}}},
       {"iso",
-       {80, 100, 125, 160, 200, 250, 320, 400, 500, 640, 800, 1000, 1250, 1600, 2000, 2500, 3200}},
+       {0,
+        {80, 100, 125, 160, 200, 250, 320, 400, 500, 640, 800, 1000, 1250, 1600, 2000, 2500,
+         3200}}},
       {"exposureCompensation",
-       {-2.0, -1.7, -1.3, -1.0, -0.7, -0.3, 0.0, 0.3, 0.7, 1.0, 1.3, 1.7, 2.0}},
+       {0.0, {-2.0, -1.7, -1.3, -1.0, -0.7, -0.3, 0.0, 0.3, 0.7, 1.0, 1.3, 1.7, 2.0}}},
       {"whiteBalance",
-       {"auto", "daylight", "shade", "cloudy-daylight", "incandescent", "fluorescent",
-        "_colorTemperature"}},
-      {"_colorTemperature", color_temperatures()}};
+       {"auto",
+        {"auto", "daylight", "shade", "cloudy-daylight", "incandescent", "fluorescent",
+         "_colorTemperature"}}},
+      {"_colorTemperature", {5000, color_temperatures()}}};
   return values;
 }
 
 Json initial_options() {
-  return {{"captureMode", "image"},      {"exposureProgram", kAutomatic},
-          {"shutterSpeed", 0},           {"iso", 0},
-          {"exposureCompensation", 0.0}, {"whiteBalance", "auto"},
-          {"_colorTemperature", 5000}};
+  Json options;
+  for (const auto& [name, values] : option_values()) options[name] = values.initial;
+  return options;
 }
 
 // Numbers that clients send back in decimal are rounded.
@@ -105,7 +108,7 @@ bool is_same(const Json& a, const Json& b) {
 }
 
 double nearest_shutter(double wanted_s) {
-  const auto values = supported_values().at("shutterSpeed").get<std::vector<double>>();
+  const auto values = option_values().at("shutterSpeed").supported.get<std::vector<double>>();
   return *std::min_element(values.begin(), values.end(), [wanted_s](double a, double b) {
     return std::abs(std::log(a / wanted_s)) < std::abs(std::log(b / wanted_s));
   });
@@ -202,7 +205,7 @@ Json SimulatedCamera::run(const std::string& command, const Json& parameters) {
     return Json::object();
   }
   if (command == "camera.takePicture") return take_picture();
-  throw CommandRefused("unknownCommand", "Command executed is unknown.");
+  throw CommandRefused{"unknownCommand", "Command executed is unknown."};
 }
 
 // The progress of the last trigger.
@@ -210,7 +213,7 @@ OscReply SimulatedCamera::status(const std::string& body, const std::string& bas
   return answered(body, [&](const Json& request) -> Json {
     const std::lock_guard lock(mutex_);
     if (trigger_.number == 0 || request.at("id") != std::to_string(trigger_.number)) {
-      throw CommandRefused("invalidParameterValue", "There is no command with this id.");
+      throw CommandRefused{"invalidParameterValue", "There is no command with this id."};
     }
     if (is_exposing()) {
       const double passed_ms = ms_from_duration(clock_->now() - trigger_.started);
@@ -240,23 +243,19 @@ Json SimulatedCamera::option(const std::string& name) const {
       {"type", "jpeg"}, {"width", settings_.frame.width}, {"height", settings_.frame.height}};
   if (name == "fileFormat") return format;
   if (name == "fileFormatSupport") return Json::array({format});
-  if (name == "dateTimeZone") {
-    const auto now = std::chrono::system_clock::to_time_t(wall_now());
-    return fmt::format("{:%Y:%m:%d %H:%M:%S}+00:00", fmt::gmtime(now));
-  }
   if (name == "remainingPictures") return pictures_left();
   if (name == "remainingSpace") return free_bytes();
   if (name == "totalSpace") return settings_.card_bytes;
   if (const auto value = options_.find(name); value != options_.end()) return *value;
   const std::string supported_name = name.substr(0, name.rfind("Support"));
-  const auto supported = supported_values().find(supported_name);
-  if (supported_name == name || supported == supported_values().end()) {
-    throw CommandRefused("invalidParameterName", "Option " + name + " is not supported.");
+  const auto supported = option_values().find(supported_name);
+  if (supported_name == name || supported == option_values().end()) {
+    throw CommandRefused{"invalidParameterName", "Option " + name + " is not supported."};
   }
   // With an automatic exposure program the Theta only supports 0 (automatic).
   const bool is_chosen = name == "shutterSpeedSupport" || name == "isoSupport";
   if (is_chosen && options_["exposureProgram"] != kManual) return Json::array({0});
-  return supported->second;
+  return supported->second.supported;
 }
 
 void SimulatedCamera::set_options(const Json& wanted) {
@@ -264,15 +263,14 @@ void SimulatedCamera::set_options(const Json& wanted) {
   require_idle();
   Json options = options_;
   for (const auto& [name, value] : wanted.items()) {
-    const auto supported = supported_values().find(name);
-    if (supported == supported_values().end()) {
-      throw CommandRefused("invalidParameterName", "Option " + name + " cannot be set.");
+    const auto supported = option_values().find(name);
+    if (supported == option_values().end()) {
+      throw CommandRefused{"invalidParameterName", "Option " + name + " cannot be set."};
     }
     const bool is_left_to_camera = (name == "shutterSpeed" || name == "iso") && value == 0;
     const auto is_wanted = [&value = value](const Json& other) { return is_same(other, value); };
-    if (!is_left_to_camera &&
-        std::none_of(supported->second.begin(), supported->second.end(), is_wanted)) {
-      throw CommandRefused("invalidParameterValue", "The value of " + name + " is not supported.");
+    if (!is_left_to_camera && std::ranges::none_of(supported->second.supported, is_wanted)) {
+      throw CommandRefused{"invalidParameterValue", "The value of " + name + " is not supported."};
     }
     options[name] = value;
   }
@@ -288,7 +286,7 @@ void SimulatedCamera::set_options(const Json& wanted) {
 }
 
 void SimulatedCamera::require_idle() const {
-  if (is_exposing()) throw CommandRefused("disabledCommand", "The camera is shooting.");
+  if (is_exposing()) throw CommandRefused{"disabledCommand", "The camera is shooting."};
 }
 
 bool SimulatedCamera::is_exposing() const {
@@ -296,20 +294,6 @@ bool SimulatedCamera::is_exposing() const {
   if (trigger_.number == 0) return false;
   return rendering_ || (trigger_.busy && faults_->lasting(RigFault::kBusy)) ||
          clock_->now() < trigger_.started + duration_from_ms(settings_.exposure_ms);
-}
-
-SimulatedCamera::Trigger SimulatedCamera::begin() {
-  require_idle();
-  faults_->picture_triggered(triggers_ + 1);
-  if (pictures_left() < 1 || faults_->occurs(RigFault::kCardFull)) {
-    throw CommandRefused("disabledCommand", "There is no room for another picture.");
-  }
-  if (faults_->occurs(RigFault::kForgetsExposure)) options_ = initial_options();
-  Trigger trigger{++triggers_, clock_->now(), faults_->occurs(RigFault::kBusy).has_value(), {}};
-  if (!faults_->occurs(RigFault::kMissingPicture)) {
-    trigger.camera_name = fmt::format("R{:07}.JPG", ++last_number_);
-  }
-  return trigger;
 }
 
 ExposureNow SimulatedCamera::exposure_now() const {
@@ -333,7 +317,9 @@ ExposureNow SimulatedCamera::exposure_now() const {
 
 // The file appears on the card, damaged where a fault says so. False: there is none.
 bool SimulatedCamera::expose(const ExposureNow& exposure) {
-  const WallTime taken_at = wall_now();
+  const WallTime taken_at =
+      clock_->wall_now() + std::chrono::duration_cast<WallTime::duration>(
+                               duration_from_ms(1000.0 * settings_.clock_offset_s));
   try {
     std::string jpeg = with_exif(source_(exposure), exposure, taken_at);
     if (faults_->occurs(RigFault::kEmptyPicture)) {
@@ -358,8 +344,16 @@ Json SimulatedCamera::take_picture() {
   ExposureNow exposure;
   {
     const std::lock_guard lock(mutex_);
-    const Trigger trigger = begin();
-    trigger_ = trigger;
+    require_idle();
+    faults_->picture_triggered(triggers_ + 1);
+    if (pictures_left() < 1 || faults_->occurs(RigFault::kCardFull)) {
+      throw CommandRefused{"disabledCommand", "There is no room for another picture."};
+    }
+    if (faults_->occurs(RigFault::kForgetsExposure)) options_ = initial_options();
+    trigger_ = {++triggers_, clock_->now(), faults_->occurs(RigFault::kBusy).has_value(), {}};
+    if (!faults_->occurs(RigFault::kMissingPicture)) {
+      trigger_.camera_name = fmt::format("R{:07}.JPG", ++last_number_);
+    }
     exposure = exposure_now();
     rendering_ = true;
   }
@@ -382,11 +376,6 @@ void SimulatedCamera::restart() {
   const std::lock_guard lock(mutex_);
   trigger_ = Trigger{};
   options_ = initial_options();
-}
-
-WallTime SimulatedCamera::wall_now() const {
-  return clock_->wall_now() + std::chrono::duration_cast<WallTime::duration>(
-                                  duration_from_ms(1000.0 * settings_.clock_offset_s));
 }
 
 std::int64_t SimulatedCamera::free_bytes() const {

@@ -90,12 +90,10 @@ class SimulatedCamera {
   Json option(const std::string& name) const;
   void set_options(const Json& wanted);
   Json take_picture();
-  Trigger begin();
   ExposureNow exposure_now() const;
   bool expose(const ExposureNow& exposure);
   std::int64_t free_bytes() const;
   void require_idle() const;
-  WallTime wall_now() const;
 
   const SimulatedCameraSettings settings_;
   const Clock* clock_;

@@ -30,9 +30,21 @@ class SimulatedDriveTest : public ::testing::Test {
     pass(60000.0);
     ASSERT_TRUE(drive->state().homed);
   }
+  // Commands a move and lets time pass.
+  void move(SimulatedDrive* drive, double target_mm, double ms) {
+    drive->move_to(target_mm, kDriveBounds);
+    pass(ms);
+  }
 
   ManualClock clock_;
   Faults faults_{&clock_};
+};
+
+class HomedDriveTest : public SimulatedDriveTest {
+ protected:
+  void SetUp() override { home(&drive); }
+
+  SimulatedDrive drive{exact_drive(), &clock_, &faults_};
 };
 
 TEST_F(SimulatedDriveTest, HomingMakesTheSwitchZero) {
@@ -58,9 +70,7 @@ TEST_F(SimulatedDriveTest, HomingFromBelowTheSwitchLeavesItFirst) {
   EXPECT_NEAR(drive.truth().carriage_mm, 0.0, 1e-9);
 }
 
-TEST_F(SimulatedDriveTest, FollowsTheMotionProfile) {
-  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
-  home(&drive);
+TEST_F(HomedDriveTest, FollowsTheMotionProfile) {
   ASSERT_TRUE(drive.move_to(400.0, kDriveBounds));
   pass(500.0);
   EXPECT_NEAR(drive.state().feedback_mm, 25.0, 1e-6);
@@ -86,13 +96,9 @@ TEST_F(SimulatedDriveTest, SpeedIsLimitedToTheDrivesMaximum) {
 }
 
 // A reversal between two readings counts for the visited positions.
-TEST_F(SimulatedDriveTest, ExtremesIncludeUnobservedReversals) {
-  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
-  home(&drive);
-  drive.move_to(1000.0, kDriveBounds);
-  pass(1500.0);  // at 125 mm, 100 mm/s: halts at 150 mm
-  drive.move_to(50.0, kDriveBounds);
-  pass(60000.0);
+TEST_F(HomedDriveTest, ExtremesIncludeUnobservedReversals) {
+  move(&drive, 1000.0, 1500.0);  // at 125 mm, 100 mm/s: halts at 150 mm
+  move(&drive, 50.0, 60000.0);
   const DriveTruth truth = drive.truth();
   EXPECT_NEAR(truth.carriage_mm, 50.0, 1e-9);
   EXPECT_NEAR(truth.visited.high_mm, 150.0, 1e-6);
@@ -108,12 +114,10 @@ TEST_F(SimulatedDriveTest, CarriageLagsTheMotorByTheBacklash) {
   SimulatedDrive drive(settings, &clock_, &faults_);
   home(&drive);
   EXPECT_NEAR(drive.truth().carriage_mm, 0.0, 1e-9);
-  drive.move_to(100.0, kDriveBounds);
-  pass(60000.0);
+  move(&drive, 100.0, 60000.0);
   EXPECT_NEAR(drive.state().feedback_mm, 100.0, 1e-9);
   EXPECT_NEAR(drive.truth().carriage_mm, 99.6, 1e-9);
-  drive.move_to(50.0, kDriveBounds);
-  pass(60000.0);
+  move(&drive, 50.0, 60000.0);
   EXPECT_NEAR(drive.truth().carriage_mm, 50.0, 1e-9);
 }
 
@@ -133,11 +137,8 @@ TEST_F(SimulatedDriveTest, NoiseHasTheGivenDeviationAndIsSeeded) {
   EXPECT_NEAR(std::sqrt(squares / kReadings), 0.05, 0.003);
 }
 
-TEST_F(SimulatedDriveTest, StopDeceleratesAndStays) {
-  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
-  home(&drive);
-  drive.move_to(1000.0, kDriveBounds);
-  pass(2000.0);
+TEST_F(HomedDriveTest, StopDeceleratesAndStays) {
+  move(&drive, 1000.0, 2000.0);
   drive.stop();
   pass(60000.0);
   // 175 mm, then 100^2 / (2 * 2000) of braking.
@@ -145,28 +146,20 @@ TEST_F(SimulatedDriveTest, StopDeceleratesAndStays) {
   EXPECT_FALSE(drive.state().moving);
 }
 
-TEST_F(SimulatedDriveTest, LimitSwitchStopsTheMotorButAllowsReturning) {
-  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
-  home(&drive);
-  drive.move_to(5000.0, kDriveBounds);
-  pass(60000.0);
+TEST_F(HomedDriveTest, LimitSwitchStopsTheMotorButAllowsReturning) {
+  move(&drive, 5000.0, 60000.0);
   EXPECT_EQ(drive.truth().carriage_mm, 2000.0);
   EXPECT_TRUE(drive.state().at_high_limit);
   EXPECT_FALSE(drive.state().moving);
-  drive.move_to(6000.0, kDriveBounds);
-  pass(1000.0);
+  move(&drive, 6000.0, 1000.0);
   EXPECT_EQ(drive.truth().carriage_mm, 2000.0);
-  drive.move_to(1900.0, kDriveBounds);
-  pass(60000.0);
+  move(&drive, 1900.0, 60000.0);
   EXPECT_NEAR(drive.truth().carriage_mm, 1900.0, 1e-9);
   EXPECT_FALSE(drive.state().at_high_limit);
 }
 
-TEST_F(SimulatedDriveTest, StalledMotorIsReportedAsMoving) {
-  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
-  home(&drive);
-  drive.move_to(400.0, kDriveBounds);
-  pass(1000.0);
+TEST_F(HomedDriveTest, StalledMotorIsReportedAsMoving) {
+  move(&drive, 400.0, 1000.0);
   faults_.add({.kind = RigFault::kStall, .for_ms = 3000.0});
   pass(2000.0);
   EXPECT_NEAR(drive.state().feedback_mm, 75.0, 1e-6);
@@ -176,12 +169,9 @@ TEST_F(SimulatedDriveTest, StalledMotorIsReportedAsMoving) {
   EXPECT_FALSE(drive.state().moving);
 }
 
-TEST_F(SimulatedDriveTest, MoveCommandedWhileStalledStartsWhenFreed) {
-  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
-  home(&drive);
+TEST_F(HomedDriveTest, MoveCommandedWhileStalledStartsWhenFreed) {
   faults_.add({.kind = RigFault::kStall});
-  drive.move_to(10.0, kDriveBounds);
-  pass(60000.0);
+  move(&drive, 10.0, 60000.0);
   EXPECT_NEAR(drive.state().feedback_mm, 0.0, 1e-9);
   faults_.clear();
   drive.state();
@@ -189,11 +179,8 @@ TEST_F(SimulatedDriveTest, MoveCommandedWhileStalledStartsWhenFreed) {
   EXPECT_NEAR(drive.state().feedback_mm, 10.0, 1e-9);
 }
 
-TEST_F(SimulatedDriveTest, AlarmHaltsUntilItIsReset) {
-  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
-  home(&drive);
-  drive.move_to(400.0, kDriveBounds);
-  pass(1000.0);
+TEST_F(HomedDriveTest, AlarmHaltsUntilItIsReset) {
+  move(&drive, 400.0, 1000.0);
   faults_.add({.kind = RigFault::kAlarm, .amount = 0x210});
   pass(5000.0);
   const DriveState state = drive.state();
@@ -201,36 +188,27 @@ TEST_F(SimulatedDriveTest, AlarmHaltsUntilItIsReset) {
   EXPECT_EQ(state.alarm_code, 0x210);
   EXPECT_FALSE(state.enabled);
   EXPECT_FALSE(state.moving);
-  drive.move_to(300.0, kDriveBounds);
-  pass(5000.0);
+  move(&drive, 300.0, 5000.0);
   EXPECT_EQ(drive.state().feedback_mm, state.feedback_mm);
   drive.reset_alarm();
   EXPECT_FALSE(drive.state().alarm);
-  drive.move_to(300.0, kDriveBounds);
-  pass(60000.0);
+  move(&drive, 300.0, 60000.0);
   EXPECT_NEAR(drive.state().feedback_mm, 300.0, 1e-9);
 }
 
-TEST_F(SimulatedDriveTest, InjectedLimitStopsAndRefusesItsSideOnly) {
-  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
-  home(&drive);
-  drive.move_to(400.0, kDriveBounds);
-  pass(1000.0);
+TEST_F(HomedDriveTest, InjectedLimitStopsAndRefusesItsSideOnly) {
+  move(&drive, 400.0, 1000.0);
   faults_.add({.kind = RigFault::kHighLimit, .for_ms = 10000.0});
   EXPECT_TRUE(drive.state().at_high_limit);
-  drive.move_to(400.0, kDriveBounds);
-  pass(2000.0);
+  move(&drive, 400.0, 2000.0);
   EXPECT_NEAR(drive.state().feedback_mm, 75.0, 1e-6);
-  drive.move_to(50.0, kDriveBounds);
-  pass(7000.0);
+  move(&drive, 50.0, 7000.0);
   EXPECT_NEAR(drive.state().feedback_mm, 50.0, 1e-9);
   pass(2000.0);
   EXPECT_FALSE(drive.state().at_high_limit);
 }
 
-TEST_F(SimulatedDriveTest, FeedbackFaultsDoNotMoveTheCarriage) {
-  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
-  home(&drive);
+TEST_F(HomedDriveTest, FeedbackFaultsDoNotMoveTheCarriage) {
   faults_.add({.kind = RigFault::kFeedbackJump, .amount = 3.0, .for_ms = 1000.0});
   EXPECT_NEAR(drive.state().feedback_mm, 3.0, 1e-9);
   EXPECT_NEAR(drive.truth().carriage_mm, 0.0, 1e-9);
@@ -243,16 +221,13 @@ TEST_F(SimulatedDriveTest, FeedbackFaultsDoNotMoveTheCarriage) {
   EXPECT_NEAR(drive.state().feedback_mm, 0.0, 1e-9);
 }
 
-TEST_F(SimulatedDriveTest, FaultCanBeDelayed) {
-  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
-  home(&drive);
+TEST_F(HomedDriveTest, FaultCanBeDelayed) {
   // Blocked from 1 s to 2 s into the move, without a reading in between.
   drive.on_move([&](double target_mm) {
     EXPECT_EQ(target_mm, 400.0);
     faults_.add({.kind = RigFault::kStall, .for_ms = 1000.0, .after_ms = 1000.0});
   });
-  drive.move_to(400.0, kDriveBounds);
-  pass(2500.0);
+  move(&drive, 400.0, 2500.0);
   // 75 mm before it, 25 mm in half a second from rest after it.
   EXPECT_NEAR(drive.state().feedback_mm, 100.0, 1e-6);
 }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 #include <filesystem>
+#include <memory>
 #include <string>
 
 #include "capture/base/device_fault.h"
@@ -41,6 +42,7 @@ struct Setup {
 
 class SliderOnRigTest : public ::testing::TestWithParam<Setup> {
  protected:
+  void SetUp() override { carriage_.home(); }
   std::filesystem::path map_file() const {
     if (GetParam().map != kVariants) {
       return std::filesystem::path(RAYWALK_CONFIGS) / "sliders" / GetParam().map;
@@ -80,15 +82,14 @@ class SliderOnRigTest : public ::testing::TestWithParam<Setup> {
   DriveServer server_{
       {1, directory_ / "slider", 0}, read_register_map(map_file()), &drive_, &faults_};
   const SoftLimits limits_{0.0, 1000.0};
+  const std::unique_ptr<Slider> slider_ = make_modbus_slider(slider_config(), &clock_);
+  Carriage carriage_{slider_.get(), &clock_, limits_, rules()};
 };
 
 TEST_P(SliderOnRigTest, HomesAndReachesEveryTarget) {
-  const auto slider = make_modbus_slider(slider_config(), &clock_);
-  Carriage carriage(slider.get(), &clock_, limits_, rules());
-  carriage.home();
   EXPECT_NEAR(drive_.truth().carriage_mm, 0.0, 1e-6);
   for (const double target_mm : {25.0, 90.0, 0.0, 51.24}) {
-    const auto settled = carriage.move_to(limits_.require(target_mm, "test"));
+    const auto settled = carriage_.move_to(limits_.require(target_mm, "test"));
     EXPECT_NEAR(settled.measured_mm, target_mm, 0.05);
     EXPECT_NEAR(drive_.truth().carriage_mm, target_mm, 0.01);
     EXPECT_FALSE(drive_.state().moving);
@@ -96,25 +97,19 @@ TEST_P(SliderOnRigTest, HomesAndReachesEveryTarget) {
 }
 
 TEST_P(SliderOnRigTest, AlarmEndsTheMoveAndCanBeReset) {
-  const auto slider = make_modbus_slider(slider_config(), &clock_);
-  Carriage carriage(slider.get(), &clock_, limits_, rules());
-  carriage.home();
   faults_.add({.kind = RigFault::kAlarm, .amount = 0x21, .after_ms = 500.0});
   try {
-    carriage.move_to(limits_.require(800.0, "test"));
+    carriage_.move_to(limits_.require(800.0, "test"));
     ADD_FAILURE() << "the alarm went unnoticed";
   } catch (const DeviceFault& fault) {
     EXPECT_EQ(fault.kind(), FaultKind::kAlarm) << fault.what();
   }
-  slider->reset_alarm();
-  carriage.move_to(limits_.require(10.0, "test"));
+  slider_->reset_alarm();
+  carriage_.move_to(limits_.require(10.0, "test"));
   EXPECT_NEAR(drive_.truth().carriage_mm, 10.0, 0.01);
 }
 
 TEST_P(SliderOnRigTest, FaultyLinkNeverCausesAWrongPosition) {
-  const auto slider = make_modbus_slider(slider_config(), &clock_);
-  Carriage carriage(slider.get(), &clock_, limits_, rules());
-  carriage.home();
   // The serial line keeps real pauses between frames, which take real time.
   const int moves = GetParam().connection == SliderConnection::kTcp ? 24 : 6;
   for (int i = 0; i < moves; ++i) {
@@ -124,7 +119,7 @@ TEST_P(SliderOnRigTest, FaultyLinkNeverCausesAWrongPosition) {
     faults_.add({.kind = kKinds.at(static_cast<std::size_t>(i) % kKinds.size()),
                  .at_request = static_cast<int>(faults_.exchanges()) + 1 + i % 4});
     const double target_mm = 10.0 * (i % 2 == 0 ? i : moves - 1 - i);
-    const auto settled = carriage.move_to(limits_.require(target_mm, "test"));
+    const auto settled = carriage_.move_to(limits_.require(target_mm, "test"));
     EXPECT_NEAR(settled.measured_mm, target_mm, 0.1);
     EXPECT_NEAR(drive_.truth().carriage_mm, target_mm, 0.01) << i;
   }
@@ -134,12 +129,9 @@ TEST_P(SliderOnRigTest, FaultyLinkNeverCausesAWrongPosition) {
 }
 
 TEST_P(SliderOnRigTest, LinkCutDuringAMoveIsAFaultAndCanReconnect) {
-  const auto slider = make_modbus_slider(slider_config(), &clock_);
-  Carriage carriage(slider.get(), &clock_, limits_, rules());
-  carriage.home();
   faults_.add({.kind = RigFault::kCut, .at_request = static_cast<int>(faults_.exchanges()) + 8});
   try {
-    carriage.move_to(limits_.require(800.0, "test"));
+    carriage_.move_to(limits_.require(800.0, "test"));
     ADD_FAILURE() << "the cut went unnoticed";
   } catch (const DeviceFault& fault) {
     EXPECT_EQ(fault.kind(), FaultKind::kNoContact) << fault.what();
@@ -149,8 +141,8 @@ TEST_P(SliderOnRigTest, LinkCutDuringAMoveIsAFaultAndCanReconnect) {
   for (int i = 0; i < 400 && !std::filesystem::exists(directory_ / "slider"); ++i) {
     SystemClock().sleep(duration_from_ms(5.0));
   }
-  carriage.stop();
-  carriage.move_to(limits_.require(20.0, "test"));
+  carriage_.stop();
+  carriage_.move_to(limits_.require(20.0, "test"));
   EXPECT_NEAR(drive_.truth().carriage_mm, 20.0, 0.01);
 }
 

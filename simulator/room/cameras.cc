@@ -19,6 +19,16 @@ double squared_distance(PixelPosition a, PixelPosition b) {
 
 }  // namespace
 
+void add_jitter(double position_mm, double attitude_deg, HashRandom random, CameraPose* pose) {
+  for (int axis = 0; axis < 3; ++axis) {
+    pose->position_m[axis] += 1e-3 * position_mm * random.normal();
+  }
+  const double spread_rad = radians_from_degrees(attitude_deg);
+  pose->attitude.yaw_rad += spread_rad * random.normal();
+  pose->attitude.pitch_rad += spread_rad * random.normal();
+  pose->attitude.roll_rad += spread_rad * random.normal();
+}
+
 PanoramaRays::PanoramaRays(PanoramaSize size, double eye_radius_m) : size_(size) {
   if (size.height < 1 || size.width != 2 * size.height) {
     throw Error("a panorama of the virtual room must be twice as wide as high");

@@ -7,6 +7,7 @@
 
 #include "core/geometry/fisheye_lens.h"
 #include "core/geometry/sphere.h"
+#include "simulator/room/hash_random.h"
 
 namespace raywalk::simulator {
 
@@ -15,6 +16,9 @@ struct CameraPose {
   Eigen::Vector3d position_m{0, 0, 0};
   Attitude attitude{};
 };
+
+// Adds independent normal errors of these standard deviations along each axis and of each angle.
+void add_jitter(double position_mm, double attitude_deg, HashRandom random, CameraPose* pose);
 
 // Subpixel parts per pixel side; a ray passes through the centre of a part.
 inline constexpr int kPixelParts = 16;

@@ -1,11 +1,11 @@
-#include "simulator/room/mesh_file.h"
-
+// Meshes of Wavefront OBJ files.
 #include <tiny_obj_loader.h>
 
 #include <Eigen/Dense>
 #include <string>
 
 #include "core/base/error.h"
+#include "simulator/room/scene_file.h"
 #include "simulator/room/shapes.h"
 
 namespace raywalk::simulator {

@@ -1,5 +1,4 @@
 // The picture of a virtual room, with adaptive supersampling.
-
 #include <algorithm>
 #include <array>
 #include <cmath>

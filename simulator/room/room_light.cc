@@ -1,5 +1,4 @@
 // The light along rays through a virtual room.
-
 #include <cmath>
 #include <limits>
 #include <utility>

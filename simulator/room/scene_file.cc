@@ -14,7 +14,6 @@
 #include "core/files/settings.h"
 #include "core/files/shipped_configs.h"
 #include "core/geometry/sphere.h"
-#include "simulator/room/mesh_file.h"
 
 namespace raywalk::simulator {
 namespace {

@@ -40,4 +40,9 @@ Scene read_scene(const std::filesystem::path& file);
 Scene parse_scene(const std::string& yaml, const std::string& source,
                   const std::filesystem::path& folder = {});
 
+// The triangles of a Wavefront OBJ file in its own frame and unit, with its materials: colour and
+// picture of the diffuse reflectance (Kd, map_Kd). y is up; the normals of its vertices, where it
+// has them, shade curved surfaces. Throws Error naming the file if it or a picture cannot be read.
+Facets read_mesh(const std::filesystem::path& file);
+
 }  // namespace raywalk::simulator

@@ -51,17 +51,6 @@ PlannedLine planned_line(const GridSettings& grid, LineAxis axis, int number) {
   return line;
 }
 
-CameraPose jittered(const CameraPose& nominal, const PoseSettings& jitter, HashRandom random) {
-  const double position_m = jitter.position_jitter_mm * 1e-3;
-  const double angle_rad = radians_from_degrees(jitter.attitude_jitter_deg);
-  CameraPose pose = nominal;
-  for (int axis = 0; axis < 3; ++axis) pose.position_m[axis] += position_m * random.normal();
-  pose.attitude.yaw_rad += angle_rad * random.normal();
-  pose.attitude.pitch_rad += angle_rad * random.normal();
-  pose.attitude.roll_rad += angle_rad * random.normal();
-  return pose;
-}
-
 }  // namespace
 
 std::vector<PlannedLine> plan_lines(const GridSettings& grid) {
@@ -87,7 +76,9 @@ std::vector<RoomStation> room_stations(const VirtualRoomSettings& settings) {
       station.nominal.position_m = line.position_m(line.along_m[i]);
       station.gain = std::clamp(1.0 + settings.sensor.gain_spread * random.normal(), 0.25, 4.0);
       station.noise_key = random.bits();
-      station.true_pose = jittered(station.nominal, settings.pose, random.branch(0));
+      station.true_pose = station.nominal;
+      add_jitter(settings.pose.position_jitter_mm, settings.pose.attitude_jitter_deg,
+                 random.branch(0), &station.true_pose);
       stations.push_back(station);
     }
   }
