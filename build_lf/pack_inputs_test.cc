@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "build_lf/pack_room.h"
 #include "build_lf/test_capture.h"
@@ -52,6 +54,19 @@ class PackInputsTest : public ::testing::Test {
 
 // 28 panoramas of 64 x 32 pixels of 3 bytes.
 constexpr std::uint64_t kRoomBytes = std::uint64_t{28} * 64 * 32 * 3;
+
+TEST_F(PackInputsTest, AFrameThatIsNoPanoramaIsNamed) {
+  for (int frame = 0; frame < TestCapture::kStations; ++frame) {
+    capture_.write_frame(frame, {256, 128});
+  }
+  cv::Mat fisheyes(128, 256, CV_8UC3, cv::Scalar::all(0));
+  for (const int centre : {64, 192}) {
+    cv::circle(fisheyes, {centre, 64}, 62, cv::Scalar(90, 150, 210), cv::FILLED);
+  }
+  cv::imwrite((capture_.list().parent_path() / "back_3.png").string(), fisheyes);
+  EXPECT_THAT(error(), AllOf(HasSubstr("back_3.png"), HasSubstr("two fisheye lenses")));
+  EXPECT_FALSE(fs::exists(capture_.room()));
+}
 
 TEST_F(PackInputsTest, FullDiskIsRefusedBeforeAnythingIsWritten) {
   options_.free_bytes = [](const fs::path&) { return kRoomBytes - 1; };

@@ -10,6 +10,7 @@
 #include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
 #include "core/panorama/panorama_rotation.h"
+#include "core/panorama/picture_look.h"
 #include "core/room/line_volume.h"
 
 namespace raywalk::build_lf {
@@ -95,6 +96,12 @@ StationDistances stored_distances(const DistanceVolume& volume, int map) {
 
 StationRays read_station_rays(const StationSource& source, PanoramaSize size) {
   cv::Mat panorama = read_checked(source.panorama, size, read_panorama);
+  if (look_at_picture(panorama) == PictureKind::kDualFisheye) {
+    throw InputError(fmt::format(
+        "{}: shows the circles of two fisheye lenses, not a panorama; let raywalk-calibrate stitch "
+        "it",
+        source.panorama.string()));
+  }
   if (source.attitude) panorama = rotate_panorama(panorama, world_from_camera(*source.attitude));
   StationRays station;
   station.rays.resize(panorama.total() * panorama.elemSize());
