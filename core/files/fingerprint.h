@@ -18,8 +18,7 @@ namespace raywalk {
 std::string sha256_hex(std::span<const std::byte> bytes);
 std::string sha256_hex(std::string_view text);
 
-// The same of a file's bytes, read in pieces. Throws Error naming the file where it is missing, is
-// not a plain file or cannot be read, and Interrupted.
+// The same of a file's bytes. Throws Error as read_file() does.
 std::string sha256_of_file(const std::filesystem::path& file);
 
 // The same of the pixels' bytes, row by row from the top, all channels, whether or not there are

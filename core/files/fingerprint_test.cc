@@ -26,9 +26,8 @@ TEST(Fingerprint, GivesThePublishedChecksums) {
 
 TEST(Fingerprint, OfAFileIsThatOfItsBytes) {
   const TestDirectory directory;
-  const std::string large(3'000'000, 'x');  // more than is read at once
-  write_file_atomically(directory / "frame.png", large);
-  EXPECT_EQ(sha256_of_file(directory / "frame.png"), sha256_hex(large));
+  write_file_atomically(directory / "frame.png", "abc");
+  EXPECT_EQ(sha256_of_file(directory / "frame.png"), sha256_hex("abc"));
   EXPECT_THROW(sha256_of_file(directory / "nothing.png"), Error);
   EXPECT_THROW(sha256_of_file(directory.path()), Error);
 }

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <ranges>
 #include <stdexcept>
 #include <system_error>
 
@@ -157,9 +156,10 @@ bool TiledRays::evict_unless_used(std::int64_t tile) {
   const auto station = static_cast<int>(tile / layout_.tiles());
   const auto of_station = static_cast<int>(tile % layout_.tiles());
   const auto are_absent = [&](int tile_begin, int tile_end) {
-    return std::ranges::all_of(std::views::iota(tile_begin, tile_end), [&](int other) {
-      return state_of(index_of(station, other)) == State::kAbsent;
-    });
+    for (int other = tile_begin; other < tile_end; ++other) {
+      if (state_of(index_of(station, other)) != State::kAbsent) return false;
+    }
+    return true;
   };
   // Offsets from the station's first ray, which begins a page. A page shared with other tiles goes
   // too if none of them is decoded.
