@@ -35,6 +35,11 @@ double one_exposure_s(const CameraConfig& camera) {
   throw std::logic_error("unknown kind of camera");
 }
 
+// Of a move of `distance_mm` >= 0 from rest to rest.
+double move_s(double distance_mm, const MotionProfile& profile) {
+  return Trapezoid(distance_mm, profile).duration_ms() * kSecondsPerMillisecond;
+}
+
 // The position from which the first station of a line is approached.
 double approach_mm(const CaptureLine& line, const CaptureConfig& config) {
   return std::max(config.slider.low_limit_mm,
@@ -59,10 +64,6 @@ double station_moves_s(const CaptureLine& line, const CaptureConfig& config) {
 }
 
 }  // namespace
-
-double move_s(double distance_mm, const MotionProfile& profile) {
-  return Trapezoid(distance_mm, profile).duration_ms() * kSecondsPerMillisecond;
-}
 
 double picture_s(const CaptureConfig& config) {
   const CameraConfig& camera = config.camera;
