@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include "capture/config/rig_addresses.h"
 #include "core/command_line/command_options.h"
 #include "core/files/shipped_configs.h"
 

@@ -8,6 +8,8 @@
 #include "capture/base/http_url.h"
 #include "capture/config/capture_schema.h"
 #include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/json.h"
 #include "core/files/shipped_configs.h"
 
 namespace raywalk::capture {
@@ -170,6 +172,17 @@ void require_camera(const CaptureConfig& config) {
   }
 }
 
+constexpr std::size_t kMaxAddressBytes = 1 << 16;
+
+CheckedJson read_addresses(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) {
+    throw UsageError(file.parent_path().string() +
+                     ": no simulated rig runs there; start one with raywalk-simulate rig");
+  }
+  return CheckedJson::parse(read_file(file, kMaxAddressBytes), file.string(),
+                            "start the simulated rig again");
+}
+
 }  // namespace
 
 CaptureConfig read_capture_config(const std::filesystem::path& file) {
@@ -187,6 +200,23 @@ CaptureConfig read_capture_config(const std::filesystem::path& file) {
   require_camera(config);
   if (!config.run.place_url.empty()) require_url(config, "run.place_url", config.run.place_url);
   return config;
+}
+
+void use_rig_addresses(CaptureConfig* config, const std::filesystem::path& directory) {
+  if (config->camera.kind != CameraKind::kOsc) {
+    refuse_setting(*config, "camera.kind", "the simulated rig's camera is 'osc'");
+  }
+  try {
+    const CheckedJson rig = read_addresses(directory / "rig.json");
+    config->slider.device = rig.at("slider").text();
+    config->slider.rs485 = false;
+    config->slider.host = "127.0.0.1";
+    config->slider.port = rig.at("modbus_port").integer(1, 65535);
+    config->camera.osc.url = rig.at("camera_url").text();
+    config->run.place_url = config->camera.osc.url + "/rig/place";
+  } catch (const Error& error) {
+    throw UsageError(error.what());
+  }
 }
 
 void refuse_setting(const CaptureConfig& config, std::string_view key, const std::string& what) {

@@ -86,6 +86,11 @@ struct CaptureConfig {
 // missing register map.
 CaptureConfig read_capture_config(const std::filesystem::path& file);
 
+// To rehearse a session as planned: replaces the addresses of slider, camera and rail placement by
+// those of the rig that runs in `directory` (raywalk-simulate rig). Throws UsageError: no rig runs
+// there, its rig.json cannot be read, or the configured camera is not of kind osc.
+void use_rig_addresses(CaptureConfig* config, const std::filesystem::path& directory);
+
 // Throws UsageError "<file>:<line>: '<key>' <what>" for a value of the configuration; without the
 // line if the file does not set it.
 [[noreturn]] void refuse_setting(const CaptureConfig& config, std::string_view key,

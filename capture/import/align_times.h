@@ -39,13 +39,12 @@ struct AlignmentResult {
 // `slots` and `pictures_s` are in ascending order, in seconds since any epoch of the respective
 // clock. `resolution_s` (> 0) is the step of the pictures' clock.
 //
-// For a given offset and drift, dynamic programming finds the order-preserving assignment that
-// matches the most slots and, among those, has the least squared residuals. Offsets are proposed by
-// voting: every pair (slot, picture) votes for its difference. Proposals that lead to different
-// assignments compete. An assignment with n unmatched rules out another that leaves at least
-// n + min(n/2, 2) + 2 unmatched and does not fit clearly better, and one that leaves n or more
-// unmatched with twice the residual. If the first or last picture of an evenly timed sequence is
-// missing, two assignments fit equally well and `rival` is set.
+// Offsets are proposed by voting: every pair (slot, picture) votes for its difference. For each
+// proposal, slots take the nearest picture in order, and offset and drift are fitted to these in
+// turn. Proposals that lead to different assignments compete. An assignment with n unmatched rules
+// out another that leaves at least n + min(n/2, 2) + 2 unmatched and does not fit clearly better,
+// and one that leaves n or more unmatched with twice the residual. If the first or last picture of
+// an evenly timed sequence is missing, two assignments fit equally well and `rival` is set.
 AlignmentResult align_times(std::span<const ShotSlot> slots, std::span<const double> pictures_s,
                             double resolution_s);
 

@@ -14,122 +14,18 @@ using testing::Optional;
 
 constexpr double kSecondsOfExif_s = 1.0;
 
-// Slots every `interval_s`, `per_line` of them, then a pause while the rail is moved.
-std::vector<ShotSlot> regular_slots(int lines, int per_line, double interval_s) {
-  std::vector<ShotSlot> slots;
-  double now_s = 1.7e9;
-  for (int line = 0; line < lines; ++line) {
-    for (int i = 0; i < per_line; ++i) {
-      slots.push_back({now_s, now_s});
-      now_s += interval_s;
-    }
-    now_s += 97.0 + 13.0 * line;
-  }
-  return slots;
-}
-
-std::vector<double> pictures_of(const std::vector<ShotSlot>& slots, double offset_s) {
-  std::vector<double> pictures_s;
-  for (const ShotSlot& slot : slots) {
-    pictures_s.push_back(std::floor(slot.from_s + offset_s));
-  }
-  return pictures_s;
-}
-
-void expect_in_order(const TimeAlignment& alignment, std::size_t from, std::size_t to,
-                     std::size_t first_picture) {
-  for (std::size_t slot = from; slot < to; ++slot) {
-    EXPECT_THAT(alignment.picture_of_slot[slot], Optional(first_picture + slot - from))
-        << "slot " << slot;
-  }
-}
-
-TEST(AlignTimes, EqualListsMatchInOrderWhateverTheOffset) {
-  const auto slots = regular_slots(1, 60, 4.7);
-  for (const double offset_s : {0.0, -3.3e7, 7200.25, 12345.678}) {
-    const auto result = align_times(slots, pictures_of(slots, offset_s), kSecondsOfExif_s);
-    EXPECT_FALSE(result.rival);
-    EXPECT_EQ(result.best.matched, 60U);
-    expect_in_order(result.best, 0, 60, 0);
-    EXPECT_NEAR(result.best.offset_s, offset_s - 0.5, 0.5);  // floor takes half a second on average
-  }
-}
-
-TEST(AlignTimes, APictureMissingInTheMiddleOfARegularLineIsFound) {
-  const auto slots = regular_slots(1, 60, 4.7);
-  auto pictures_s = pictures_of(slots, 3600.3);
-  pictures_s.erase(pictures_s.begin() + 31);
-  const auto result = align_times(slots, pictures_s, kSecondsOfExif_s);
-  EXPECT_FALSE(result.rival);
-  EXPECT_EQ(result.best.matched, 59U);
-  EXPECT_FALSE(result.best.picture_of_slot[31]);
-  expect_in_order(result.best, 0, 31, 0);
-  expect_in_order(result.best, 32, 60, 31);
-}
-
-TEST(AlignTimes, AMissingEndOfOneRegularLineIsAmbiguous) {
-  const auto slots = regular_slots(1, 60, 5.0);
-  auto pictures_s = pictures_of(slots, 3600.3);
-  pictures_s.pop_back();
-  const auto result = align_times(slots, pictures_s, kSecondsOfExif_s);
-  ASSERT_TRUE(result.rival);
-  EXPECT_NEAR(std::abs(result.rival->offset_s - result.best.offset_s), 5.0, 0.5);
-}
-
 TEST(AlignTimes, ThePauseBetweenTwoLinesResolvesWhichEndIsMissing) {
-  const auto slots = regular_slots(2, 30, 5.0);
-  auto pictures_s = pictures_of(slots, 3600.3);
-  pictures_s.pop_back();
+  std::vector<ShotSlot> slots;
+  std::vector<double> pictures_s;
+  for (int i = 0; i < 60; ++i) {
+    const double at_s = 1.7e9 + 5.0 * i + (i < 30 ? 0.0 : 97.0);
+    slots.push_back({at_s, at_s});
+    if (i < 59) pictures_s.push_back(std::floor(at_s + 3600.3));
+  }
   const auto result = align_times(slots, pictures_s, kSecondsOfExif_s);
   EXPECT_FALSE(result.rival);
   EXPECT_FALSE(result.best.picture_of_slot[59]);
-  expect_in_order(result.best, 0, 59, 0);
-}
-
-TEST(AlignTimes, ASurplusPictureIsLeftUnmatched) {
-  const auto slots = regular_slots(2, 30, 5.0);
-  auto pictures_s = pictures_of(slots, -86400.0);
-  pictures_s.insert(pictures_s.begin() + 12, pictures_s[12] - 2.0);
-  pictures_s.insert(pictures_s.begin(), pictures_s.front() - 1e6);
-  const auto result = align_times(slots, pictures_s, kSecondsOfExif_s);
-  EXPECT_FALSE(result.rival);
-  EXPECT_EQ(result.best.matched, 60U);
-  expect_in_order(result.best, 0, 12, 1);
-  expect_in_order(result.best, 12, 60, 14);
-}
-
-TEST(AlignTimes, ExposuresOfABracketKeepTheirOrder) {
-  std::vector<ShotSlot> slots;
-  std::vector<double> pictures_s;
-  for (int station = 0; station < 20; ++station) {
-    const double start_s = 6.0 * station + (station % 3) * 0.2;
-    for (int exposure = 0; exposure < 3; ++exposure) {
-      slots.push_back({start_s, start_s + 1.2});
-      pictures_s.push_back(std::floor(500.0 + start_s + 0.4 * exposure));
-    }
-  }
-  const auto result = align_times(slots, pictures_s, kSecondsOfExif_s);
-  EXPECT_FALSE(result.rival);
-  expect_in_order(result.best, 0, 60, 0);
-}
-
-TEST(AlignTimes, WithoutPicturesNothingMatches) {
-  const auto slots = regular_slots(1, 3, 5.0);
-  const auto result = align_times(slots, {}, kSecondsOfExif_s);
-  EXPECT_EQ(result.best.matched, 0U);
-  EXPECT_EQ(result.best.picture_of_slot.size(), 3U);
-  EXPECT_EQ(align_times({}, std::vector<double>{1.0}, kSecondsOfExif_s).best.matched, 0U);
-}
-
-TEST(AlignTimes, PicturesOfAnotherDayMatchFew) {
-  const auto slots = regular_slots(3, 30, 5.0);
-  std::mt19937 random(7);
-  std::vector<double> pictures_s(90);
-  for (double& time_s : pictures_s) {
-    time_s = std::uniform_real_distribution<double>(0.0, 86400.0)(random);
-  }
-  std::sort(pictures_s.begin(), pictures_s.end());
-  EXPECT_LT(align_times(slots, pictures_s, kSecondsOfExif_s).best.matched, 30U);
+  for (std::size_t i = 0; i < 59; ++i) EXPECT_THAT(result.best.picture_of_slot[i], Optional(i));
 }
 
 // A random session: lines of stations at nearly equal intervals, pauses between them, a camera

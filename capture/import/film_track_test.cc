@@ -38,16 +38,6 @@ TEST_F(FilmTrackTest, FramesComeInOrderWithTheirTimes) {
   EXPECT_EQ(frames, 40U);
 }
 
-TEST_F(FilmTrackTest, MotionGivesMoreActivityThanRest) {
-  const TestPass pass{.start_s = 1.0, .to_mm = 40.0};
-  shoot_test_film(film_, {.length_s = pass.end_s() + 1.0},
-                  [&](double time_s) { return pass.position_mm(time_s); });
-  const FilmTrack track = track_film(film_);
-  const double at_rest = track.frames[10].activity;
-  const double moving = track.frames[25 + 18].activity;
-  EXPECT_GT(moving, 3.0 * at_rest);
-}
-
 TEST_F(FilmTrackTest, ABlurredFrameStandsOutAmongItsNeighbours) {
   shoot_test_film(film_,
                   {.length_s = 3.0, .blurred = [](std::size_t frame) { return frame % 30 == 20; }},

@@ -11,8 +11,8 @@
 #include "capture/import/video_reader.h"
 #include "capture/session/frame_kind.h"
 #include "capture/session/session.h"
+#include "capture/session/session_database.h"
 #include "capture/session/session_reader.h"
-#include "capture/session/session_times.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
@@ -24,16 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostTimes = 8;  // in one line
-
-void require_valid(const FilmImportOptions& options) {
-  if (options.format != "jpg" && options.format != "png") {
-    throw UsageError(
-        fmt::format("frames of a film are written as jpg or png, not {}", options.format));
-  }
-  if (options.jpeg_quality < 1 || options.jpeg_quality > 100) {
-    throw UsageError(fmt::format("JPEG quality {} is not in 1 to 100", options.jpeg_quality));
-  }
-}
+constexpr int kJpegQuality = 95;
 
 // All passes of the selected lines.
 std::vector<Travel> read_travels(SessionReader* reader, const SessionContents& contents,
@@ -147,7 +138,7 @@ void drop_captured(const std::vector<SessionStation>& stations, FilmStations* fi
 Picture encode(const DecodedFrame& frame, const fs::path& film, const FilmImportOptions& options) {
   std::vector<unsigned char> bytes;
   std::vector<int> parameters;
-  if (options.format == "jpg") parameters = {cv::IMWRITE_JPEG_QUALITY, options.jpeg_quality};
+  if (options.format == "jpg") parameters = {cv::IMWRITE_JPEG_QUALITY, kJpegQuality};
   cv::imencode("." + options.format, frame.picture, bytes, parameters);
   Picture picture;
   picture.bytes.assign(bytes.begin(), bytes.end());
@@ -200,7 +191,6 @@ double farthest_mm(const std::vector<StationFrame>& chosen,
 
 FilmImport import_film(const fs::path& session_directory, const fs::path& film,
                        const FilmImportOptions& options, Clock* clock) {
-  require_valid(options);
   const std::unique_ptr<Session> session = Session::open(session_directory, clock);
   SessionReader reader(session_directory);
   const SessionFacts facts = reader.facts();

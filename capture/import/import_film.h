@@ -12,7 +12,6 @@ struct FilmImportOptions {
   std::string line{};          // the filmed line; empty: detect it
   bool allow_missing = false;  // import even if some stations have no frame
   std::string format = "jpg";  // of the frames: "jpg" or "png"
-  int jpeg_quality = 95;       // 1 to 100
 };
 
 struct FilmImport {
@@ -26,8 +25,8 @@ struct FilmImport {
 // position at that time. Stations that have a picture are skipped, so an interrupted import can be
 // resumed. Reads the film twice and does not change it.
 //
-// Throws, with nothing imported: UsageError for invalid options; Error if the session has no
-// journal, the file is not a film or its aspect ratio or size differs from the session's frames,
+// Throws, with nothing imported: UsageError for a line that is not there; Error if the session has
+// no journal, the file is not a film or its aspect ratio or size differs from the session's frames,
 // its clock offset is ambiguous or too uncertain for the spacing, or stations lack frames.
 // Interrupted at any time.
 FilmImport import_film(const std::filesystem::path& session_directory,

@@ -6,8 +6,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "capture/import/test_film.h"
+#include "capture/session/session_database.h"
 #include "capture/session/session_reader.h"
-#include "capture/session/session_times.h"
 #include "capture/session/test_session.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
@@ -171,11 +171,9 @@ TEST_F(ImportFilmTest, AFilmWithAnotherAspectRatioIsRefused) {
   EXPECT_THAT(error_of_import(), AllOf(HasSubstr("160 x 96"), HasSubstr("stitch")));
 }
 
-TEST_F(ImportFilmTest, InvalidOptionsAreRefused) {
+TEST_F(ImportFilmTest, ALineThatIsNotThereIsRefused) {
   film_line();
   EXPECT_THAT(error_of_import({.line = "x7"}), AllOf(HasSubstr("no line x7"), HasSubstr("x0")));
-  EXPECT_THAT(error_of_import({.format = "bmp"}), HasSubstr("bmp"));
-  EXPECT_THAT(error_of_import({.jpeg_quality = 0}), HasSubstr("quality 0"));
 }
 
 }  // namespace

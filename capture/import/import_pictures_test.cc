@@ -74,17 +74,6 @@ class ImportPicturesTest : public testing::Test {
   int next_level_ = 0;
 };
 
-TEST_F(ImportPicturesTest, DamagedPictureIsNamed) {
-  fill_card();
-  const fs::path damaged = card_ / "R_x1_003.JPG";
-  const std::string whole = read_file(damaged);
-  // Without the second half of its data, but with its end marker.
-  write_file_atomically(damaged, whole.substr(0, whole.size() - 60) + "\xFF\xD9");
-  EXPECT_THAT(error_of_import(), AllOf(HasSubstr("R_x1_003.JPG"), HasSubstr("damaged")));
-  write_file_atomically(damaged, whole);
-  EXPECT_NO_THROW(import());
-}
-
 TEST_F(ImportPicturesTest, EveryStationGetsItsOwnPictureWithItsChecksum) {
   fill_card();
   const PictureImport result = import();

@@ -132,11 +132,5 @@ TEST_F(PictureTimesTest, OffsetsFromUtcAreKeptOnlyWhereEveryPictureHasOne) {
   EXPECT_EQ(all_utc[0].source, PictureTimeSource::kExifUtc);
 }
 
-TEST_F(PictureTimesTest, AMissingFileIsNamed) {
-  const std::vector<std::filesystem::path> files{directory_ / "gone.jpg"};
-  EXPECT_THAT([&] { picture_times(files); },
-              testing::ThrowsMessage<Error>(testing::HasSubstr("gone.jpg")));
-}
-
 }  // namespace
 }  // namespace raywalk::capture

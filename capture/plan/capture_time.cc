@@ -4,7 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 
-
 namespace raywalk::capture {
 namespace {
 
@@ -34,6 +33,11 @@ double one_exposure_s(const CameraConfig& camera) {
   throw std::logic_error("unknown kind of camera");
 }
 
+// Of a move of `distance_mm` >= 0 from rest to rest.
+double move_s(double distance_mm, const MotionProfile& profile) {
+  return profile.moving_ms(distance_mm) * kSecondsPerMillisecond;
+}
+
 // The position from which the first station of a line is approached.
 double approach_mm(const CaptureLine& line, const CaptureConfig& config) {
   return std::max(config.slider.low_limit_mm,
@@ -58,10 +62,6 @@ double station_moves_s(const CaptureLine& line, const CaptureConfig& config) {
 }
 
 }  // namespace
-
-double move_s(double distance_mm, const MotionProfile& profile) {
-  return profile.moving_ms(distance_mm) * kSecondsPerMillisecond;
-}
 
 double picture_s(const CaptureConfig& config) {
   const CameraConfig& camera = config.camera;

@@ -5,9 +5,6 @@
 
 namespace raywalk::capture {
 
-// Duration in seconds of a move of `distance_mm` >= 0 from rest to rest.
-double move_s(double distance_mm, const MotionProfile& profile);
-
 // Seconds. Motion includes the moves between stations and to the start of the next placement of the
 // rail, and homing once.
 struct CaptureTime {

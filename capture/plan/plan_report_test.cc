@@ -186,5 +186,105 @@ TEST(PlanReport, JsonHoldsTheSameWithNullForTheUnknown) {
   EXPECT_TRUE(report_on(one_cell_config())["storage"]["picture_mb"].is_null());
 }
 
+TEST(CaptureTime, AddsUpSliderAndCamera) {
+  CaptureConfig config = one_cell_config();
+  config.grid.overhang_mm = 0.0;
+  config.run.picture_s = 2.0;
+  config.run.approach_mm = 0.0;
+  config.slider.motion.settle_ms = 500.0;
+  const CaptureTime time = estimate_time(plan_capture(config), config);
+  // Homing over 2000 mm; per line 20 steps of 50 mm at 1 s, and the return for three of four.
+  EXPECT_NEAR(time.motion_s, 20.5 + 4 * 20.0 + 3 * 10.5, 1e-6);
+  EXPECT_NEAR(time.settling_s, 4 * 22 * 0.5, 1e-9);
+  EXPECT_NEAR(time.pictures_s, 84 * 2.0, 1e-9);
+  EXPECT_NEAR(time.placing_s, 4 * 300.0, 1e-9);
+  EXPECT_NEAR(time.total_s(), time.motion_s + 44.0 + 168.0 + 1200.0, 1e-9);
+}
+
+TEST(CaptureTime, AFilmPassesWithoutAStop) {
+  CaptureConfig config = one_cell_config();
+  config.grid.overhang_mm = 0.0;
+  config.run.mode = CaptureMode::kVideo;
+  config.run.video_speed_mm_s = 20.0;
+  config.run.approach_mm = 0.0;
+  const CaptureTime time = estimate_time(plan_capture(config), config);
+  EXPECT_NEAR(time.motion_s, 20.5 + 4 * (50.0 + 0.1) + 3 * 10.5, 1e-6);
+  EXPECT_EQ(time.pictures_s, 0.0);
+}
+
+TEST(PictureTime, FollowsTheCamera) {
+  CaptureConfig config = one_cell_config();
+  const double one_s = picture_s(config);
+  config.camera.exposure.bracket_ev = {0.0, -2.0, 2.0};
+  EXPECT_NEAR(picture_s(config), 3.0 * one_s, 1e-12);
+  config.run.picture_s = 4.0;
+  EXPECT_NEAR(picture_s(config), 12.0, 1e-12);
+
+  CaptureConfig gpio = one_cell_config();
+  gpio.camera.kind = CameraKind::kGpio;
+  EXPECT_NEAR(picture_s(gpio), 2.4, 1e-12);  // 300 + 100 + 2000 ms
+  gpio.camera.exposure.bracket_ev = {0.0, -2.0};
+  EXPECT_NEAR(picture_s(gpio), 4.8, 1e-12);
+  gpio.camera.trigger.press_per_exposure = false;
+  EXPECT_NEAR(picture_s(gpio), 2.4, 1e-12);
+  gpio.camera.trigger.busy_line = 5;
+  EXPECT_LT(picture_s(gpio), 2.4);
+
+  CaptureConfig video = one_cell_config();
+  video.camera.kind = CameraKind::kV4l2;
+  EXPECT_NEAR(picture_s(video), 0.08, 1e-12);
+}
+
+nlohmann::ordered_json work_of(const CaptureConfig& config, const CaptureTime& time,
+                               std::size_t pictures) {
+  return field_work(plan_capture(config), config, time, pictures, 8.0);
+}
+
+TEST(FieldWork, DaysAfterTheFirstBeginWithHomingAndPlacing) {
+  CaptureConfig config = one_cell_config();  // homing takes 20.5 s
+  config.run.placing_s = 3579.5;             // so that both take an hour
+  config.run.work_h_per_day = 5.0;
+  const auto days = [&](double hours) {
+    return work_of(config, {.pictures_s = 3600.0 * hours}, 100)["days"];
+  };
+  EXPECT_EQ(days(5.0), 1);
+  EXPECT_EQ(days(5.1), 2);
+  EXPECT_EQ(days(9.0), 2);
+  EXPECT_EQ(days(9.1), 3);
+  config.run.work_h_per_day = 1.0;  // no second day gets anywhere
+  EXPECT_EQ(days(1.0), 1);
+  EXPECT_TRUE(days(1.1).is_null());
+  config.run.work_h_per_day = 0.0;
+  EXPECT_TRUE(days(1.0).is_null());
+}
+
+TEST(FieldWork, CardsAndChargesFollowFromTheSettingsOfTheCamera) {
+  CaptureConfig config = one_cell_config();
+  config.camera.card_gb = 64.0;
+  config.camera.battery_pictures = 300;
+  config.run.work_h_per_day = 8.0;
+  config.run.battery_change_s = 60.0;
+  const CaptureTime time{.pictures_s = 100.0 * 3600.0};
+  const nlohmann::ordered_json work = work_of(config, time, 36700);
+  EXPECT_EQ(work["pictures_per_card"], 8000);
+  EXPECT_EQ(work["cards"], 5);
+  EXPECT_EQ(work["battery_charges"], 123);
+  EXPECT_EQ(work["battery_changes_s"], 122 * 60.0);
+  EXPECT_EQ(work["days"], 13);  // 102.03 h: 8 h, then 12 days less 320.5 s each
+  EXPECT_EQ(work["battery_charges_per_day"], 10);
+
+  config.camera.battery_min = 30.0;  // ends before 300 pictures
+  EXPECT_EQ(work_of(config, time, 36700)["battery_charges"], 200);
+  config.camera.kind = CameraKind::kV4l2;
+  EXPECT_TRUE(work_of(config, time, 36700)["cards"].is_null());
+}
+
+TEST(FieldWork, WhatTheConfigurationDoesNotSayIsUnknown) {
+  const nlohmann::ordered_json work = work_of(one_cell_config(), {.pictures_s = 1.0}, 10);
+  for (const char* key : {"days", "cards", "pictures_per_card", "battery_charges"}) {
+    EXPECT_TRUE(work[key].is_null()) << key;
+  }
+}
+
 }  // namespace
 }  // namespace raywalk::capture

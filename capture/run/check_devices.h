@@ -1,15 +1,29 @@
-// `raywalk-capture check`: contacts every device of a configuration without moving anything.
+// Opens the devices of a configuration. `raywalk-capture check` contacts every one without moving
+// anything.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "capture/base/clock.h"
+#include "capture/camera/camera.h"
 #include "capture/config/capture_config.h"
-#include "capture/plan/capture_plan.h"
+#include "capture/slider/slider.h"
+#include "capture/slider/slider_config.h"
+#include "capture/slider/soft_limits.h"
 
 namespace raywalk::capture {
+
+// Throw DeviceFault if the device does not answer or is not the configured one, and UsageError for
+// an invalid configuration. The clock must outlive the device.
+std::unique_ptr<Slider> open_slider(const SliderConfig& config, Clock* clock);
+std::unique_ptr<Camera> open_camera(const CameraConfig& config, Clock* clock);
+
+// The soft limits of a configuration. Throws UsageError as SoftLimits does.
+SoftLimits limits_of(const SliderConfig& config);
 
 struct DeviceCheck {
   std::string device;  // "slider", "camera", "disk"

@@ -8,7 +8,6 @@
 #include "capture/run/capture_sequence.h"
 #include "capture/run/check_devices.h"
 #include "capture/run/film_lines.h"
-#include "capture/run/open_devices.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/interrupt.h"

@@ -16,7 +16,6 @@
 #include "capture/session/frame_files.h"
 #include "capture/session/session_database.h"
 #include "capture/session/session_reader.h"
-#include "capture/session/session_times.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/interrupt.h"

@@ -12,7 +12,6 @@
 #include "capture/session/frame_files.h"
 #include "capture/session/session_database.h"
 #include "capture/session/session_reader.h"
-#include "capture/session/session_times.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"

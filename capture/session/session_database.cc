@@ -1,12 +1,12 @@
 #include "capture/session/session_database.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
 
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "capture/session/session_times.h"
 #include "core/base/error.h"
 #include "core/session/session_schema.h"
 
@@ -60,6 +60,20 @@ void write_plan(SqliteConnection* connection, const CapturePlan& plan) {
 }
 
 }  // namespace
+
+std::int64_t utc_us_from(WallTime time) {
+  return std::chrono::floor<std::chrono::microseconds>(time.time_since_epoch()).count();
+}
+
+WallTime wall_time_from(std::int64_t utc_us) {
+  return WallTime{
+      std::chrono::duration_cast<WallTime::duration>(std::chrono::microseconds(utc_us))};
+}
+
+std::string utc_text(std::int64_t utc_us) {
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(wall_time_from(utc_us));
+  return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC", fmt::gmtime(seconds));
+}
 
 SqliteConnection open_session_to_write(const fs::path& directory) {
   SqliteConnection connection(session_database_path(directory), SqliteAccess::kReadWrite);

@@ -1,6 +1,7 @@
 // Opening session.db for the process that captures, and writing what it starts with.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -17,6 +18,13 @@ namespace raywalk::capture {
 // enforced. Creates a missing file, without tables. Throws Error: damaged, not a session, of a
 // newer version, read-only, on a file system without WAL.
 SqliteConnection open_session_to_write(const std::filesystem::path& directory);
+
+// Times of session.db: whole microseconds since 1970-01-01 00:00 UTC.
+std::int64_t utc_us_from(WallTime time);
+WallTime wall_time_from(std::int64_t utc_us);
+
+// "2026-01-31 13:05:09 UTC".
+std::string utc_text(std::int64_t utc_us);
 
 // Facts of the whole session.
 struct SessionFacts {

@@ -3,7 +3,7 @@
 #include <array>
 #include <utility>
 
-#include "capture/session/session_times.h"
+#include "capture/session/session_database.h"
 #include "core/files/json.h"
 #include "core/session/session_file.h"
 

@@ -27,17 +27,6 @@ TEST_F(SessionReaderTest, SeesWhatARunCommitsWhileItRuns) {
   EXPECT_FALSE(reader.contents().stations[2].shot);
 }
 
-TEST_F(SessionReaderTest, ListsStationsInTheOrderOfThePlan) {
-  capture_.open();
-  SessionReader reader(capture_.directory);
-  const SessionContents contents = reader.contents();
-  ASSERT_EQ(contents.stations.size(), 15U);
-  EXPECT_EQ(contents.stations.front().name, "x0_000");
-  EXPECT_EQ(contents.line_of(contents.stations.front()).id, "x0");
-  EXPECT_EQ(contents.stations.front().planned_mm, kTestFirst_mm);
-  EXPECT_EQ(contents.stations.back().name, "v0_002");
-}
-
 TEST_F(SessionReaderTest, ReadsThePlanAsWritten) {
   capture_.open();
   const CapturePlan plan = plan_of(SessionReader(capture_.directory).contents());

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "capture/session/session_times.h"
+#include "capture/session/session_database.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/median.h"

@@ -8,7 +8,6 @@
 
 #include "capture/session/session_database.h"
 #include "capture/session/session_reader.h"
-#include "capture/session/session_times.h"
 #include "capture/session/session_verify.h"
 #include "capture/session/test_session.h"
 #include "core/files/atomic_output.h"
@@ -38,15 +37,6 @@ class SessionTest : public testing::Test {
   TestCapture capture_{.directory = directory_ / "session", .plan = short_plan()};
 };
 
-TEST_F(SessionTest, RemembersWhatWasCapturedWhenItIsOpenedAgain) {
-  capture_.capture_missing(capture_.open().get(), 2);
-  const std::unique_ptr<Session> again = capture_.open();
-  EXPECT_TRUE(again->is_captured("x0_000"));
-  EXPECT_TRUE(again->is_captured("x0_001"));
-  EXPECT_FALSE(again->is_captured("x0_002"));
-  EXPECT_EQ(again->frame_size(), (PanoramaSize{64, 32}));
-}
-
 TEST_F(SessionTest, KeepsEveryNumberOfAStation) {
   capture_.off_mm = 0.25;
   capture_.capture_missing(capture_.open().get(), 1);
@@ -69,17 +59,6 @@ TEST_F(SessionTest, KeepsEveryNumberOfAStation) {
   EXPECT_EQ(row.real(9), 6.5);
   EXPECT_EQ(row.integer(10), kStart_us);
   EXPECT_EQ(row.integer(11), kStart_us + 2500000);
-}
-
-TEST_F(SessionTest, StoresTheFrameAsItsRowSays) {
-  capture_.capture_missing(capture_.open().get(), 1);
-  EXPECT_EQ(read_file(capture_.directory / "frames/x0_000.jpg"), test_picture("x0_000 0").bytes);
-  SessionReader reader(capture_.directory);
-  const std::vector<SessionFrame> frames = reader.contents().frames;
-  ASSERT_EQ(frames.size(), 1U);
-  EXPECT_EQ(frames[0].file, "frames/x0_000.jpg");
-  EXPECT_EQ(frames[0].bytes, static_cast<std::int64_t>(test_picture("x0_000 0").bytes.size()));
-  EXPECT_TRUE(verify_session(&reader).is_whole());
 }
 
 TEST_F(SessionTest, DistinguishesFramesOfABracketAndOfTwoLenses) {
@@ -219,13 +198,6 @@ TEST_F(SessionTest, RefusesAnotherKindOfFrames) {
   EXPECT_THAT(error_of_opening(), HasSubstr(R"(bracket_ev is "[0.0]" there, "[0.0,-2.0]" here)"));
 }
 
-TEST_F(SessionTest, RefusesANewerVersion) {
-  capture_.open();
-  SqliteConnection(session_database_path(capture_.directory), SqliteAccess::kReadWrite)
-      .execute("PRAGMA user_version = 99");
-  EXPECT_THAT(error_of_opening(), HasSubstr("newer"));
-}
-
 TEST_F(SessionTest, RefusesASecondWriter) {
   const std::unique_ptr<Session> first = capture_.open();
   EXPECT_THAT(error_of_opening(),
@@ -278,15 +250,6 @@ TEST_F(SessionTest, RefusesAClockThatWasSetBack) {
               AllOf(HasSubstr("2025-12-31 00:00:02 UTC"), HasSubstr("2026-01-01 00:00:02 UTC"),
                     HasSubstr("set the clock")));
   EXPECT_EQ(count("attempt"), 1);
-}
-
-TEST_F(SessionTest, RefusesAClockThatWasSetBackBetweenTwoRuns) {
-  capture_.capture_missing(capture_.open().get(), 1);
-  capture_.clock.shift_wall(std::chrono::hours(-1));
-  const std::unique_ptr<Session> session = capture_.open();
-  EXPECT_THROW(session->begin_attempt("x0_001", 300.0), Error);
-  capture_.clock.shift_wall(std::chrono::hours(1));
-  EXPECT_NO_THROW(session->begin_attempt("x0_001", 300.0));
 }
 
 TEST_F(SessionTest, AcceptsTheCorrectionOfATimeServer) {
