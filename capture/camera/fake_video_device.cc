@@ -148,15 +148,8 @@ int FakeVideoDevice::exposure_now() const {
 }
 
 void FakeVideoDevice::start(int buffers) {
-  stop();
   free_buffers_ = buffers;
   next_exposed_ = clock_->now() + period_;
-}
-
-void FakeVideoDevice::stop() {
-  free_buffers_ = 0;
-  lends_ = false;
-  queued_.clear();
 }
 
 std::optional<VideoFrame> FakeVideoDevice::next_frame(Duration timeout) {
@@ -215,8 +208,7 @@ std::string FakeVideoDevice::encoded(const cv::Mat& picture) const {
   if (format_.pixels == "YUYV") return yuyv_from_bgr(picture, format_);
   std::vector<unsigned char> bytes;
   cv::imencode(".jpg", picture, bytes, {cv::IMWRITE_JPEG_QUALITY, 95});
-  const std::string file(bytes.begin(), bytes.end());
-  return settings_.huffman_tables ? file : without_huffman_tables(file);
+  return without_huffman_tables({bytes.begin(), bytes.end()});
 }
 
 }  // namespace raywalk::capture

@@ -21,7 +21,6 @@ struct FakeVideoSettings {
   std::string pixels{};  // "MJPG", "YUYV": any other format snaps to it; empty: it has all
   double frames_per_second = 25.0;
   int line_padding_bytes = 0;    // of YUYV
-  bool huffman_tables = false;   // in MJPG frames
   bool monotonic_stamps = true;  // else of a clock that the host does not know
 
   bool controls = true;           // exposure, gain and white balance
@@ -56,7 +55,6 @@ class FakeVideoDevice final : public VideoDevice {
   int control(VideoControl control) override;
   bool set_control(VideoControl control, int value) override;
   void start(int buffers) override;
-  void stop() override;
   std::optional<VideoFrame> next_frame(Duration timeout) override;
 
  private:

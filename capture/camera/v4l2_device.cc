@@ -180,7 +180,6 @@ class V4l2Device final : public VideoDevice {
   }
 
   void start(int buffers) override {
-    stop();
     v4l2_requestbuffers request{};
     request.count = static_cast<__u32>(buffers);
     request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -196,14 +195,6 @@ class V4l2Device final : public VideoDevice {
     v4l2_buf_type type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
     if (call(VIDIOC_STREAMON, &type) != 0) throw fault("start to stream");
     is_streaming_ = true;
-  }
-
-  void stop() override {
-    v4l2_buf_type type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    if (is_streaming_ && call(VIDIOC_STREAMOFF, &type) != 0) throw fault("stop streaming");
-    is_streaming_ = false;
-    lent_.reset();
-    buffers_.clear();
   }
 
   std::optional<VideoFrame> next_frame(Duration timeout) override {

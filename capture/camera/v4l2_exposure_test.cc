@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "capture/base/device_fault.h"
 #include "capture/base/manual_clock.h"
+#include "capture/base/test_fault.h"
 #include "capture/camera/fake_video_device.h"
 
 namespace raywalk::capture {
@@ -27,14 +27,8 @@ struct ExposureRig {
 };
 
 template <typename Call>
-std::string exposure_fault_of(Call call) {
-  try {
-    call();
-  } catch (const DeviceFault& fault) {
-    EXPECT_EQ(fault.kind(), FaultKind::kExposure);
-    return fault.what();
-  }
-  return "no fault";
+void expect_exposure_fault(const std::string& words, const Call& call) {
+  expect_fault(FaultKind::kExposure, words, call);
 }
 
 TEST(V4l2Exposure, LocksWhatTheCameraMeasured) {
@@ -64,8 +58,8 @@ TEST(V4l2Exposure, ResumedSessionIsSetAgainAndNotMeasured) {
 TEST(V4l2Exposure, ResumingWithAnotherKindOfCameraIsRefused) {
   for (const std::string earlier : {R"({"iso":100})", "nonsense", "[1]"}) {
     ExposureRig rig;
-    EXPECT_THAT(exposure_fault_of([&] { rig.lock({}, earlier); }),
-                HasSubstr("not settings of a V4L2 camera; resume with the camera"));
+    expect_exposure_fault("not settings of a V4L2 camera; resume with the camera",
+                          [&] { rig.lock({}, earlier); });
   }
 }
 
@@ -75,8 +69,7 @@ TEST(V4l2Exposure, CameraWithoutControlsIsLeftAlone) {
   EXPECT_EQ(rig.exposure.confirm(), "");
   ExposureSettings settings;
   settings.shutter_s = 0.02;
-  EXPECT_THAT(exposure_fault_of([&] { rig.lock(settings); }),
-              HasSubstr("has no control for exposure_100us"));
+  expect_exposure_fault("has no control for exposure_100us", [&] { rig.lock(settings); });
 }
 
 TEST(V4l2Exposure, NothingIsLockedIfTheLockIsOff) {
@@ -93,14 +86,14 @@ TEST(V4l2Exposure, NamesUnsupportedSettings) {
   ExposureRig rig;
   ExposureSettings settings;
   settings.shutter_s = 2.0;
-  EXPECT_THAT(exposure_fault_of([&] { rig.lock(settings); }),
-              HasSubstr("takes exposure_100us from 1 to 5000, not 20000"));
+  expect_exposure_fault("takes exposure_100us from 1 to 5000, not 20000",
+                        [&] { rig.lock(settings); });
   settings.shutter_s = 0.0;
   settings.iso = 100;
   EXPECT_THROW(rig.lock(settings), UsageError);
   for (const std::string control : {"exposure_mode", "auto_gain", "gain", "white_balance_k"}) {
     ExposureRig stubborn({.refused_control = control});
-    EXPECT_THAT(exposure_fault_of([&] { stubborn.lock({}); }), HasSubstr("refuses"));
+    expect_exposure_fault("refuses", [&] { stubborn.lock({}); });
   }
 }
 
@@ -122,7 +115,7 @@ TEST(V4l2Exposure, BracketBeyondTheCameraIsRefusedAtTheStart) {
     ExposureRig rig({.sensor_exposure = 200});
     ExposureSettings settings;
     settings.bracket_ev = {0.0, ev};
-    EXPECT_THAT(exposure_fault_of([&] { rig.lock(settings); }), HasSubstr("cannot expose by"));
+    expect_exposure_fault("cannot expose by", [&] { rig.lock(settings); });
   }
 }
 
@@ -130,12 +123,10 @@ TEST(V4l2Exposure, AChangeByAnotherProgramIsAFault) {
   ExposureRig rig;
   rig.lock({});
   rig.device.set_control(VideoControl::kGain, 55);
-  EXPECT_THAT(exposure_fault_of([&] { rig.exposure.confirm(); }),
-              HasSubstr("has gain at 55 and not at the 8"));
+  expect_exposure_fault("has gain at 55 and not at the 8", [&] { rig.exposure.confirm(); });
   rig.device.set_control(VideoControl::kGain, 8);
   rig.device.set_control(VideoControl::kAutoWhiteBalance, 1);
-  EXPECT_THAT(exposure_fault_of([&] { rig.exposure.confirm(); }),
-              HasSubstr("has auto_white_balance at 1"));
+  expect_exposure_fault("has auto_white_balance at 1", [&] { rig.exposure.confirm(); });
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ struct VideoFormat {
   VideoColour colour{};            // of YUYV
 };
 
-// A frame from the driver. `bytes` are valid until the next call of next_frame or stop.
+// A frame from the driver. `bytes` are valid until the next call of next_frame.
 struct VideoFrame {
   std::span<const std::byte> bytes;
   // The driver's timestamp; none if it is not of CLOCK_MONOTONIC. Drivers differ in what it marks:
@@ -93,9 +93,8 @@ class VideoDevice {
   // False if the driver refuses the value. Drivers may round it: read it back.
   virtual bool set_control(VideoControl control, int value) = 0;
 
-  // Starts streaming into at least `buffers` buffers.
+  // Starts streaming, once, into at least `buffers` buffers.
   virtual void start(int buffers) = 0;
-  virtual void stop() = 0;
   // The oldest queued frame, which may have been exposed long ago. None after `timeout`, or earlier
   // if a signal arrives.
   virtual std::optional<VideoFrame> next_frame(Duration timeout) = 0;

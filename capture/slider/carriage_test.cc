@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <optional>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "capture/base/manual_clock.h"
 #include "capture/base/test_fault.h"
@@ -14,8 +17,6 @@
 
 namespace raywalk::capture {
 namespace {
-
-using ::testing::HasSubstr;
 
 const SoftLimits kLimits(0.0, 1000.0);
 
@@ -84,12 +85,33 @@ TEST_F(CarriageTest, AlarmStops) {
   EXPECT_EQ(slider_->moves_commanded(), 1);
 }
 
-TEST_F(CarriageTest, LimitSwitchStops) {
-  use();
-  fail({.kind = RigFault::kHighLimit, .after_ms = 2250.0});
-  expect_fault(FaultKind::kLimitSwitch, "high limit switch");
-  EXPECT_FALSE(slider_->is_moving());
-  EXPECT_LT(slider_->true_position_mm(), 300.0);
+TEST_F(CarriageTest, FaultsDuringAMoveStop) {
+  struct Case {
+    Fault fault;
+    FaultKind kind;
+    std::string words;
+  };
+  for (const Case& each : std::vector<Case>{
+           {{.kind = RigFault::kHighLimit, .after_ms = 2250.0},
+            FaultKind::kLimitSwitch,
+            "high limit switch"},
+           // On the wrong side.
+           {{.kind = RigFault::kLowLimit, .after_ms = 2250.0},
+            FaultKind::kLimitSwitch,
+            "low limit switch"},
+           {{.kind = RigFault::kStall, .after_ms = 2280.0}, FaultKind::kStall, "stalled at 20"},
+           {{.kind = RigFault::kFeedbackDrift, .amount = 1.5, .after_ms = 5400.0},
+            FaultKind::kFollowingError,
+            "off its target 500.000 mm"},
+           {{.kind = RigFault::kFeedbackDrift, .amount = -10000.0, .after_ms = 320.0},
+            FaultKind::kLimitSwitch,
+            "outside the soft limits"}}) {
+    SCOPED_TRACE(each.words);
+    use();
+    fail(each.fault);
+    expect_fault(each.kind, each.words);
+    EXPECT_FALSE(slider_->is_moving());
+  }
 }
 
 TEST_F(CarriageTest, LimitSwitchMayBeLeftButNotRunInto) {
@@ -101,35 +123,11 @@ TEST_F(CarriageTest, LimitSwitchMayBeLeftButNotRunInto) {
   EXPECT_NEAR(go_to(100.0).measured_mm, 100.0, 0.1);
 }
 
-TEST_F(CarriageTest, SwitchOnTheWrongSideStops) {
-  use();
-  fail({.kind = RigFault::kLowLimit, .after_ms = 2250.0});
-  expect_fault(FaultKind::kLimitSwitch, "low limit switch");
-}
-
-TEST_F(CarriageTest, StallInMidMoveStops) {
-  use();
-  fail({.kind = RigFault::kStall, .after_ms = 2280.0});
-  expect_fault(FaultKind::kStall, "stalled at 20");
-}
-
 TEST_F(CarriageTest, IgnoredCommandIsAStall) {
   use();
   slider_->add(LineTrouble::kIgnore);
   expect_fault(FaultKind::kStall, "does not move");
   EXPECT_EQ(slider_->stops_commanded(), 1);
-}
-
-TEST_F(CarriageTest, DriftOffTheTargetNeverSettles) {
-  use();
-  fail({.kind = RigFault::kFeedbackDrift, .amount = 1.5, .after_ms = 5400.0});
-  expect_fault(FaultKind::kFollowingError, "off its target 500.000 mm");
-}
-
-TEST_F(CarriageTest, JumpOfTheFeedbackStops) {
-  use();
-  fail({.kind = RigFault::kFeedbackDrift, .amount = -10000.0, .after_ms = 320.0});
-  expect_fault(FaultKind::kLimitSwitch, "outside the soft limits");
 }
 
 TEST_F(CarriageTest, OneWrongReadingNeitherStopsNorSettles) {
@@ -197,13 +195,8 @@ TEST_F(CarriageTest, RestoredContactEndsInAConfirmedStop) {
   use();
   Returning returning(slider_->driver());
   Carriage carriage(&returning, &clock_, kLimits, rules_);
-  try {
-    carriage.move_to(kLimits.require(500.0, "test"));
-    ADD_FAILURE() << "settled";
-  } catch (const DeviceFault& fault) {
-    EXPECT_EQ(fault.kind(), FaultKind::kNoContact);
-    EXPECT_THAT(fault.what(), HasSubstr("(stopped at "));
-  }
+  raywalk::capture::expect_fault(FaultKind::kNoContact, "(stopped at ",
+                                 [&] { carriage.move_to(kLimits.require(500.0, "test")); });
   EXPECT_FALSE(slider_->is_moving());
 }
 
@@ -277,25 +270,16 @@ TEST_F(CarriageTest, ZeroWithoutMotionIsNoHome) {
 TEST_F(CarriageTest, HomingThatStallsStops) {
   use({.start_mm = 321.0, .homed = false});
   fail({.kind = RigFault::kStall, .after_ms = 1200.0});
-  try {
-    carriage_->home();
-    ADD_FAILURE() << "homed";
-  } catch (const DeviceFault& fault) {
-    EXPECT_EQ(fault.kind(), FaultKind::kStall);
-    EXPECT_THAT(fault.what(), HasSubstr("without having found home"));
-  }
+  raywalk::capture::expect_fault(FaultKind::kStall, "without having found home",
+                                 [&] { carriage_->home(); });
   EXPECT_EQ(slider_->stops_commanded(), 1);
 }
 
 TEST_F(CarriageTest, HomingThatTakesTooLongStops) {
   rules_.homing_timeout_ms = 2000.0;
   use({.start_mm = 900.0, .homed = false});
-  try {
-    carriage_->home();
-    ADD_FAILURE() << "homed";
-  } catch (const DeviceFault& fault) {
-    EXPECT_EQ(fault.kind(), FaultKind::kTimeout);
-  }
+  raywalk::capture::expect_fault(FaultKind::kTimeout, "not home after 2 s",
+                                 [&] { carriage_->home(); });
   EXPECT_FALSE(slider_->is_moving());
 }
 

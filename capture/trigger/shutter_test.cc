@@ -100,9 +100,8 @@ TEST(Shutter, WaitsForACameraThatIsStillBusy) {
 
 TEST(Shutter, CameraThatNeverBecomesBusyTookNoPicture) {
   Rig rig({.camera = FakeGpioCamera::kNeverBusy});
-  const DeviceFault fault = fault_of([&] { rig.shutter.take_picture(); });
-  EXPECT_EQ(fault.kind(), FaultKind::kMissingPicture);
-  EXPECT_THAT(fault.what(), HasSubstr("did not become busy within 2000 ms of the shutter"));
+  expect_fault(FaultKind::kMissingPicture, "did not become busy within 2000 ms of the shutter",
+               [&] { rig.shutter.take_picture(); });
   EXPECT_EQ(rig.clock.now(), at_ms(300 + 2000));
   EXPECT_TRUE(is_let_go(rig.gpio));
 }
@@ -115,21 +114,17 @@ TEST(Shutter, PressAfterAMissedOneTakesItsPicture) {
 
 TEST(Shutter, CameraThatStaysBusyIsAFault) {
   Rig rig({.camera = FakeGpioCamera::kBusyForEver});
-  const DeviceFault after = fault_of([&] { rig.shutter.take_picture(); });
-  EXPECT_EQ(after.kind(), FaultKind::kBusy);
-  EXPECT_THAT(after.what(), HasSubstr("stayed busy for 30000 ms after the shutter"));
-  const DeviceFault before = fault_of([&] { rig.shutter.take_picture(); });
-  EXPECT_EQ(before.kind(), FaultKind::kBusy);
-  EXPECT_THAT(before.what(), HasSubstr("before the shutter"));
+  expect_fault(FaultKind::kBusy, "stayed busy for 30000 ms after the shutter",
+               [&] { rig.shutter.take_picture(); });
+  expect_fault(FaultKind::kBusy, "before the shutter", [&] { rig.shutter.take_picture(); });
   EXPECT_EQ(rig.gpio.presses(), 1) << "pressed although the camera was busy";
   EXPECT_TRUE(is_let_go(rig.gpio));
 }
 
 TEST(Shutter, ChipRemovedDuringAPressIsNoContact) {
   Rig rig({.gone_after_changes = 2});
-  const DeviceFault fault = fault_of([&] { rig.shutter.take_picture(); });
-  EXPECT_EQ(fault.kind(), FaultKind::kNoContact);
-  EXPECT_THAT(fault.what(), HasSubstr("line 1 of /dev/gpiochip-fake no longer answers"));
+  expect_fault(FaultKind::kNoContact, "line 1 of /dev/gpiochip-fake no longer answers",
+               [&] { rig.shutter.take_picture(); });
 }
 
 TEST(Shutter, ToggledFilmIsAPressAtEachEnd) {
@@ -164,14 +159,12 @@ TEST(Shutter, OwnsItsLinesUntilDestroyed) {
 }
 
 TEST(Shutter, NamesTheLineThatCannotBeRequested) {
-  const DeviceFault taken = fault_of([] { Rig rig({.taken_line = 2, .taken_by = "lirc"}); });
-  EXPECT_EQ(taken.kind(), FaultKind::kNoContact);
-  EXPECT_THAT(taken.what(), HasSubstr("line 2 of /dev/gpiochip-fake is in use by 'lirc'"));
+  expect_fault(FaultKind::kNoContact, "line 2 of /dev/gpiochip-fake is in use by 'lirc'",
+               [] { Rig rig({.taken_line = 2, .taken_by = "lirc"}); });
   TriggerConfig config = wired();
   config.focus_line = 8;
-  const DeviceFault outside = fault_of([&] { Rig rig({.lines = 8}, config); });
-  EXPECT_EQ(outside.kind(), FaultKind::kWrongDevice);
-  EXPECT_THAT(outside.what(), HasSubstr("no line 8 of /dev/gpiochip-fake, which has 8 lines"));
+  expect_fault(FaultKind::kWrongDevice, "no line 8 of /dev/gpiochip-fake, which has 8 lines",
+               [&] { Rig rig({.lines = 8}, config); });
 }
 
 TEST(Shutter, SaysWhyTheChipCannotBeOpened) {
