@@ -148,6 +148,7 @@ TEST_P(SliderOnRigTest, LinkCutDuringAMoveIsAFaultAndCanReconnect) {
 
 INSTANTIATE_TEST_SUITE_P(Maps, SliderOnRigTest,
                          ::testing::Values(Setup{"leadshine-pr0.yaml", SliderConnection::kRtu},
+                                           Setup{"oriental-az.yaml", SliderConnection::kRtu},
                                            Setup{"leadshine-pr0.yaml", SliderConnection::kTcp},
                                            Setup{"iai-block.yaml", SliderConnection::kRtu},
                                            Setup{"iai-block.yaml", SliderConnection::kTcp},

@@ -85,6 +85,17 @@ TEST(SensorTest, LightOfEachPixelMultipliesItsGain) {
   EXPECT_THROW(apply_sensor(grey(200), {}, 1.0, 1, light.rowRange(0, 100)), Error);
 }
 
+// Else the same noise in every frame would look like texture of the scene.
+TEST(SensorTest, KeyChoosesTheNoise) {
+  SensorSettings sensor;
+  sensor.noise_levels = 4.0;
+  const cv::Mat first = apply_sensor(grey(90), sensor, 1.0, 1);
+  EXPECT_EQ(cv::norm(first, apply_sensor(grey(90), sensor, 1.0, 1), cv::NORM_INF), 0.0);
+  EXPECT_GT(cv::norm(first, apply_sensor(grey(90), sensor, 1.0, 2), cv::NORM_L2) /
+                std::sqrt(first.total() * 3.0),
+            4.0);
+}
+
 TEST(SensorTest, GainMultipliesLightAndClipsAtWhite) {
   for (const int level : {20, 100, 150}) {
     const double out = statistics_of(apply_sensor(grey(level), {}, 1.5, 1)).mean;
