@@ -158,7 +158,8 @@ ordered_json measured(const TradeSetting& setting, const Trade& trade) {
   std::vector<ordered_json> scores(images.size());
   parallel_for(0, static_cast<int>(images.size()), 1, [&](int begin, int /*end*/) {
     const auto i = static_cast<std::size_t>(begin);
-    scores[i] = scores_of(exposed_as(truths[i], images[i]), truths[i]);
+    const cv::Mat view = exposed_as(truths[i], images[i]);
+    scores[i] = scores_of(view, truths[i], features_of(view, truths[i]));
   });
   for (const auto& [key, value] : scores.front().items()) result[key] = mean_of(scores, key);
   return result;

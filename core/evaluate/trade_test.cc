@@ -147,7 +147,7 @@ TEST_F(TradeTest, ScoresAreThoseOfTheViews) {
     const cv::Mat view = Renderer(room_, options_.presets[2].options).render(at).image;
     TrueView truth;
     truth.image = read_panorama(directory_ / name);
-    scores.push_back(scores_of(view, truth));
+    scores.push_back(scores_of(view, truth, features_of(view, truth)));
   }
   for (const char* key : {"psnr_db", "ws_psnr_db", "ssim", "fsim"}) {
     EXPECT_NEAR(settings[2][key].get<double>(), mean_of(scores, key).get<double>(), 1e-9) << key;

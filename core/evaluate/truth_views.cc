@@ -13,7 +13,6 @@
 
 #include "core/base/error.h"
 #include "core/base/median.h"
-#include "core/evaluate/fsim.h"
 #include "core/evaluate/metrics.h"
 #include "core/files/csv.h"
 #include "core/files/frame_list.h"
@@ -174,12 +173,16 @@ cv::Mat exposed_as(const TrueView& truth, const cv::Mat& view) {
   return exposed;
 }
 
-ordered_json scores_of(const cv::Mat& view, const TrueView& truth) {
-  const cv::Mat completed = truth_completed_by(view, truth);
+FeatureSimilarity features_of(const cv::Mat& view, const TrueView& truth) {
+  return feature_similarity(view, truth_completed_by(view, truth));
+}
+
+ordered_json scores_of(const cv::Mat& view, const TrueView& truth,
+                       const FeatureSimilarity& features) {
   return {{"psnr_db", std::min(kMaxPsnrDb, psnr_db(view, truth.image, truth.mask))},
           {"ws_psnr_db", std::min(kMaxPsnrDb, ws_psnr_db(view, truth.image, truth.mask))},
-          {"ssim", ssim(view, completed)},
-          {"fsim", fsim(view, completed)}};
+          {"ssim", ssim(view, truth_completed_by(view, truth))},
+          {"fsim", fsim(features)}};
 }
 
 cv::Mat truth_completed_by(const cv::Mat& view, const TrueView& truth) {
@@ -189,11 +192,11 @@ cv::Mat truth_completed_by(const cv::Mat& view, const TrueView& truth) {
   return completed;
 }
 
-ordered_json quarter_scores_of(const Grid& grid, const cv::Mat& view, const TrueView& truth) {
+ordered_json quarter_scores_of(const Grid& grid, const cv::Mat& view, const TrueView& truth,
+                               const FeatureSimilarity& features) {
   // Ray-space360's plan without a blend: straight ahead every side is read from its own line.
   const ViewPlan plan(grid, truth.viewpoint, {kHalfPi, 0.0});
   const cv::Mat completed = truth_completed_by(view, truth);
-  const FeatureSimilarity features = feature_similarity(view, completed);
   ordered_json quarters = ordered_json::array();
   for (const Side side : {Side::kFront, Side::kRight, Side::kBack, Side::kLeft}) {
     const double theta_rad = side_normal_rad(side);

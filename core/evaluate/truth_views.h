@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "core/evaluate/fsim.h"
 #include "core/room/room.h"
 
 namespace raywalk {
@@ -57,11 +58,15 @@ TrueView read_view(const ListedTruth& truth);
 std::vector<std::size_t> spread_over_distance(std::span<const ListedTruth> truths,
                                               std::size_t most);
 
+// What FSIM compares, once for all scores of a view. Throws Error as they do.
+FeatureSimilarity features_of(const cv::Mat& view, const TrueView& truth);
+
 // {"psnr_db": over RGB, "ws_psnr_db": the same weighted by solid angle, "ssim", "fsim": on luma};
 // PSNRs are at most kMaxPsnrDb. Masked pixels are ignored: the PSNRs skip them; for SSIM and FSIM,
 // which compare neighbourhoods, the truth there is replaced by the view. Throws Error as the
 // metrics do (sizes differ, not CV_8UC3, nothing but masked pixels).
-nlohmann::ordered_json scores_of(const cv::Mat& view, const TrueView& truth);
+nlohmann::ordered_json scores_of(const cv::Mat& view, const TrueView& truth,
+                                 const FeatureSimilarity& features);
 
 // The view, each colour times one factor that makes it as bright as its truth where that has an
 // exposure of its own; else the view itself. The factor is the median ratio of the levels of
@@ -83,7 +88,7 @@ cv::Mat truth_completed_by(const cv::Mat& view, const TrueView& truth);
 // averaged over the quarter from features of the whole panorama, whose columns wrap around. Images
 // are at least 32 pixels wide.
 nlohmann::ordered_json quarter_scores_of(const Grid& grid, const cv::Mat& view,
-                                         const TrueView& truth);
+                                         const TrueView& truth, const FeatureSimilarity& features);
 
 // The 90 degrees around longitude `theta_rad` of a panorama: a quarter of its columns, rounded
 // down.

@@ -95,7 +95,7 @@ TEST(QuarterScores, EverySideHasItsDistanceAndItsError) {
   cv::Mat view = truth.image.clone();
   cv::Mat to_the_right = view.colRange(44, 50);
   cv::add(to_the_right, cv::Scalar::all(9), to_the_right);
-  const ordered_json scores = quarter_scores_of(grid, view, truth);
+  const ordered_json scores = quarter_scores_of(grid, view, truth, features_of(view, truth));
   ASSERT_EQ(scores.size(), 4U);
   EXPECT_NEAR(scores[0]["line_distance_m"].get<double>(), 0.4, 1e-9);
   EXPECT_NEAR(scores[1]["line_distance_m"].get<double>(), 0.2, 1e-9);
@@ -112,7 +112,8 @@ TEST(QuarterScores, ASingleLineServesTheSideItIsSeenOn) {
   TrueView truth;
   truth.viewpoint = {0.0, -0.25};
   truth.image = numbered_columns(64);
-  const ordered_json scores = quarter_scores_of(grid, truth.image, truth);
+  const ordered_json scores =
+      quarter_scores_of(grid, truth.image, truth, features_of(truth.image, truth));
   ASSERT_EQ(scores.size(), 1U);
   EXPECT_NEAR(scores[0]["line_distance_m"].get<double>(), 0.25, 1e-9);
 }

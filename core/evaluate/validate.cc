@@ -84,7 +84,8 @@ ordered_json measured(const Room& room, const TrueView& truth, const ViewMode& m
   if (truth.height_m && mode.options.method != ViewMethod::kInitial) {
     view["y_m"] = *truth.height_m;
   }
-  view.update(scores_of(image, truth));
+  const FeatureSimilarity features = features_of(image, truth);
+  view.update(scores_of(image, truth, features));
   if (!truth.distances.empty()) {
     const SilhouetteScores scores =
         score_silhouettes(image, truth.image, truth.distances, truth.mask);
@@ -99,7 +100,7 @@ ordered_json measured(const Room& room, const TrueView& truth, const ViewMode& m
                            {"empty_share", report.empty_share},
                            {"render_ms", report.render_ms}});
   ordered_json quarters = ordered_json::array();
-  for (const ordered_json& scores : quarter_scores_of(room.grid(), image, truth)) {
+  for (const ordered_json& scores : quarter_scores_of(room.grid(), image, truth, features)) {
     ordered_json quarter{{"name", truth.name}, {"method", method_of(mode)}};
     quarter.update(scores);
     quarters.push_back(std::move(quarter));
