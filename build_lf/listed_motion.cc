@@ -28,7 +28,7 @@ constexpr double kClearly = 0.8;
 
 Eigen::Vector3d direction(int index) {
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();
-  axis[index / 2] = index % 2 == 0 ? 1.0 : -1.0;
+  axis[index < 2 ? 0 : 2] = index % 2 == 0 ? 1.0 : -1.0;
   return axis;
 }
 
@@ -133,7 +133,7 @@ std::string axis_of_motion(const Line& line, const std::vector<StationSource>& s
     const DirectionCosts costs = costs_of_details(first, detail_of(sources[from + apart]));
     for (std::size_t i = 0; i < sum.size(); ++i) sum.at(i) += costs.at(i);
   }
-  const std::size_t listed = line.axis == LineAxis::kX ? 0 : 4;
+  const std::size_t listed = line.axis == LineAxis::kX ? 0 : 2;
   const auto best = static_cast<std::size_t>(std::ranges::min_element(sum) - sum.begin());
   const bool differs = sum.at(best) < kClearly * sum.at(listed);
   return nearest_axis(direction(static_cast<int>(differs ? best : listed)));

@@ -4,7 +4,7 @@
 // that grows with its nearness. So a station's picture can be made from the other one's by some
 // distance in every pixel, if the direction of travel is the true one; by a wrong direction it
 // cannot. Lists that are mirrored, turned, reversed or have axes exchanged are found by trying the
-// six directions of the axes.
+// four directions of the plan's axes.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@
 
 namespace raywalk::build_lf {
 
-// +x, -x, +y, -y, +z, -z.
-inline constexpr int kDirections = 6;
+// +x, -x, +z, -z.
+inline constexpr int kDirections = 4;
 using DirectionCosts = std::array<double, kDirections>;
 
 // What is left of the difference of two panoramas in world axes, CV_8UC3, 2:1, at least 256 wide,

@@ -122,7 +122,7 @@ std::string text_of(const DepthSummary& summary) {
 }
 
 void require_usable(const DepthSummary& summary) {
-  constexpr double kMostLowShare = 0.5;
+  constexpr double kMostLowShare = 0.7;
   const double share = summary.low_confidence_share();
   if (share <= kMostLowShare) return;
   throw Error(fmt::format(

@@ -69,9 +69,9 @@ TEST(DepthSummaryTest, EveryFigureHasItsKey) {
 TEST(DepthSummaryTest, MostlyUnknownDistancesAreNotUsable) {
   DepthSummary summary = some_summary();
   require_usable(summary);
-  for (MapSummary& map : summary.maps) map.low_share = 0.6;
+  for (MapSummary& map : summary.maps) map.low_share = 0.75;
   EXPECT_THAT(error_of([&] { require_usable(summary); }),
-              AllOf(HasSubstr("room.lf: not usable between stations"), HasSubstr("60 %")));
+              AllOf(HasSubstr("room.lf: not usable between stations"), HasSubstr("75 %")));
 }
 
 TEST(DepthSummaryTest, TextSaysWhatWasMadeAndWhatViewsUse) {

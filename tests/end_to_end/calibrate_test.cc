@@ -219,7 +219,7 @@ TEST_F(CalibrateTest, RectifyWithExternalPoses) {
   ASSERT_EQ(masked.exit_code, 0) << masked.errors;
   const CommandResult result = run("rectify", "--poses " + (capture() / "truth.csv").string());
   ASSERT_EQ(result.exit_code, 0) << result.errors;
-  EXPECT_THAT(result.output, HasSubstr("raywalk-build-lf pack --frames"));
+  EXPECT_THAT(result.output, HasSubstr("raywalk-build-lf all --frames"));
   const std::vector<Frame> listed = read_frame_list(out() / "poses.csv");
   ASSERT_EQ(listed.size(), read_frame_list(capture() / "poses.csv").size());
   ASSERT_TRUE(listed[0].mask);

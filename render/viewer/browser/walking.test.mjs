@@ -126,9 +126,13 @@ pageTest("plays the recorded path, up and down too, until one walks oneself", as
     [1, 0.3, 0],
   ]) {
     await slider.fill((share * duration_s).toFixed(1));
-    await drawn(page);
-    const at = await pose(page);
-    assert.ok(Math.abs(at.x_m - x_m) < 0.05 && Math.abs(at.up_m - up_m) < 0.01, `${share}`);
+    await page.waitForFunction(
+      ([x_m, up_m]) => {
+        const at = window.raywalk.viewer.pose;
+        return Math.abs(at.x_m - x_m) < 0.05 && Math.abs(at.up_m - up_m) < 0.01;
+      },
+      [x_m, up_m],
+    );
   }
   await player.getByRole("button", { name: "Play", exact: true }).click();
   await page.waitForFunction(() => window.raywalk.viewer.pose.x_m < 0.2);
