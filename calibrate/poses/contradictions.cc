@@ -15,7 +15,7 @@
 namespace raywalk::calibrate {
 namespace {
 
-constexpr double kContradictionSigmas = 5.0;
+constexpr double kContradictionSigmas = 5.0;  // of a scatter that is known well
 constexpr double kLeastOff_spacings = 0.02;
 // A rail keeps its stations far better than this.
 constexpr double kLargeScatter_spacings = 0.25;
@@ -151,13 +151,23 @@ Contradiction scattered_line(const CaptureSet& set, const CaptureLine& line,
                       line.id, set.frames[worst.frame].name, 1e3 * off_m(worst))};
 }
 
+// The scatter of a line is measured from its stations, and the fewer they are, the more it may be
+// wrong itself. Student's t of as rare an event as z standard deviations of a normal one, with n
+// degrees of freedom: z + (z^3 + z) / (4 n) (Abramowitz and Stegun, Handbook of Mathematical
+// Functions, 26.7.5, to first order).
+double contradicting_sigmas(const Rail& rail) {
+  constexpr double z = kContradictionSigmas;
+  constexpr int kFitted = 3;  // offset and direction along the line, and the scatter
+  return z + (z * z * z + z) / (4.0 * std::max(1, rail.stations - kFitted));
+}
+
 std::optional<Contradiction> station_off(const CaptureSet& set, const FramePose& pose,
                                          const Rail& rail, std::size_t frame, double spacing_m) {
   const Eigen::Vector3d off_m = deviation_of(set, rail, frame, pose).off_m;
   const double own_m = 1e-3 * pose.position_sigma_mm;
   const double along = std::abs(off_m[0]) / std::hypot(rail.scatter.along_m, own_m);
   const double across = off_m.tail<2>().norm() / std::hypot(rail.scatter.across_m, own_m);
-  if (std::max(along, across) < kContradictionSigmas ||
+  if (std::max(along, across) < contradicting_sigmas(rail) ||
       off_m.norm() < kLeastOff_spacings * spacing_m) {
     return std::nullopt;
   }
