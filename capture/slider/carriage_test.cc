@@ -25,6 +25,7 @@ const SoftLimits kLimits(0.0, 1000.0);
 class CarriageTest : public ::testing::Test {
  protected:
   void use(const TestSlider::Setup& setup = {}) {
+    carriage_.reset();  // before its slider
     slider_.emplace(setup, &clock_);
     carriage_.emplace(slider_->driver(), &clock_, kLimits, rules_);
   }

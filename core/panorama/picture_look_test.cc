@@ -123,7 +123,7 @@ TEST(PictureLook, IsUnclearWhereNothingTells) {
   const Scene scene(1);
   const cv::Mat panorama = panorama_of(scene);
   cv::Mat cut = panorama.clone(), shifted = panorama.clone();
-  cut(cv::Range(64, 192), cv::Range::all()).copyTo(cut.rowRange(0, 128));
+  panorama.rowRange(64, 192).copyTo(cut.rowRange(0, 128));
   for (int v = 0; v < shifted.rows; ++v) {  // left and right edges apart
     for (int u = 0; u < 32; ++u) shifted.at<uchar>(v, u) = static_cast<uchar>((7 * v) % 251);
   }
