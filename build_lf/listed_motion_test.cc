@@ -42,8 +42,7 @@ class ListedMotionTest : public ::testing::Test {
 };
 
 TEST_F(ListedMotionTest, RightListsPassAndWrongAxesAreNamed) {
-  const auto nothing = [](ListedFrame*) {};
-  EXPECT_EQ(fault(nothing), "no error");
+  EXPECT_EQ(fault([](ListedFrame*) {}), "no error");
   EXPECT_THAT(fault([](ListedFrame* row) { row->position_m.z() *= -1; }),
               AllOf(HasSubstr("what is listed along z moves along -z"),
                     HasSubstr("z grows the other way in the list")));
