@@ -14,6 +14,7 @@
 #include "core/base/test_error.h"
 #include "core/base/test_log.h"
 #include "core/files/atomic_output.h"
+#include "core/files/exif.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
@@ -203,6 +204,26 @@ TEST_F(PackInputsTest, ExifOrientationIsWarnedOf) {
   const CapturedLog log;
   pack_room(options_);
   EXPECT_THAT(log.text(), AllOf(HasSubstr("1.jpg: its EXIF orientation 3"), HasSubstr("1 more")));
+}
+
+TEST_F(PackInputsTest, AStatedAttitudeThatTheListLacksIsWarnedOf) {
+  for (const char* yaw : {"0", "5"}) {
+    std::ofstream list(capture_.list());
+    list << "file,x,y,z,yaw\n";
+    for (int i = 0; i < 3; ++i) {
+      const fs::path file = capture_.root() / fmt::format("{}.jpg", i);
+      cv::imwrite(file.string(), cv::Mat(32, 64, CV_8UC3, cv::Scalar::all(90)));
+      const std::string tags = "<x GPano:PosePitchDegrees=\"23\"/>";
+      if (i > 0) write_file_atomically(file, with_app1(read_file(file), "http://ns\n", tags));
+      list << fmt::format("{}.jpg,{},0,0,{}\n", i, 0.1 * i, yaw);
+    }
+    list.close();
+    const CapturedLog log;
+    plan_pack(options_);
+    const std::string warned = log.text();
+    EXPECT_EQ(warned.find("1.jpg: states a pitch of 23.0") != std::string::npos, yaw[0] == '0');
+    EXPECT_EQ(warned.find("2 of 3 frames") != std::string::npos, yaw[0] == '0');
+  }
 }
 
 TEST_F(PackInputsTest, NothingIsWarnedOfInAnOrdinaryCapture) {

@@ -11,6 +11,7 @@
 #include "build_lf/room_verify.h"
 #include "build_lf/station_data.h"
 #include "build_lf/test_capture.h"
+#include "core/base/test_log.h"
 #include "core/files/atomic_output.h"
 
 namespace raywalk::build_lf {
@@ -129,6 +130,36 @@ TEST_F(PackMasksTest, MasksAreRotatedWithTheirFrames) {
       EXPECT_GE(rows.end, kHeight - 2) << u;
     }
   }
+}
+
+TEST_F(PackMasksTest, TransparentPixelsAreMasked) {
+  write_list([](const std::string&) { return false; });
+  const fs::path file = capture_.root() / "front_2.png";
+  const cv::Mat picture = cv::imread(file.string());
+  cv::Mat transparent;
+  cv::merge(std::vector{picture, mask_without(kNadir)}, transparent);
+  cv::imwrite(file.string(), transparent);
+  const Room room = pack();
+  EXPECT_EQ(room.volume(1).valid_rows(2, 5), (RowRun{0, 28}));
+  EXPECT_EQ(room.volume(1).valid_rows(1, 5), (RowRun{0, kHeight}));
+  EXPECT_EQ(room.volume(1).column(2, 10)[3 * 20], TestCapture::colour(2, 10, 20)[0]);
+}
+
+TEST_F(PackMasksTest, OddMasksAreWarnedOfOnce) {
+  write_list(of_front);
+  const auto log_of = [&](const cv::Mat& mask) {
+    write_mask(mask);
+    const CapturedLog log;
+    plan_pack(options());
+    return log.text();
+  };
+  EXPECT_EQ(log_of(mask_without(kNadir)), "");
+  EXPECT_EQ(log_of(mask_without(kNadir) / 255), "") << "0 and 1";
+  EXPECT_THAT(log_of(255 - mask_without(kNadir)),
+              AllOf(HasSubstr("poses.csv:2: the mask"), HasSubstr("1 of 1"), HasSubstr("hides 9")));
+  // From the equator to 11 degrees below it; all below that goes too.
+  EXPECT_THAT(log_of(mask_without({8, 16, 12, 2})),
+              AllOf(HasSubstr("hides 1.8 %"), HasSubstr("9.4 % in the room")));
 }
 
 TEST_F(PackMasksTest, VerifyDetectsAChangedMask) {

@@ -4,12 +4,15 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <opencv2/core.hpp>
 #include <set>
 #include <span>
 #include <system_error>
 
 #include "build_lf/reused_lines.h"
+#include "build_lf/station_data.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
@@ -18,6 +21,7 @@
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
 #include "core/geometry/line_gaps.h"
+#include "core/panorama/panorama_rotation.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
@@ -76,32 +80,100 @@ std::vector<ImageHeader> headers_of(const std::vector<Frame>& frames) {
   return headers;
 }
 
-// The common size of all panoramas, from their headers.
-PanoramaSize common_panorama_size(const std::vector<Frame>& frames) {
-  const std::vector<ImageHeader> headers = headers_of(frames);
-  TurnedPictures turned;
+// Cameras with an inertial sensor state how they were held. Without a rotation in the list the
+// pictures are taken as upright.
+void warn_of_stated_attitudes(const std::vector<Frame>& frames,
+                              const std::vector<ImageHeader>& headers) {
+  constexpr double kUpright_deg = 1.0;
+  std::vector<std::size_t> tilted;
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    turned.add(frames[i].path, headers[i].orientation);
+    const auto stated = headers[i].attitude;
+    if (frames[i].attitude || !stated) continue;
+    if (std::max(std::abs(stated->pitch_deg), std::abs(stated->roll_deg)) > kUpright_deg) {
+      tilted.push_back(i);
+    }
+  }
+  if (tilted.empty()) return;
+  const StatedAttitude& first = *headers[tilted.front()].attitude;
+  spdlog::warn(
+      "{}: states a pitch of {:.1f} and a roll of {:.1f} degrees (GPano), which are not used, as "
+      "in {} of {} frames: the list has no rotations. Let raywalk-calibrate find them unless the "
+      "pictures are upright",
+      frames[tilted.front()].path.string(), first.pitch_deg, first.roll_deg, tilted.size(),
+      frames.size());
+}
+
+// The common size of all panoramas, from their headers. A panorama without a mask is masked where
+// it is transparent.
+PanoramaSize check_panoramas(std::vector<Frame>* frames) {
+  const std::vector<ImageHeader> headers = headers_of(*frames);
+  TurnedPictures turned;
+  for (std::size_t i = 0; i < frames->size(); ++i) {
+    Frame& frame = (*frames)[i];
+    turned.add(frame.path, headers[i].orientation);
+    if (!frame.mask && headers[i].has_alpha) frame.mask = frame.path;
   }
   turned.warn();
+  warn_of_stated_attitudes(*frames, headers);
   return headers.front().size;
 }
 
+// Shares of the sphere: what a mask hides, and what a room hides that keeps one run of rows of each
+// column.
+struct HiddenShares {
+  double by_mask = 0.0;
+  double in_room = 0.0;
+};
+
+HiddenShares hidden_shares(const Frame& frame, PanoramaSize panorama) {
+  try {
+    if (*frame.mask != frame.path) require_mask(*frame.mask, panorama);
+    cv::Mat mask = read_mask(*frame.mask, panorama);
+    HiddenShares shares{.by_mask = masked_share(mask)};
+    const std::vector<std::int32_t> rows = valid_rows_of(mask);
+    for (int u = 0; u < mask.cols; ++u) {
+      const auto run = 2 * static_cast<std::size_t>(u);
+      mask.col(u).rowRange(0, rows[run]).setTo(0);
+      mask.col(u).rowRange(rows[run + 1], mask.rows).setTo(0);
+    }
+    shares.in_room = masked_share(mask);
+    return shares;
+  } catch (const Error& unusable) {
+    throw Error(fmt::format("{}: {}", frame.where, unusable.what()));
+  }
+}
+
 void check_masks(const std::vector<Frame>& frames, PanoramaSize panorama) {
+  constexpr double kMost = 0.5, kNoticed = 0.005;
   std::set<fs::path> known;  // many frames may share a mask
   std::vector<const Frame*> with_mask;
   for (const Frame& frame : frames) {
     if (frame.mask && known.insert(*frame.mask).second) with_mask.push_back(&frame);
   }
+  std::vector<HiddenShares> shares(with_mask.size());
   Progress progress("checking", static_cast<std::int64_t>(with_mask.size()), "masks",
                     Progress::Shown::kIfLong);
-  check_each(with_mask, &progress, [&](const Frame* frame) {
-    try {
-      require_mask(*frame->mask, panorama);
-    } catch (const Error& unusable) {
-      throw Error(fmt::format("{}: {}", frame->where, unusable.what()));
-    }
+  check_each(with_mask, &progress, [&](const Frame* const& frame) {
+    shares[static_cast<std::size_t>(&frame - with_mask.data())] = hidden_shares(*frame, panorama);
   });
+  const auto warn = [&](auto is_odd, auto text) {
+    const auto odd = std::ranges::find_if(shares, is_odd);
+    if (odd == shares.end()) return;
+    const Frame& first = *with_mask[static_cast<std::size_t>(odd - shares.begin())];
+    spdlog::warn("{}: the mask {}{}, as {} of {} masks do", first.where, first.mask->string(),
+                 text(*odd), std::ranges::count_if(shares, is_odd), shares.size());
+  };
+  warn([](const HiddenShares& of) { return of.by_mask > kMost; },
+       [](const HiddenShares& of) {
+         return fmt::format(" hides {:.0f} % of the sphere (black is hidden)", 100.0 * of.by_mask);
+       });
+  warn([](const HiddenShares& of) { return of.in_room - of.by_mask > kNoticed; },
+       [](const HiddenShares& of) {
+         return fmt::format(
+             " hides {:.1f} % of the sphere, but {:.1f} % in the room, which keeps the longest run "
+             "of pixels of each column",
+             100.0 * of.by_mask, 100.0 * of.in_room);
+       });
 }
 
 // The map of each frame that has one; frames and maps share their stem.
@@ -204,13 +276,13 @@ fs::path default_room_name(const fs::path& frames) {
 }
 
 PackPlan plan_pack(const PackOptions& options) {
-  const std::vector<Frame> frames = read_frame_list(options.frames);
+  std::vector<Frame> frames = read_frame_list(options.frames);
   require_frames_and_masks(frames);
   std::map<std::string, fs::path> maps;
   if (options.distances) maps = find_distance_maps(frames, *options.distances);
   PackPlan plan;
   plan.grid = grid_of(frames, options);
-  plan.panorama = common_panorama_size(frames);
+  plan.panorama = check_panoramas(&frames);
   check_masks(frames, plan.panorama);
   if (options.distances) plan.distance_map = common_map_size(maps, plan.panorama);
   std::map<std::string, const Frame*> frame_of;

@@ -62,7 +62,7 @@ void require_one_size(CaptureSet* set) {
     const ImageHeader header = header_of(file, set->layout);
     const PanoramaSize size = header.size;
     turned.add(file, header.orientation);
-    if (size == set->frame) return;
+    if (size == set->frame) return header;
     if (frame.held_out()) {
       throw Error(fmt::format(
           "{}: {} is {}x{}, but the frames of poses.csv are {}x{}; held-out frames must be of the "
@@ -76,8 +76,9 @@ void require_one_size(CaptureSet* set) {
                     file.string(), size.width, size.height, first.string(), set->frame.width,
                     set->frame.height));
   };
-  for (const CaptureFrame& frame : set->frames) {
-    require_same(frame, frame.file);
+  for (CaptureFrame& frame : set->frames) {
+    const ImageHeader header = require_same(frame, frame.file);
+    if (!frame.mask && !frame.back && header.has_alpha) frame.mask = frame.file;
     if (frame.back) require_same(frame, *frame.back);
   }
   turned.warn();

@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/image_file.h"
+#include "core/panorama/panorama_rotation.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -28,14 +28,15 @@ cv::Mat read_usable_mask(const CaptureFrame& frame, PanoramaSize size) {
   }
   cv::Mat mask;
   try {
-    mask = read_mask(file, size) != 0;
+    if (file != frame.file) require_mask(file, size);
+    mask = read_mask(file, size);
   } catch (const Error& unusable) {
     throw Error(fmt::format("{}: {}", frame.where, unusable.what()));
   }
   if (cv::countNonZero(mask) == 0) {
     throw Error(fmt::format(
-        "{}: {} masks every pixel (0 is masked, anything else valid); remove the row, or correct "
-        "the mask",
+        "{}: {} masks every pixel (black is masked, white valid); remove the row, or correct the "
+        "mask",
         frame.where, file.string()));
   }
   return mask;
@@ -97,17 +98,6 @@ cv::Mat joint_mask(const CaptureSet& set, int frame, const cv::Mat& common) {
       "{}: {} and the mask below the camera together hide every pixel of frame {}; remove the row, "
       "or make one of the masks smaller",
       of.where, of.mask->string(), of.name));
-}
-
-double masked_share(const cv::Mat& mask) {
-  double share = 0.0;
-  for (int v = 0; v < mask.rows; ++v) {
-    const double phi =
-        angles_from_pixel({0.0, static_cast<double>(v)}, {mask.cols, mask.rows}).phi_rad;
-    const int hidden = mask.cols - cv::countNonZero(mask.row(v));
-    share += hidden * std::cos(phi) * kHalfPi / (static_cast<double>(mask.cols) * mask.rows);
-  }
-  return share;
 }
 
 MaskFigures mask_figures(const CaptureSet& panoramas, const cv::Mat& common) {

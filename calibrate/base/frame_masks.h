@@ -1,5 +1,6 @@
 // The masks of single frames, which a frame list names in its column mask. A mask is CV_8UC1 of the
-// frame's size, in the camera's axes: 0 masked, anything else valid.
+// frame's size, in the camera's axes: 0 masked, 255 valid. A frame without one that has an alpha
+// channel is its own mask.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -22,9 +23,6 @@ cv::Mat own_mask(const CaptureFrame& frame, PanoramaSize size);
 // The frame's own mask joined with one common to all frames (may be empty); empty if there is
 // neither. Throws Error naming the frame if the two together leave no pixel.
 cv::Mat joint_mask(const CaptureSet& set, int frame, const cv::Mat& common);
-
-// Share of the sphere that a mask of a panorama hides, 0 to 1.
-double masked_share(const cv::Mat& mask);
 
 struct MaskFigures {
   int frames = 0;      // with a mask of their own

@@ -14,6 +14,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/files/json.h"
+#include "core/panorama/panorama_rotation.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -21,7 +22,6 @@ namespace {
 constexpr int kMaskVersion = 1;
 constexpr double kWidestCone_deg = 89.0;
 constexpr double kLeastValidShare = 0.01;
-constexpr double kDark = 127.0;  // levels up to this are masked, as JPEG changes black a little
 
 void require_cone(double cone_deg) {
   if (cone_deg >= 0.0 && cone_deg <= kWidestCone_deg) return;
@@ -43,7 +43,7 @@ cv::Mat read_scaled(const std::filesystem::path& file, cv::Size size) {
   const cv::Mat picture = read_mask(file, panorama_header_of(file).size);
   cv::Mat scaled;
   cv::resize(picture, scaled, size, 0.0, 0.0, cv::INTER_NEAREST);
-  return scaled > kDark;
+  return scaled;
 }
 
 void require_unmasked_area(const cv::Mat& mask) {

@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/escaped.h"
+#include "core/files/gpano.h"
 #include "core/panorama/picture_look.h"
 
 namespace raywalk::capture {

@@ -17,6 +17,7 @@
 #include "core/files/csv.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
+#include "core/files/listed_files.h"
 #include "core/geometry/panorama_pixels.h"
 #include "core/panorama/panorama_rotation.h"
 #include "core/view/view_plan.h"
@@ -44,9 +45,9 @@ double nearest_line_m(const Grid& grid, const ViewPlan& plan) {
 
 // Empty where the row names none.
 std::filesystem::path file_in(const CsvTable& table, std::size_t row, const std::string& column,
-                              const std::filesystem::path& list) {
+                              ListedFiles* files) {
   if (!table.has_column(column) || table.text(row, column).empty()) return {};
-  return list.parent_path() / table.text(row, column);
+  return files->find(table.text(row, column));
 }
 
 // Empty without.
@@ -55,12 +56,12 @@ cv::Mat read_true_mask(const ListedTruth& truth) {
   return read_mask(truth.mask_file, {truth.width, truth.width / 2});
 }
 
-ListedTruth truth_at(const CsvTable& table, std::size_t row, const std::filesystem::path& list,
-                     const Room& room, TurnedPictures* turned) {
-  ListedTruth truth{.file = list.parent_path() / table.text(row, "file"),
+ListedTruth truth_at(const CsvTable& table, std::size_t row, ListedFiles* files, const Room& room,
+                     TurnedPictures* turned) {
+  ListedTruth truth{.file = files->find(table.text(row, "file")),
                     .viewpoint = {table.number(row, "x"), table.number(row, "z")},
-                    .mask_file = file_in(table, row, "mask", list),
-                    .distances_file = file_in(table, row, "distance", list)};
+                    .mask_file = file_in(table, row, "mask", files),
+                    .distances_file = file_in(table, row, "distance", files)};
   truth.name = truth.file.stem().string();
   // Which lines serve a viewpoint does not depend on how they are connected.
   const ViewPlan plan(room.grid(), truth.viewpoint, {kHalfPi, 0.0});
@@ -68,6 +69,7 @@ ListedTruth truth_at(const CsvTable& table, std::size_t row, const std::filesyst
   const ImageHeader header = panorama_header_of(truth.file);
   truth.width = header.size.width;
   turned->add(truth.file, header.orientation);
+  if (truth.mask_file.empty() && header.has_alpha) truth.mask_file = truth.file;
   if (truth.width % 4 != 0 || truth.width < kMinWidth_px) {
     throw Error(
         fmt::format("{} is {} pixels wide; a truth's width must be a multiple of 4, at least {}",
@@ -104,9 +106,10 @@ std::vector<ListedTruth> read_truth(const std::filesystem::path& list, const Roo
   std::vector<ListedTruth> truths;
   TurnedPictures turned;
   std::set<std::string> names;
+  ListedFiles files(list.parent_path());
   for (std::size_t row = 0; row < table.rows(); ++row) {
     try {
-      truths.push_back(truth_at(table, row, list, room, &turned));
+      truths.push_back(truth_at(table, row, &files, room, &turned));
     } catch (const Error& e) {
       const std::string what = e.what();
       // Errors of the table already name the row.

@@ -42,6 +42,7 @@ class CsvSplitter {
     for (; !rest_.empty(); ++line_) {
       const std::string_view line = rest_.substr(0, rest_.find('\n'));
       if (line.starts_with('#') || trimmed(line).empty()) {
+        if (!records.empty()) require_comment(line, records.front());
         rest_.remove_prefix(line.size());
       } else {
         CsvRecord& record = records.emplace_back(CsvRecord{line_, {field()}});
@@ -53,6 +54,15 @@ class CsvSplitter {
   }
 
  private:
+  // Names of files may begin with '#': a row of one would be left out without a word.
+  void require_comment(std::string_view line, const CsvRecord& header) const {
+    const auto fields = static_cast<std::size_t>(std::ranges::count(line, ',')) + 1;
+    if (!line.starts_with('#') || line.starts_with("# ") || fields != header.fields.size()) return;
+    fail(
+        "begins with '#' but has as many fields as a row; put a name that begins so in quotes, or "
+        "a blank behind the '#' of a comment");
+  }
+
   // Up to the next comma, line end or end of text.
   std::string field() {
     rest_.remove_prefix(std::min(rest_.find_first_not_of(kBlank), rest_.size()));

@@ -18,7 +18,7 @@ struct CsvRecord {
 // Splits the text (RFC 4180). Unquoted fields are trimmed; blank lines and lines that start with
 // '#' are skipped; LF and CRLF end a line; a UTF-8 byte order mark is accepted. Throws Error with
 // source and line: an unterminated quote, text after a quoted field, a quote inside an unquoted
-// field, a NUL byte.
+// field, a NUL byte, a line behind the first that starts with '#', no blank, and could be a row.
 std::vector<CsvRecord> split_csv(std::string_view text, const std::string& source);
 
 // A table of such records, which may have no rows. `text` and `number` throw std::logic_error for a

@@ -68,6 +68,13 @@ TEST(CsvTable, BlankLinesAndCommentsAreSkippedButCounted) {
   EXPECT_EQ(table.where(0), "poses.csv:6");
 }
 
+TEST(CsvTable, ARowThatLooksLikeACommentIsNotLeftOut) {
+  EXPECT_THAT(table_error("file,x,y,z\n#5.jpg,1,2,3\n"),
+              AllOf(HasSubstr("poses.csv:2"), HasSubstr("begins with '#'"), HasSubstr("quotes")));
+  EXPECT_EQ(poses("file,x,y,z\n\"#5.jpg\",1,2,3\n# 6.jpg,1,2,3\n").text(0, "file"), "#5.jpg");
+  EXPECT_EQ(poses("#file,x,y,z\nfile,x,y,z\n").rows(), 0U);
+}
+
 TEST(CsvTable, HeaderAloneIsATableWithoutRows) { EXPECT_EQ(poses("file,x,y,z").rows(), 0U); }
 
 TEST(CsvTable, HeaderErrorsNameTheRequiredColumns) {

@@ -11,6 +11,7 @@
 #include "core/base/escaped.h"
 #include "core/files/atomic_output.h"
 #include "core/files/csv.h"
+#include "core/files/listed_files.h"
 
 namespace raywalk {
 namespace {
@@ -71,19 +72,20 @@ std::vector<Frame> read_frame_list(const std::filesystem::path& list,
   if (table.rows() == 0) throw Error(source + ": lists no frames");
   std::vector<Frame> frames;
   std::unordered_map<std::string, std::string> listed;  // file -> where
+  ListedFiles files(list.parent_path());
   for (std::size_t row = 0; row < table.rows(); ++row) {
     Frame frame;
     frame.where = table.where(row);
     frame.file = table.text(row, "file");
     if (frame.file.empty()) throw Error(frame.where + ": names no file");
-    frame.path = list.parent_path() / frame.file;
+    frame.path = files.find(frame.file);
     frame.position_m = read_position_m(table, row);
     const Attitude attitude = read_attitude(table, row);
     if (attitude.yaw_rad != 0.0 || attitude.pitch_rad != 0.0 || attitude.roll_rad != 0.0) {
       frame.attitude = attitude;
     }
     if (table.has_column("mask") && !table.text(row, "mask").empty()) {
-      frame.mask = list.parent_path() / table.text(row, "mask");
+      frame.mask = files.find(table.text(row, "mask"));
     }
     if (table.has_column("line")) frame.line = table.text(row, "line");
     const auto [first, is_new] = listed.emplace(frame.file, frame.where);

@@ -19,7 +19,7 @@ inline constexpr double kMaxPosition_m = 1e6;
 
 struct Frame {
   std::string file;            // as written in the list, relative to the list
-  std::filesystem::path path;  // resolved against the list's directory
+  std::filesystem::path path;  // of the file (core/files/listed_files.h)
   Eigen::Vector3d position_m{0, 0, 0};
   std::optional<Attitude> attitude;           // none: the panorama is already in world axes
   std::optional<std::filesystem::path> mask;  // none: all pixels are valid

@@ -2,20 +2,22 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cstdint>
-#include <limits>
+#include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <string_view>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/colour_profile.h"
 #include "core/files/exif.h"
 #include "core/files/jpeg.h"
+#include "core/files/png.h"
 
 namespace raywalk {
 namespace {
@@ -26,6 +28,7 @@ using Bytes = std::span<const std::byte>;
 // Of nearly all files, also of those with previews before the size.
 constexpr std::size_t kHeaderPrefixBytes = std::size_t{128} << 10;
 constexpr int kUsualQuality = 95;  // OpenCV's of JPEG
+constexpr double kMasked = 127.0;  // levels up to this are masked: JPEG changes black a little
 constexpr std::string_view kJpegSignature = "\xFF\xD8\xFF";
 constexpr std::string_view kPngSignature = "\x89PNG\r\n\x1A\n";
 
@@ -45,48 +48,13 @@ ImageHeader jpeg_header(Bytes bytes, const std::string& source) {
   return {.format = ImageFormat::kJpeg, .size = {jpeg.width, jpeg.height}, .is_grey = jpeg.is_grey};
 }
 
-// Numbers of PNG.
-std::uint32_t big_endian(std::string_view text, std::size_t at) {
-  std::uint32_t value = 0;
-  for (std::size_t i = at; i < at + 4; ++i) value = value << 8 | static_cast<std::uint8_t>(text[i]);
-  return value;
-}
-
-// The first chunk, IHDR (W3C PNG, 5.3 and 11.2.2): length, 4 bytes; type, 4; width, 4; height, 4;
-// bit depth, 1; colour type, 1 (0 = grey).
-ImageHeader png_header(Bytes bytes, const std::string& source) {
-  const std::string_view text = text_of(bytes);
-  constexpr std::size_t kType = 12, kWidth = 16, kHeight = 20, kDepth = 24, kColour = 25;
-  if (text.size() <= kColour || text.substr(kType, 4) != "IHDR") {
-    throw_damaged_image(source, "no PNG header");
-  }
-  const std::uint32_t width = big_endian(text, kWidth), height = big_endian(text, kHeight);
-  if (std::min(width, height) < 1 || std::max(width, height) > std::numeric_limits<int>::max()) {
-    throw_damaged_image(source, fmt::format("{}x{} pixels", width, height));
-  }
+ImageHeader png_image_header(Bytes bytes, const std::string& source) {
+  const PngHeader png = read_png_header(bytes, source);
   return {.format = ImageFormat::kPng,
-          .size = {static_cast<int>(width), static_cast<int>(height)},
-          .bits_per_channel = text[kDepth],
-          .is_grey = text[kColour] == 0};
-}
-
-// Up to the last chunk, IEND, each has its length, 4 bytes; type, 4; data; and the checksum of
-// both, 4 (W3C PNG, 5.3). Looked through first, as libpng prints what it finds on stderr.
-void require_whole_chunks(std::string_view text, const std::string& source) {
-  constexpr std::size_t kLength = 4, kType = 4, kChecksum = 4;
-  std::string_view type;
-  for (std::size_t at = kPngSignature.size(); type != "IEND";) {
-    const std::size_t left = text.size() - at;
-    const std::size_t rest = left < kLength ? 0 : big_endian(text, at) + kType + kChecksum;
-    if (rest == 0 || left - kLength < rest) throw_damaged_image(source, "its end is missing");
-    const std::string_view chunk = text.substr(at + kLength, rest - kChecksum);
-    const auto sum = crc32_z(0, reinterpret_cast<const Bytef*>(chunk.data()), chunk.size());
-    if (sum != big_endian(text, at + kLength + chunk.size())) {
-      throw_damaged_image(source, "a checksum is wrong");
-    }
-    type = chunk.substr(0, kType);
-    at += kLength + rest;
-  }
+          .size = {png.width, png.height},
+          .bits_per_channel = png.bits_per_channel,
+          .is_grey = png.is_grey,
+          .has_alpha = png.has_alpha};
 }
 
 ImageHeader read_header(const fs::path& file) {
@@ -108,6 +76,11 @@ void require_8_bits(const ImageHeader& header, const fs::path& file) {
 bool is_2_to_1(PanoramaSize size) { return size.width == 2 * std::int64_t{size.height}; }
 
 void require_panorama(const ImageHeader& header, const fs::path& file) {
+  if (header.is_cropped) {
+    throw Error(file.string() +
+                ": shows a part of the sphere (its GPano tags state a cropped area); fill it up to "
+                "the whole sphere, the rest transparent or masked, and remove these tags");
+  }
   if (!is_2_to_1(header.size)) {
     throw Error(fmt::format("{}: {}x{} is not a panorama; its width must be twice its height",
                             file.string(), header.size.width, header.size.height));
@@ -121,30 +94,18 @@ void require_distance_map(const ImageHeader& header, const fs::path& file) {
               ": not a 16-bit grey PNG; distance maps are, in millimetres along the ray");
 }
 
-void require_mask(const ImageHeader& header, const fs::path& file, PanoramaSize size) {
-  if (!header.is_grey || header.bits_per_channel > 8) {
-    throw Error(file.string() + ": not an 8-bit grey image; masks are");
-  }
+void require_grey_mask(const ImageHeader& header, const fs::path& file) {
+  if (header.is_grey && header.bits_per_channel <= 8) return;
+  throw Error(file.string() + ": not an 8-bit grey image; masks are");
+}
+
+void require_mask_size(const ImageHeader& header, const fs::path& file, PanoramaSize size) {
   if (header.size == size) return;
   throw Error(fmt::format("{}: the mask is {}x{}, but {}x{} is needed", file.string(),
                           header.size.width, header.size.height, size.width, size.height));
 }
 
-cv::Mat decode_png(Bytes bytes, int flags, const std::string& source) {
-  require_whole_chunks(text_of(bytes), source);
-  try {
-    // OpenCV does not write to it.
-    const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1,
-                          const_cast<std::byte*>(bytes.data()));
-    cv::Mat image = cv::imdecode(encoded, flags);
-    if (!image.empty()) return image;
-  } catch (const cv::Exception& e) {
-    throw_damaged_image(source, e.err);
-  }
-  throw_damaged_image(source, "its pixels cannot be decoded");
-}
-
-// The image as `type`, CV_8UC3, CV_8UC1 or CV_16UC1, of a file whose header fits that.
+// The image as `type`, CV_8UC3, CV_8UC1 or CV_16UC1, of a file whose header fits that, as stored.
 cv::Mat decode(const std::string& bytes, ImageFormat format, int type, const fs::path& file) {
   if (format == ImageFormat::kJpeg) {
     return decode_jpeg(bytes_of(bytes), type, file.string());
@@ -157,13 +118,25 @@ cv::Mat decode(const std::string& bytes, ImageFormat format, int type, const fs:
   return image;
 }
 
+// The alpha channel of a file that has one, CV_8UC1.
+cv::Mat alpha_of(const std::string& bytes, const fs::path& file) {
+  const cv::Mat image = decode_png(bytes_of(bytes), cv::IMREAD_UNCHANGED, file.string());
+  cv::Mat alpha(image.size(), CV_8UC1, cv::Scalar(255));
+  if (image.channels() != 4) return alpha;
+  cv::extractChannel(image, alpha, 3);
+  if (alpha.depth() == CV_16U) alpha.convertTo(alpha, CV_8U, 1.0 / 257.0);
+  return alpha;
+}
+
 // Reads a file whose header `require` accepts.
 template <typename Require>
 cv::Mat read_image(const fs::path& file, int type, Require require) {
   const std::string bytes = read_file(file);
   const ImageHeader header = parse_image_header(bytes_of(bytes), file.string());
   require(header, file);
-  return decode(bytes, header.format, type, file);
+  cv::Mat image = decode(bytes, header.format, type, file);
+  if (type == CV_8UC3) convert_to_srgb(embedded_profile(bytes_of(bytes)), &image);
+  return image;
 }
 
 std::string lower_case_extension(const fs::path& file) {
@@ -199,10 +172,12 @@ ImageHeader parse_image_header(Bytes bytes, const std::string& source) {
   if (!is_jpeg && !starts_like(text_of(bytes), kPngSignature)) {
     throw Error(source + ": not an image Raywalk reads; JPEG or PNG is needed");
   }
-  ImageHeader header = is_jpeg ? jpeg_header(bytes, source) : png_header(bytes, source);
+  ImageHeader header = is_jpeg ? jpeg_header(bytes, source) : png_image_header(bytes, source);
   const int orientation =
       static_cast<int>(ExifTags(bytes).number(EXIF_TAG_ORIENTATION).value_or(1));
   if (orientation >= 1 && orientation <= 8) header.orientation = orientation;
+  header.attitude = stated_attitude(bytes);
+  header.is_cropped = is_stated_as_cropped(bytes);
   return header;
 }
 
@@ -215,13 +190,27 @@ cv::Mat read_distance_map(const fs::path& file) {
 }
 
 cv::Mat read_mask(const fs::path& file, PanoramaSize size) {
-  return read_image(file, CV_8UC1, [&](const ImageHeader& header, const fs::path& mask) {
-    require_mask(header, mask, size);
-  });
+  const std::string bytes = read_file(file);
+  const ImageHeader header = parse_image_header(bytes_of(bytes), file.string());
+  require_mask_size(header, file, size);
+  cv::Mat mask;
+  if (header.has_alpha) {
+    mask = alpha_of(bytes, file);
+  } else {
+    require_grey_mask(header, file);
+    mask = decode(bytes, header.format, CV_8UC1, file);
+  }
+  double darkest = 0.0, lightest = 0.0;
+  cv::minMaxLoc(mask, &darkest, &lightest);
+  // Some tools write 0 and 1.
+  cv::threshold(mask, mask, lightest == 1.0 ? 0.0 : kMasked, 255.0, cv::THRESH_BINARY);
+  return mask;
 }
 
 void require_mask(const fs::path& file, PanoramaSize size) {
-  require_mask(read_header(file), file, size);
+  const ImageHeader header = read_header(file);
+  require_grey_mask(header, file);
+  require_mask_size(header, file, size);
 }
 
 ImageHeader panorama_header_of(const fs::path& file) {

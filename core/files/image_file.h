@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/files/gpano.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk {
@@ -19,17 +20,21 @@ struct ImageHeader {
   ImageFormat format = ImageFormat::kJpeg;
   PanoramaSize size{};  // pixels, at least 1 x 1; any aspect ratio
   int bits_per_channel = 8;
-  bool is_grey = false;  // one channel without alpha
-  int orientation = 1;   // EXIF's, 1 to 8: how viewers turn the image; 1 (as stored) if not given
+  bool is_grey = false;    // one channel without alpha
+  bool has_alpha = false;  // pixels may be transparent
+  int orientation = 1;     // EXIF's, 1 to 8: how viewers turn the image; 1 (as stored) if not given
+  bool is_cropped = false;                   // shows a part of a sphere, as its GPano tags state
+  std::optional<StatedAttitude> attitude{};  // of its GPano tags
 };
 
 // The header of the image that starts with `bytes`, which may be cut off behind it. Throws Error
 // naming `source`: empty, neither JPEG nor PNG, a header that is damaged or not all there.
 ImageHeader parse_image_header(std::span<const std::byte> bytes, const std::string& source);
 
-// An 8-bit colour panorama, CV_8UC3 in OpenCV's BGR order, width = 2 * height. EXIF orientation is
-// ignored. Throws Error naming the file: missing, empty, neither JPEG nor PNG, cut short, damaged
-// as far as its checksums (PNG) or its decoder (JPEG) can tell, not 2:1.
+// An 8-bit colour panorama, CV_8UC3 in OpenCV's BGR order, width = 2 * height, in sRGB, also of a
+// file whose ICC profile is another one. EXIF orientation is ignored. Throws Error naming the file:
+// missing, empty, neither JPEG nor PNG, cut short, damaged as far as its checksums (PNG) or its
+// decoder (JPEG) can tell, not 2:1, part of a sphere.
 cv::Mat read_panorama(const std::filesystem::path& file);
 
 // An 8-bit colour image of any aspect ratio, such as a fisheye frame; otherwise as read_panorama.
@@ -39,10 +44,12 @@ cv::Mat read_picture(const std::filesystem::path& file);
 // Error as read_panorama, also if it is not 16-bit grey.
 cv::Mat read_distance_map(const std::filesystem::path& file);
 
-// A mask: an 8-bit grey image, CV_8UC1, any format. Throws Error as read_panorama, also if its size
-// is not `size`.
+// A mask, CV_8UC1, 255 where it is valid and 0 where it is masked: an 8-bit grey image of any
+// format, valid from 128 on, or from 1 on if there is nothing above; or a picture with an alpha
+// channel, valid where it is opaque. Throws Error as read_panorama, also if its size is not `size`.
 cv::Mat read_mask(const std::filesystem::path& file, PanoramaSize size);
-// Throws the errors of read_mask that the header reveals, without decoding the image.
+// Throws the errors of read_mask that the header reveals, without decoding the image, also for an
+// image that is not grey.
 void require_mask(const std::filesystem::path& file, PanoramaSize size);
 
 // From the image's header, without decoding it. Throws the errors of read_panorama, read_picture

@@ -20,6 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::AllOf;
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 cv::Mat noise(int width, int height, int type) {
@@ -109,6 +110,33 @@ TEST_F(ImageFileTest, NonPanoramasAreRejectedWithAReason) {
   EXPECT_THAT(panorama_error(written("c.png", noise(1, 1, CV_8UC3))), HasSubstr("1x1"));
   EXPECT_THAT(panorama_error(written("d.jpg", noise(64, 33, CV_8UC3))), HasSubstr("64x33"));
   EXPECT_THAT(panorama_error(written("e.png", noise(8, 4, CV_16UC1))), HasSubstr("16 bits"));
+}
+
+TEST_F(ImageFileTest, APartOfASphereIsNamed) {
+  const std::string jpeg = read_file(written("a.jpg", noise(64, 32, CV_8UC3)));
+  const std::string tags =
+      "<x GPano:FullPanoHeightPixels=\"64\" GPano:CroppedAreaImageHeightPixels=\"32\"/>";
+  EXPECT_THAT(panorama_error(written("b.jpg", with_app1(jpeg, "http://ns.adobe.com/", tags))),
+              HasSubstr("part of the sphere"));
+}
+
+TEST_F(ImageFileTest, MasksAreBlackOrNotAndAlphaIsOne) {
+  const cv::Mat levels = (cv::Mat_<uchar>(1, 4) << 0, 127, 128, 255), ones = levels / 255;
+  const auto mask_of = [&](const cv::Mat& picture) {
+    const cv::Mat mask = read_mask(written("m.png", picture), {4, 1});
+    return std::vector<int>(mask.begin<uchar>(), mask.end<uchar>());
+  };
+  EXPECT_THAT(mask_of(levels), ElementsAre(0, 0, 255, 255));
+  EXPECT_THAT(mask_of(levels >= 128), ElementsAre(0, 0, 255, 255));
+  EXPECT_THAT(mask_of((levels >= 128) / 255), ElementsAre(0, 0, 255, 255)) << "0 and 1";
+  EXPECT_THAT(mask_of(cv::Mat(1, 4, CV_8UC1, cv::Scalar(0))), ElementsAre(0, 0, 0, 0));
+  const fs::path file = directory_ / "alpha.png";
+  cv::Mat picture;
+  cv::merge(std::vector<cv::Mat>{ones, ones, ones, levels}, picture);
+  cv::imwrite(file.string(), picture);
+  EXPECT_EQ(cv::norm(read_mask(file, {4, 1}), levels > 127, cv::NORM_INF), 0.0);
+  EXPECT_THAT(error_of([&] { require_mask(file, {4, 1}); }), HasSubstr("8-bit grey"));
+  EXPECT_TRUE(picture_header_of(file).has_alpha);
 }
 
 TEST_F(ImageFileTest, IntactImagesOfBothFormatsAreTold) {

@@ -73,4 +73,15 @@ cv::Mat rotate_mask(const cv::Mat& mask, const Eigen::Matrix3d& world_from_camer
   return rotated;
 }
 
+double masked_share(const cv::Mat& mask) {
+  double share = 0.0;
+  for (int v = 0; v < mask.rows; ++v) {
+    const double phi =
+        angles_from_pixel({0.0, static_cast<double>(v)}, {mask.cols, mask.rows}).phi_rad;
+    const int hidden = mask.cols - cv::countNonZero(mask.row(v));
+    share += hidden * std::cos(phi) * kHalfPi / (static_cast<double>(mask.cols) * mask.rows);
+  }
+  return share;
+}
+
 }  // namespace raywalk

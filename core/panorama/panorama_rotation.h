@@ -22,4 +22,7 @@ cv::Mat rotate_distance_map(const cv::Mat& map, const Eigen::Matrix3d& world_fro
 // pixel, 255 elsewhere, so no masked content remains valid in the rotated panorama.
 cv::Mat rotate_mask(const cv::Mat& mask, const Eigen::Matrix3d& world_from_camera);
 
+// Share of the sphere that a mask of a panorama hides, 0 to 1.
+double masked_share(const cv::Mat& mask);
+
 }  // namespace raywalk

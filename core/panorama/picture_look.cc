@@ -106,20 +106,6 @@ bool is_light_within(const Rings& rings) {
   return light * 8 >= 7 * Rings::kSectors;
 }
 
-// "PosePitchDegrees" as an attribute or as an element.
-std::optional<double> xmp_number(std::string_view text, std::string_view name) {
-  const std::size_t at = text.find(name);
-  if (at == std::string_view::npos) return std::nullopt;
-  constexpr std::size_t kLongest = 40;
-  const std::string rest(text.substr(at + name.size(), kLongest));
-  const std::size_t begin = rest.find_first_not_of("= \"'>");
-  if (begin == std::string::npos) return std::nullopt;
-  char* end = nullptr;
-  const double value = std::strtod(rest.c_str() + begin, &end);
-  if (end == rest.c_str() + begin || !std::isfinite(value)) return std::nullopt;
-  return value;
-}
-
 }  // namespace
 
 PictureKind look_at_picture(const cv::Mat& picture) {
@@ -152,16 +138,6 @@ PictureKind look_at_picture(std::span<const std::byte> file) {
   } catch (const cv::Exception&) {
     return PictureKind::kUnclear;
   }
-}
-
-std::optional<StatedAttitude> stated_attitude(std::span<const std::byte> file) {
-  constexpr std::size_t kBeginning = std::size_t{1} << 18;  // XMP stands before the pixels
-  const std::string_view text(reinterpret_cast<const char*>(file.data()),
-                              std::min(file.size(), kBeginning));
-  const auto pitch = xmp_number(text, "PosePitchDegrees");
-  const auto roll = xmp_number(text, "PoseRollDegrees");
-  if (!pitch && !roll) return std::nullopt;
-  return StatedAttitude{pitch.value_or(0.0), roll.value_or(0.0)};
 }
 
 }  // namespace raywalk

@@ -6,9 +6,7 @@
 
 #include <cstddef>
 #include <opencv2/core/mat.hpp>
-#include <optional>
 #include <span>
-#include <string>
 
 namespace raywalk {
 
@@ -29,13 +27,5 @@ PictureKind look_at_picture(const cv::Mat& picture);
 
 // The same for an image file in memory, decoded at a fraction of its size. kUnclear if it is none.
 PictureKind look_at_picture(std::span<const std::byte> file);
-
-// The attitude of the camera that an image file in memory states (PosePitchDegrees and
-// PoseRollDegrees of XMP "GPano"): empty if it states none.
-struct StatedAttitude {
-  double pitch_deg = 0.0;
-  double roll_deg = 0.0;
-};
-std::optional<StatedAttitude> stated_attitude(std::span<const std::byte> file);
 
 }  // namespace raywalk

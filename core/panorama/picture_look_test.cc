@@ -171,21 +171,5 @@ TEST(PictureLook, FilesAreDecodedAndOthersAreUnclear) {
   EXPECT_EQ(look_at_picture(std::span<const std::byte>{}), PictureKind::kUnclear);
 }
 
-TEST(PictureLook, TheStatedAttitudeIsReadFromBothFormsOfXmp) {
-  const auto attitude = [](const std::string& xmp) {
-    return stated_attitude(std::as_bytes(std::span(xmp)));
-  };
-  const auto attributes =
-      attitude(R"(<rdf GPano:PosePitchDegrees="-23.5" GPano:PoseRollDegrees="2"/>)");
-  ASSERT_TRUE(attributes);
-  EXPECT_EQ(attributes->pitch_deg, -23.5);
-  EXPECT_EQ(attributes->roll_deg, 2.0);
-  const auto element = attitude("<GPano:PoseRollDegrees>11</GPano:PoseRollDegrees>");
-  ASSERT_TRUE(element);
-  EXPECT_EQ(element->roll_deg, 11.0);
-  EXPECT_FALSE(attitude("GPano:PosePitchDegrees=\"level\""));
-  EXPECT_FALSE(attitude("JFIF"));
-}
-
 }  // namespace
 }  // namespace raywalk
