@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "build_lf/free_space.h"
 #include "build_lf/listed_motion.h"
@@ -32,12 +33,10 @@ struct Job {
   std::int64_t stations;
 };
 
-std::vector<std::size_t> lines_of(const PackPlan& plan, Block block) {
-  std::vector<std::size_t> lines;
-  for (auto i = static_cast<std::size_t>(block.index - 1); i < plan.grid.lines.size();
-       i += static_cast<std::size_t>(block.count)) {
-    lines.push_back(i);
-  }
+std::vector<std::size_t> lines_of(const PackPlan& plan, WorkPart part) {
+  const IndexRange share = part.share_of(plan.grid.lines.size());
+  std::vector<std::size_t> lines(share.size());
+  std::iota(lines.begin(), lines.end(), share.begin);
   return lines;
 }
 
@@ -175,17 +174,18 @@ void pack_room(const PackOptions& options) {
   complete_room(plan, &partial);
 }
 
-std::string pack_block(const PackOptions& options, Block block) {
+std::string pack_part(const PackOptions& options, WorkPart part) {
   require_free(without_trailing_slash(options.out), options.replace);
   const PackPlan plan = plan_pack(options);
-  const std::vector<std::size_t> lines = lines_of(plan, block);
+  const std::vector<std::size_t> lines = lines_of(plan, part);
   const std::string name =
-      fmt::format("{}: block {}/{}", options.out.string(), block.index, block.count);
+      fmt::format("{}: part {}/{}", options.out.string(), part.index, part.count);
   if (lines.empty()) {
     return fmt::format("{} is empty: the room has {}", name,
                        counted(plan.grid.lines.size(), "line"));
   }
-  if (block.index == 1) require_listed_motion(plan, input_name(options.frames));
+  // The last part is never empty.
+  if (part.index == part.count) require_listed_motion(plan, input_name(options.frames));
   PartialRoom partial(options.out, plan.fingerprint, options.replace, FileLock::Use::kShared);
   const std::size_t packed = pack_lines(options, plan, lines, &partial);
   return fmt::format("{}: {}, {}", name, counted(lines.size(), "line"),

@@ -3,23 +3,23 @@
 
 #include <string>
 
-#include "build_lf/block.h"
 #include "build_lf/pack_plan.h"
+#include "build_lf/work_part.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
 
 // Creates the room `options.out`, which appears only when complete. A stopped run (Interrupted,
 // disk full) keeps its finished volumes in `<out>.partial`, and the same command resumes it, also
-// what blocks left there. Throws
+// what parts left there. Throws
 // Error as plan_pack and PartialRoom do, and for too little disk space, an image that cannot be
 // decoded (nothing is kept then) and output that cannot be written.
 void pack_room(const PackOptions& options);
 
-// Packs the lines of one block into `<out>.partial`, which blocks on any machines share: every
+// Packs the lines of one part into `<out>.partial`, which parts on any machines share: every
 // count-th line, as those next to each other are of one length. What is packed is not packed again.
 // Returns a sentence for the terminal. Throws Error as pack_room does.
-std::string pack_block(const PackOptions& options, Block block);
+std::string pack_part(const PackOptions& options, WorkPart part);
 
 // The manifest of a room whose volumes are complete; reads the distances to record their checksums.
 // Throws Error if a volume cannot be read.

@@ -16,7 +16,7 @@ file(GLOB_RECURSE RAYWALK_CONFIGS CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/config
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs/ DESTINATION ${CMAKE_INSTALL_DATADIR}/raywalk/configs
         COMPONENT runtime)
 # For copying and editing.
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/slurm DESTINATION ${CMAKE_INSTALL_DATADIR}/raywalk
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/scripts/slurm DESTINATION ${CMAKE_INSTALL_DATADIR}/raywalk
         COMPONENT runtime)
 
 find_program(RAYWALK_HELP2MAN NAMES help2man)

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "build_lf/block.h"
+#include "build_lf/work_part.h"
 
 namespace CLI {
 class App;
@@ -28,7 +28,7 @@ void add_verify(CLI::App* app);
 void add_require(CLI::App* app);
 void add_export(CLI::App* app);
 
-// --block I/N; `pieces` says in words what is divided.
-void add_block_option(CLI::App* app, std::optional<Block>* block, const std::string& pieces);
+// --part I/N; `pieces` says in words what is divided.
+void add_part_option(CLI::App* app, std::optional<WorkPart>* part, const std::string& pieces);
 
 }  // namespace raywalk::build_lf

@@ -22,7 +22,7 @@ struct DepthArguments {
   DepthOptions options{};
   std::string method = "sweep";
   std::string step{};
-  std::optional<Block> block{};
+  std::optional<WorkPart> part{};
   int threads = 0;
 };
 
@@ -69,11 +69,11 @@ void add_depth(CLI::App* app) {
       ->add_option("--step", arguments->step,
                    "Do only this step; each needs those before it: " + depth_step_names())
       ->type_name("STEP");
-  add_block_option(depth, &arguments->block, "step");
+  add_part_option(depth, &arguments->part, "step");
   add_threads_option(depth, &arguments->threads);
   depth->footer(
       "Examples:\n  raywalk-build-lf depth room.lf\n"
-      "  raywalk-build-lf depth room.lf --step sweep --block 1/16\n"
+      "  raywalk-build-lf depth room.lf --step sweep --part 1/16\n"
       "The same command resumes a stopped run. Views then use the estimated distances; those\n"
       "packed with the room are kept, and `raywalk-build-lf distances` goes back to them.");
   depth->callback([arguments, options] {
@@ -82,10 +82,10 @@ void add_depth(CLI::App* app) {
     if (!arguments->step.empty()) {
       const DepthStep step = depth_step_from_name(arguments->step);
       fmt::print("{}\n",
-                 escaped(estimate_step(*options, step, arguments->block.value_or(Block{}))));
+                 escaped(estimate_step(*options, step, arguments->part.value_or(WorkPart{}))));
       return;
     }
-    if (arguments->block) throw UsageError("--block: give --step too: " + depth_step_names());
+    if (arguments->part) throw UsageError("--part: give --step too: " + depth_step_names());
     const DepthSummary summary = estimate_depth(*options);
     fmt::print("{}", text_of(summary));
     require_usable(summary);

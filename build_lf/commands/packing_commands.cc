@@ -27,19 +27,19 @@ template <typename Options>
 struct Arguments {
   Options options{};
   std::string compress = "none";
-  std::optional<Block> block{};
+  std::optional<WorkPart> part{};
   int threads = 0;
 };
 
-std::optional<Block> parse_block(std::string_view text) {
+std::optional<WorkPart> parse_part(std::string_view text) {
   const std::size_t slash = text.find('/');
   if (slash == std::string_view::npos) return std::nullopt;
   const std::optional<int> index = parse_whole_number(text.substr(0, slash));
   const std::optional<int> count = parse_whole_number(text.substr(slash + 1));
-  if (!index || !count || *index < 1 || *index > *count || *count > kMostBlocks) {
+  if (!index || !count || *index < 1 || *index > *count || *count > kMostParts) {
     return std::nullopt;
   }
-  return Block{*index, *count};
+  return WorkPart{*index, *count};
 }
 
 CLI::Option* add_compress_option(CLI::App* command, std::string* name) {
@@ -84,18 +84,18 @@ void print_summary(const std::filesystem::path& room) {
 
 }  // namespace
 
-void add_block_option(CLI::App* app, std::optional<Block>* block, const std::string& pieces) {
+void add_part_option(CLI::App* app, std::optional<WorkPart>* part, const std::string& pieces) {
   app->add_option_function<std::string>(
-         "--block", [block](const std::string& text) { *block = parse_block(text); },
-         fmt::format("Do only block I of N of the {}, on any machine that sees the files; the "
+         "--part", [part](const std::string& text) { *part = parse_part(text); },
+         fmt::format("Do only part I of N of the {}, on any machine that sees the files; the "
                      "command without it finishes",
                      pieces))
       ->type_name("I/N")
       ->check(CLI::Validator(
           [](const std::string& text) {
-            return parse_block(text)
+            return parse_part(text)
                        ? std::string()
-                       : fmt::format("{} is not I/N with 1 <= I <= N <= {}", text, kMostBlocks);
+                       : fmt::format("{} is not I/N with 1 <= I <= N <= {}", text, kMostParts);
           },
           ""));
 }
@@ -119,18 +119,18 @@ void add_pack(CLI::App* app) {
   command->add_option(
       "--distance", arguments->options.distances,
       "Directory of distance maps: <frame's stem>.png, 16-bit millimetres, 0 = no surface");
-  add_block_option(command, &arguments->block, "lines");
+  add_part_option(command, &arguments->part, "lines");
   command->footer(
       "Example:\n  raywalk-build-lf pack --frames poses.csv --distance dist --out room.lf\n"
       "The same command resumes a stopped run.\n"
-      "In blocks, each on any machine, and finished:\n"
-      "  raywalk-build-lf pack --frames poses.csv --out room.lf --block 1/2\n"
-      "  raywalk-build-lf pack --frames poses.csv --out room.lf --block 2/2\n"
+      "In parts, each on any machine, and finished:\n"
+      "  raywalk-build-lf pack --frames poses.csv --out room.lf --part 1/2\n"
+      "  raywalk-build-lf pack --frames poses.csv --out room.lf --part 2/2\n"
       "  raywalk-build-lf pack --frames poses.csv --out room.lf");
   command->callback([arguments] {
     const PackOptions options = given_options(*arguments);
-    if (arguments->block) {
-      fmt::print("{}\n", escaped(pack_block(options, *arguments->block)));
+    if (arguments->part) {
+      fmt::print("{}\n", escaped(pack_part(options, *arguments->part)));
       return;
     }
     pack_room(options);
@@ -182,6 +182,7 @@ void add_refine(CLI::App* app) {
                       "Leave out one of every n captured stations, to judge views by them; 0 = use "
                       "all");
   add_compress_option(command, &arguments->compress);
+  add_part_option(command, &arguments->part, "stations");
   add_threads_option(command, &arguments->threads);
   command->footer(
       "Examples:\n  raywalk-build-lf refine hall.lf\n"
@@ -191,6 +192,10 @@ void add_refine(CLI::App* app) {
     options->form = ray_form_from_name(arguments->compress);
     set_thread_count(arguments->threads);
     if (options->out.empty()) options->out = refined_room_path(options->room);
+    if (arguments->part) {
+      fmt::print("{}\n", escaped(refine_part(*options, *arguments->part)));
+      return;
+    }
     refine_room(*options);
     print_summary(options->out);
   });

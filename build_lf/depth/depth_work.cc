@@ -146,7 +146,7 @@ void DepthWork::require_maps(DepthStep step) {
                           options_.room.string(), name_of(step), missing, plan().maps.size()));
 }
 
-void DepthWork::make(DepthStep step, Block block) {
+void DepthWork::make(DepthStep step, WorkPart part) {
   if (step == DepthStep::kPrepare) {
     prepared_ = kept_preparation(room_, options_, partial_);
     if (prepared_) {
@@ -157,7 +157,7 @@ void DepthWork::make(DepthStep step, Block block) {
     return;
   }
   const Preparation& known = prepared();
-  const IndexRange share = block.share_of(known.plan.maps.size());
+  const IndexRange share = part.share_of(known.plan.maps.size());
   switch (step) {
     case DepthStep::kPrepare:
       return;
@@ -173,7 +173,7 @@ void DepthWork::make(DepthStep step, Block block) {
       return fuse_chosen_maps(room_, known.plan, known.gains, share, &partial_);
     case DepthStep::kVolumes:
       require_maps(has(DepthStep::kFuse) ? DepthStep::kFuse : DepthStep::kSweep);
-      return make_volumes(block.share_of(room_.grid().lines.size()));
+      return make_volumes(part.share_of(room_.grid().lines.size()));
   }
 }
 

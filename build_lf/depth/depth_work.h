@@ -1,7 +1,7 @@
 // The work of a depth run, step by step.
 //
 // What a step leaves is kept in the room's working directory (PartialMaps) until the room has its
-// distances. It does not matter which process made it: blocks of a step, on any machines, leave the
+// distances. It does not matter which process made it: parts of a step, on any machines, leave the
 // maps that a run of its own would make, and that run makes what is missing.
 #pragma once
 
@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "build_lf/block.h"
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/partial_maps.h"
 #include "build_lf/depth/preparation.h"
+#include "build_lf/work_part.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
@@ -53,9 +53,9 @@ class DepthWork {
 
   // Whether the run has the step.
   bool has(DepthStep step) const;
-  // Does a block of a step: what of it is not done. Throws Error if anything of the steps before is
+  // Does a part of a step: what of it is not done. Throws Error if anything of the steps before is
   // missing, and as the steps do; Interrupted.
-  void make(DepthStep step, Block block);
+  void make(DepthStep step, WorkPart part);
   // Throws Error if the first step has not been done.
   const Preparation& prepared();
   const DepthPlan& plan() { return prepared().plan; }

@@ -206,15 +206,15 @@ DepthSummary estimate_depth(const DepthOptions& options) {
   return finish(&work, truth, start);
 }
 
-std::string estimate_step(const DepthOptions& options, DepthStep step, Block block) {
+std::string estimate_step(const DepthOptions& options, DepthStep step, WorkPart part) {
   const bool alone = step == DepthStep::kPrepare;
-  if (alone && block.count > 1) throw UsageError("--block: step prepare is done in one piece");
+  if (alone && part.count > 1) throw UsageError("--part: step prepare is done in one piece");
   DepthWork work(options, alone ? MapsUse::kAlone : MapsUse::kShared);
   const std::string name = fmt::format("{}: step {}", options.room.string(), name_of(step));
   if (!work.has(step)) return name + ": this run has no such step";
-  work.make(step, block);
-  if (block.count == 1) return name + " is done";
-  return fmt::format("{}, block {}/{} is done", name, block.index, block.count);
+  work.make(step, part);
+  if (part.count == 1) return name + " is done";
+  return fmt::format("{}, part {}/{} is done", name, part.index, part.count);
 }
 
 }  // namespace raywalk::build_lf

@@ -3,10 +3,10 @@
 
 #include <string>
 
-#include "build_lf/block.h"
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/depth_summary.h"
 #include "build_lf/depth/depth_work.h"
+#include "build_lf/work_part.h"
 
 namespace raywalk::build_lf {
 
@@ -19,10 +19,10 @@ namespace raywalk::build_lf {
 // that does not match the room, and for output that cannot be written.
 DepthSummary estimate_depth(const DepthOptions& options);
 
-// Does a step, or a block of it (not of kPrepare), which processes on any machines can do at once;
+// Does a step, or a part of it (not of kPrepare), which processes on any machines can do at once;
 // what is done is not done again. estimate_depth() then makes what is missing and finishes. Returns
 // a sentence for the terminal. Throws Error if anything of the steps before is missing, and if the
 // maps that are there are of other options or of the room as it was.
-std::string estimate_step(const DepthOptions& options, DepthStep step, Block block);
+std::string estimate_step(const DepthOptions& options, DepthStep step, WorkPart part);
 
 }  // namespace raywalk::build_lf

@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "build_lf/block.h"
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/partial_maps.h"
+#include "build_lf/work_part.h"
 
 namespace raywalk::build_lf {
 

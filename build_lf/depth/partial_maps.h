@@ -1,6 +1,6 @@
 // The working directory `<room>/distances.partial` of a depth run, which replaces
 // `<room>/distances/estimated` when complete. A stopped run leaves its finished maps there, to be
-// resumed. Processes that do a block of a step each share it.
+// resumed. Processes that do a part of a step each share it.
 #pragma once
 
 #include <cstddef>
@@ -8,10 +8,10 @@
 #include <optional>
 #include <string>
 
-#include "build_lf/block.h"
 #include "build_lf/depth/contradictions.h"
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/inverse_distance_map.h"
+#include "build_lf/work_part.h"
 #include "core/files/file_lock.h"
 
 namespace raywalk::build_lf {

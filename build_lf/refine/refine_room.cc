@@ -6,6 +6,7 @@
 #include <array>
 #include <iterator>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "build_lf/free_space.h"
@@ -16,6 +17,7 @@
 #include "build_lf/volume_writer.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
+#include "core/base/number_text.h"
 #include "core/base/progress.h"
 #include "core/evaluate/held_out.h"
 #include "core/files/atomic_output.h"
@@ -35,7 +37,7 @@ constexpr const char* kRefinedOrigin = "refined";
 // A run: the captured room without what is held out, and what is made of it.
 class Refinement {
  public:
-  explicit Refinement(const RefineOptions& options)
+  explicit Refinement(const RefineOptions& options, FileLock::Use use = FileLock::Use::kAlone)
       : options_(options),
         captured_(opened(options)),
         room_(options.hold_out == 0 ? captured_
@@ -43,7 +45,7 @@ class Refinement {
         kept_(stations_to_develop(room_, options.stations)),
         refined_(room_.subset(kept_)),
         width_(developed_width(room_.panorama(), options.width)),
-        partial_(options.out, fingerprint(), options.replace) {
+        partial_(options.out, fingerprint(), options.replace, use) {
     for (int line = 0; line < static_cast<int>(kept_.size()); ++line) {
       for (const int station : kept_[static_cast<std::size_t>(line)]) {
         stations_.push_back({line, station});
@@ -51,14 +53,16 @@ class Refinement {
     }
   }
 
-  // Develops those that are not.
-  void develop() {
+  // Develops those of the part that are not. Returns how many stations the part has.
+  std::size_t develop(WorkPart part) {
+    const IndexRange share = part.share_of(stations_.size());
+    const std::span<const StationIndex> of_part(stations_.data() + share.begin, share.size());
     require_space();
     const std::unique_ptr<const Exposure> exposure =
         room_.gains().empty() ? nullptr : std::make_unique<const Exposure>(room_);
     SourceViews views(room_);
-    Progress progress("developing", std::ssize(stations_), "stations");
-    for (const StationIndex station : stations_) {
+    Progress progress("developing", std::ssize(of_part), "stations");
+    for (const StationIndex station : of_part) {
       throw_if_interrupted();
       if (!fs::exists(file_of(station))) {
         store_developed(file_of(station),
@@ -66,6 +70,7 @@ class Refinement {
       }
       progress.advance();
     }
+    return share.size();
   }
 
   // Makes the room of what is developed.
@@ -183,8 +188,14 @@ class Refinement {
 
 void refine_room(const RefineOptions& options) {
   Refinement refinement(options);
-  refinement.develop();
+  refinement.develop({});
   refinement.complete();
+}
+
+std::string refine_part(const RefineOptions& options, WorkPart part) {
+  const std::size_t stations = Refinement(options, FileLock::Use::kShared).develop(part);
+  return fmt::format("{}: part {}/{}: {} developed", options.out.string(), part.index, part.count,
+                     counted(stations, "station"));
 }
 
 }  // namespace raywalk::build_lf

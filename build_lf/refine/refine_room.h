@@ -3,7 +3,9 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
+#include "build_lf/work_part.h"
 #include "core/room/ray_form.h"
 
 namespace raywalk::build_lf {
@@ -23,5 +25,10 @@ struct RefineOptions {
 // for options out of range; Error as Room::open and pack_room do, and if the room has no distances
 // or is itself a refined one.
 void refine_room(const RefineOptions& options);
+
+// Develops the stations of one part into `<out>.partial`, which parts on any machines share;
+// refine_room() then develops what is missing and makes the room. Throws as refine_room(). Returns
+// what was done, a line.
+std::string refine_part(const RefineOptions& options, WorkPart part);
 
 }  // namespace raywalk::build_lf

@@ -194,6 +194,23 @@ TEST_F(RefineRoomTest, AStoppedRunIsResumed) {
   EXPECT_EQ(Room::open(options.out).panorama().width, 256);
 }
 
+TEST_F(RefineRoomTest, PartsMakeTheRoomOfOneRun) {
+  DepthTestRoom captured(spec());
+  captured.give_distances(spec().scene, {64, 32}, 8);
+  RefineOptions options = options_of(captured.room());
+  refine_room(options);
+  const auto expected = checksums_of_files(options.out);
+  options.out = options.out.string() + "-of-parts";
+  EXPECT_THAT(refine_part(options, {3, 3}), HasSubstr("part 3/3"));
+  EXPECT_THAT(refine_part(options, {1, 3}), HasSubstr("developed"));
+  EXPECT_FALSE(fs::exists(options.out));
+  options.hold_out = 4;
+  EXPECT_THROW(refine_part(options, {2, 3}), Error) << "others have other options";
+  options.hold_out = 0;
+  refine_room(options);
+  EXPECT_EQ(checksums_of_files(options.out), expected);
+}
+
 TEST_F(RefineRoomTest, KnowsWhatItWasMadeFrom) {
   DepthTestRoom captured(spec());
   captured.give_distances(spec().scene, {64, 32}, 8);

@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
 // A room with exposures that differ and a person, so that every step finds something.
-SyntheticRoomSpec blocks_spec() {
+SyntheticRoomSpec parts_spec() {
   SyntheticRoomSpec spec = room_of_scale(1.0);
   spec.width = 96;
   spec.spacing_m = 0.125;
@@ -31,14 +31,14 @@ void disturb(StationIndex station, cv::Mat* frame) {
   }
 }
 
-// Two copies of a room: one for a single run, one for blocks.
-class DepthBlocksTest : public ::testing::Test {
+// Two copies of a room: one for a single run, one for parts.
+class DepthPartsTest : public ::testing::Test {
  protected:
-  explicit DepthBlocksTest(const SyntheticRoomSpec& spec = blocks_spec()) : room_(spec, disturb) {
-    fs::copy(room_.room().directory(), blocks_, fs::copy_options::recursive);
+  explicit DepthPartsTest(const SyntheticRoomSpec& spec = parts_spec()) : room_(spec, disturb) {
+    fs::copy(room_.room().directory(), parts_, fs::copy_options::recursive);
   }
 
-  // The blocks of all steps, the last block first, and one of them twice.
+  // The parts of all steps, the last part first, and one of them twice.
   static void make_all(const DepthOptions& options) {
     estimate_step(options, DepthStep::kPrepare, {});
     for (const DepthStep step : kDepthSteps) {
@@ -50,31 +50,31 @@ class DepthBlocksTest : public ::testing::Test {
   void expect_same_as_one_run(DepthOptions options) {
     options.room = room_.room().directory();
     const DepthSummary plain = estimate_depth(options);
-    options.room = blocks_;
+    options.room = parts_;
     make_all(options);
     const DepthSummary finished = estimate_depth(options);
-    EXPECT_EQ(result_files_of(blocks_), result_files_of(room_.room().directory()));
+    EXPECT_EQ(result_files_of(parts_), result_files_of(room_.room().directory()));
     EXPECT_EQ(finished.maps.size(), plain.maps.size());
-    EXPECT_FALSE(fs::exists(blocks_ / "distances.partial"));
+    EXPECT_FALSE(fs::exists(parts_ / "distances.partial"));
   }
 
   DepthTestRoom room_;
   TestDirectory directory_;
-  fs::path blocks_ = directory_ / "blocks.lf";
+  fs::path parts_ = directory_ / "parts.lf";
 };
 
-TEST_F(DepthBlocksTest, GiveTheRoomOfOneRun) {
+TEST_F(DepthPartsTest, GiveTheRoomOfOneRun) {
   expect_same_as_one_run({.every = 3});
-  const Room room = Room::open(blocks_);
+  const Room room = Room::open(parts_);
   EXPECT_TRUE(room.manifest().gains) << "the exposures differ";
   EXPECT_TRUE(room.distances(1).left_out().any(4)) << "the person";
 }
 
-TEST_F(DepthBlocksTest, GiveTheMapsOfOneRunByFlowAndWithStationsHeldOut) {
+TEST_F(DepthPartsTest, GiveTheMapsOfOneRunByFlowAndWithStationsHeldOut) {
   expect_same_as_one_run({.method = DepthMethod::kFlow, .every = 3, .hold_out = 4});
 }
 
-TEST_F(DepthBlocksTest, WorkWithAMaskAndAllThatMoves) {
+TEST_F(DepthPartsTest, WorkWithAMaskAndAllThatMoves) {
   const fs::path mask = directory_ / "mask.png";
   cv::Mat valid(16, 32, CV_8UC1, cv::Scalar(255));
   valid.rowRange(13, 16).setTo(0);
@@ -82,28 +82,28 @@ TEST_F(DepthBlocksTest, WorkWithAMaskAndAllThatMoves) {
   expect_same_as_one_run({.every = 2, .width = 32, .valid_mask = mask, .leave_out_moving = false});
 }
 
-class DepthBlocksOfALineTest : public DepthBlocksTest {
+class DepthPartsOfALineTest : public DepthPartsTest {
  protected:
   static SyntheticRoomSpec line() {
-    SyntheticRoomSpec spec = blocks_spec();
+    SyntheticRoomSpec spec = parts_spec();
     spec.cells_z = 0;
     return spec;
   }
-  DepthBlocksOfALineTest() : DepthBlocksTest(line()) {}
+  DepthPartsOfALineTest() : DepthPartsTest(line()) {}
 };
 
-TEST_F(DepthBlocksOfALineTest, FindTheReachOfOneRun) { expect_same_as_one_run({}); }
+TEST_F(DepthPartsOfALineTest, FindTheReachOfOneRun) { expect_same_as_one_run({}); }
 
-TEST_F(DepthBlocksTest, AStepNeedsThoseBeforeItAndTheSameOptions) {
-  const DepthOptions options{.room = blocks_, .every = 2};
+TEST_F(DepthPartsTest, AStepNeedsThoseBeforeItAndTheSameOptions) {
+  const DepthOptions options{.room = parts_, .every = 2};
   const auto error_at = [](const DepthOptions& with, DepthStep step) {
     return error_of([&] { estimate_step(with, step, {1, 2}); });
   };
   EXPECT_THAT(error_at(options, DepthStep::kSweep), HasSubstr("--step prepare first"));
-  EXPECT_FALSE(fs::exists(blocks_ / "distances.partial"));
+  EXPECT_FALSE(fs::exists(parts_ / "distances.partial"));
   EXPECT_THAT(error_at(options, DepthStep::kPrepare), HasSubstr("in one piece"));
   estimate_step(options, DepthStep::kPrepare, {});
-  EXPECT_THAT(error_at({.room = blocks_, .every = 3}, DepthStep::kSweep),
+  EXPECT_THAT(error_at({.room = parts_, .every = 3}, DepthStep::kSweep),
               HasSubstr("of other options"));
   for (const int index : {1, 2, 4}) estimate_step(options, DepthStep::kSweep, {index, 4});
   EXPECT_THAT(error_at(options, DepthStep::kChoose),
@@ -112,7 +112,7 @@ TEST_F(DepthBlocksTest, AStepNeedsThoseBeforeItAndTheSameOptions) {
   EXPECT_THAT(error_at(options, DepthStep::kVolumes), HasSubstr("step fuse has to be done first"));
   // A run of its own takes over what is there and makes what is missing.
   fs::path swept;
-  for (const auto& entry : fs::directory_iterator(blocks_ / "distances.partial")) {
+  for (const auto& entry : fs::directory_iterator(parts_ / "distances.partial")) {
     if (entry.path().filename().string().starts_with("swept-0-")) swept = entry.path();
   }
   const auto made = fs::last_write_time(swept);
@@ -126,12 +126,12 @@ TEST_F(DepthBlocksTest, AStepNeedsThoseBeforeItAndTheSameOptions) {
 }
 
 // The maps of a run that was stopped are those of one that keeps what moved; its volumes are not.
-TEST_F(DepthBlocksTest, WhatMovedCanBeKeptAfterwards) {
-  DepthOptions options{.room = blocks_, .every = 3};
+TEST_F(DepthPartsTest, WhatMovedCanBeKeptAfterwards) {
+  DepthOptions options{.room = parts_, .every = 3};
   make_all(options);
   options.leave_out_moving = false;
   estimate_depth(options);
-  EXPECT_FALSE(Room::open(blocks_).distances(1).left_out().any(4));
+  EXPECT_FALSE(Room::open(parts_).distances(1).left_out().any(4));
 }
 
 }  // namespace
