@@ -12,8 +12,6 @@ void bind_exceptions(pybind11::module_& module);
 void bind_room(pybind11::module_& module);
 // What renders views of a room.
 void bind_views(pybind11::module_& module);
-// The measured connection error of a room.
-void bind_connect_error(pybind11::module_& module);
 // What compares pictures.
 void bind_metrics(pybind11::module_& module);
 // Picture files, and how many threads are used.

@@ -9,7 +9,6 @@ PYBIND11_MODULE(_native, module) {
   bind_exceptions(module);
   bind_room(module);
   bind_views(module);
-  bind_connect_error(module);
   bind_metrics(module);
   bind_pictures(module);
 }

@@ -18,12 +18,11 @@ from ._native import (
     thread_count,
     write_picture,
 )
-from ._room import Cell, ConnectError, DistanceMap, Line, Path, Room
+from ._room import Cell, DistanceMap, Line, Path, Room
 from .view_settings import ViewMethod, ViewSettings
 
 __all__ = [
     "Cell",
-    "ConnectError",
     "DistanceMap",
     "Error",
     "ViewMethod",

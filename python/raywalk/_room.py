@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from .view_settings import ViewMethod, ViewSettings
+from .view_settings import ViewSettings
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -72,20 +72,6 @@ class DistanceMap(NamedTuple):
     """(height, width): metres along the ray to the first surface; infinite where there is none."""
     confidence: NDArray[np.uint8]
     """(height, width): 0 is unknown, 255 certain; views ignore what is below 64."""
-
-
-class ConnectError(NamedTuple):
-    """E_connect, (11) of the paper: one value for each k; squared 8-bit levels."""
-
-    k_deg: NDArray[np.float64]
-    e_connect: NDArray[np.float64]
-    """NaN where there was no column to compare."""
-    e_connect_common: NDArray[np.float64]
-    """Over the (viewpoint, corner) pairs that are readable at every k."""
-    coverage: NDArray[np.float64]
-    """Share of the pairs that are readable at this k, 0 to 1."""
-    common_share: float
-    """Share of the pairs that ``e_connect_common`` is over, 0 to 1."""
 
 
 class Path(Iterator[NDArray[np.uint8]]):
@@ -285,21 +271,3 @@ class Room:
         if out is None:
             out = pathlib.Path(table).stem
         return _native.write_path(self._room, table, out, replace, dict(settings))
-
-    def connect_error(
-        self,
-        method: ViewMethod = "initial",
-        *,
-        viewpoints: int = 49,
-        overlap_deg: float = 5.0,
-        k_list_deg: Optional[Sequence[float]] = None,
-    ) -> ConnectError:
-        """E_connect over k, measured on all cells as ``raywalk-render connect-error`` does.
-
-        ``viewpoints`` x ``viewpoints`` of a cell, 1 to 250 per side; ``k_list_deg`` in 45..90, that
-        of the command if it is not given. Takes minutes for corrected views of 49 x 49 viewpoints.
-        """
-        k_list = None if k_list_deg is None else [float(k_deg) for k_deg in k_list_deg]
-        return ConnectError(
-            **_native.connect_error(self._room, method, viewpoints, overlap_deg, k_list)
-        )

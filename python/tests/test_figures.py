@@ -1,4 +1,4 @@
-"""Error model, connection errors and metrics, compared with the programs and the equations."""
+"""Error model and metrics, compared with the programs and the equations."""
 
 import json
 
@@ -88,36 +88,6 @@ def test_error_curves_are_those_of_the_program(render, tmp_path):
         assert curve.e_b_rad == pytest.approx(stated["e_b_rad"], rel=1e-12, abs=1e-12)
         assert curve.e_t == pytest.approx(stated["e_t"], rel=1e-12, abs=1e-12)
         assert curve.optimum_k_deg == stated["optimum_k_deg"]
-
-
-def test_connect_error_is_that_of_the_program(room, room_folder, render):
-    measured = [
-        room.connect_error(method, viewpoints=2, k_list_deg=[60, 80, 90])
-        for method in ("initial", "hlf-vd")
-    ]
-    table = render(
-        "connect-error",
-        room_folder,
-        "--method",
-        "initial,hlf-vd",
-        "--viewpoints",
-        "2",
-        "--k-list",
-        "60,80,90",
-    )
-    rows = [line.split() for line in table.splitlines() if line.endswith("%")]
-    mine = [
-        [f"{k:g}", f"{error:.1f}", f"{common:.1f}", f"{100 * coverage:.1f}%"]
-        for of in measured
-        for k, error, common, coverage in zip(
-            of.k_deg, of.e_connect, of.e_connect_common, of.coverage
-        )
-    ]
-    assert [[row[0], *row[2:]] for row in rows] == [
-        [value.replace("nan", "-") for value in row] for row in mine
-    ]
-    with pytest.raises(raywalk.UsageError, match="k is 30 degrees; it must be in 45..90"):
-        room.connect_error(k_list_deg=[30])
 
 
 def test_metrics_are_those_of_the_program(room, room_folder, render, tmp_path):

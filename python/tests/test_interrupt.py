@@ -18,7 +18,6 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 room = raywalk.Room(sys.argv[1])
 work = {
-    "connect_error": lambda: room.connect_error("two-sided", viewpoints=250),
     "path": lambda: [None for _ in room.path([[0.1, 0.2]] * 5000, width_px=1024)],
     "write_path": lambda: room.write_path(sys.argv[3], sys.argv[4], width_px=1024),
 }[sys.argv[2]]
@@ -46,11 +45,11 @@ work()
 """
 
 
-@pytest.mark.parametrize("work", ["connect_error", "path", "write_path", "thread"])
+@pytest.mark.parametrize("work", ["path", "write_path", "thread"])
 def test_sigint_stops_work_and_raises_keyboard_interrupt(room_folder, tmp_path, work):
     table = tmp_path / "walk.csv"
     table.write_text("name,x,z\n" + "".join(f"v{i},0.1,0.2\n" for i in range(2000)))
-    arguments = [room_folder, "connect_error" if work == "thread" else work, table, tmp_path / "out"]
+    arguments = [room_folder, "path" if work == "thread" else work, table, tmp_path / "out"]
     process = subprocess.Popen(
         [sys.executable, "-c", SCRIPT, *arguments, *(["thread"] if work == "thread" else [])],
         stdout=subprocess.PIPE,
