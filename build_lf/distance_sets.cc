@@ -68,7 +68,7 @@ std::string distances_text(const fs::path& room) {
   for (const FoundDistances& found : all) {
     if (found.in_use || !found.fault.empty()) continue;
     text += fmt::format("`raywalk-build-lf distances {} --use {}` switches\n",
-                        escaped(room.string()), name_of(found.kind));
+                        escaped(shell_word(room.string())), name_of(found.kind));
   }
   return text;
 }
@@ -91,7 +91,7 @@ std::string use_distances(const fs::path& room, DistanceKind kind) {
         kind == DistanceKind::kGiven
             ? room.string() + ": no given distances; pack the room with --distance"
             : fmt::format("{}: no estimated distances; `raywalk-build-lf depth {}` makes them",
-                          room.string(), room.string()));
+                          room.string(), shell_word(room.string())));
   }
   open_distance_volumes(folder, manifest.grid);  // throws where they are damaged
   const bool already = manifest.distances == kind;

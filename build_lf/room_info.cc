@@ -11,6 +11,7 @@
 
 #include "build_lf/distance_sets.h"
 #include "build_lf/reused_lines.h"
+#include "core/base/escaped.h"
 #include "core/base/interrupt.h"
 #include "core/base/number_text.h"
 #include "core/base/progress.h"
@@ -140,7 +141,7 @@ std::string use_text(const RoomInfo& info, const std::string& name) {
   for (const DistancesInfo& set : info.distance_sets) {
     if (set.in_use) continue;
     text += fmt::format("not in use: {} (`raywalk-build-lf distances {} --use {}`)\n", set.origin,
-                        name, set.origin == kGivenOrigin ? "given" : "estimated");
+                        shell_word(name), set.origin == kGivenOrigin ? "given" : "estimated");
   }
   for (const std::string& fault : info.distance_faults) text += "not usable: " + fault + "\n";
   return text;

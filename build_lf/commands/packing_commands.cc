@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -72,6 +73,8 @@ void add_frames_options(CLI::App* command, Arguments<PackOptions>* arguments) {
 
 PackOptions given_options(const Arguments<PackOptions>& arguments) {
   PackOptions options = arguments.options;
+  // The folder of a capture, too, as for raywalk-calibrate.
+  if (std::filesystem::is_directory(options.frames)) options.frames /= "poses.csv";
   options.form = ray_form_from_name(arguments.compress);
   set_thread_count(arguments.threads);
   if (options.out.empty()) options.out = default_room_name(options.frames);

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 #include "core/base/number_text.h"
 #include "core/room/distance_volume.h"
 
@@ -75,7 +76,7 @@ std::string use_text(const DepthSummary& summary) {
   return fmt::format(
       "{}; the given ones are kept in {}, `raywalk-build-lf distances {} --use "
       "given` goes back to them",
-      use, summary.kept_given, summary.room);
+      use, summary.kept_given, shell_word(summary.room));
 }
 
 }  // namespace

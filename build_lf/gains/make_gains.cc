@@ -9,6 +9,7 @@
 #include "build_lf/distances_lock.h"
 #include "build_lf/gains/room_gains.h"
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 #include "core/base/number_text.h"
 #include "core/files/atomic_output.h"
 #include "core/files/output_folder.h"
@@ -109,7 +110,7 @@ GainsSummary make_gains(const std::filesystem::path& directory) {
     throw Error(
         fmt::format("{}: no distances, which tell the surfaces that stations share; "
                     "`raywalk-build-lf depth {}` estimates them",
-                    directory.string(), directory.string()));
+                    directory.string(), shell_word(directory.string())));
   }
   const GainFields fields =
       solve_room_gains(room, all_stations(room.grid()), surface_maps_of(room));

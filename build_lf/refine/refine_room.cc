@@ -16,6 +16,7 @@
 #include "build_lf/refine/refine_plan.h"
 #include "build_lf/volume_writer.h"
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 #include "core/base/interrupt.h"
 #include "core/base/number_text.h"
 #include "core/base/progress.h"
@@ -111,7 +112,7 @@ class Refinement {
     }
     if (!room.has_distances()) {
       throw Error(fmt::format("{}: has no distances; run raywalk-build-lf depth {} first",
-                              options.room.string(), options.room.string()));
+                              options.room.string(), shell_word(options.room.string())));
     }
     return room;
   }

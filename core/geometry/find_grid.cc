@@ -325,6 +325,9 @@ void sort_and_name(std::vector<Line>* lines) {
 
 Grid find_grid(std::span<const StationPose> stations, const GridTolerance& tolerance) {
   if (stations.empty()) throw Error("there are no stations");
+  if (stations.size() == 1) {
+    throw Error(name_of(stations.front()) + " is the only station; a line needs at least two");
+  }
   for (const StationPose& station : stations) {
     if (station.position_m.allFinite()) continue;
     throw Error(fmt::format("{}: the position is not finite", name_of(station)));

@@ -286,6 +286,7 @@ TEST(FindGrid, NamedLinesNeedNoNeighbours) {
   EXPECT_THAT(error_of(stations), AllOf(HasSubstr("a3"), HasSubstr("every frame or of none")));
   stations[6].line = "c";
   EXPECT_THAT(error_of(stations), AllOf(HasSubstr("a3"), HasSubstr("only station of line c")));
+  EXPECT_THAT(error_of({stations[6]}), AllOf(HasSubstr("a3"), HasSubstr("the only station;")));
 }
 
 TEST(FindGrid, StrayStationsAreNamedWithTheNearestLine) {

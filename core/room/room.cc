@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/room/hdf5_file.h"
@@ -82,7 +83,7 @@ void Room::open_distances() {
     throw Error(fmt::format(
         "{}; put the room's own file back, estimate again (`raywalk-build-lf depth {}`), or use "
         "other distances (`raywalk-build-lf distances {} --use`)",
-        unusable.what(), directory_.string(), directory_.string()));
+        unusable.what(), shell_word(directory_.string()), shell_word(directory_.string())));
   }
 }
 
@@ -101,7 +102,7 @@ void Room::open_gains() {
     throw Error(fmt::format(
         "{}; put the room's own file back, solve for the gains again (`raywalk-build-lf gains "
         "{}`), or remove them (`raywalk-build-lf gains {} --remove`)",
-        unusable.what(), directory_.string(), directory_.string()));
+        unusable.what(), shell_word(directory_.string()), shell_word(directory_.string())));
   }
 }
 

@@ -60,7 +60,8 @@ class BuildLfTest : public ::testing::Test {
 TEST_F(BuildLfTest, PacksInspectsAndVerifies) {
   capture_.write_distance_map(2, {32, 16});
   const CommandResult packed =
-      build_lf(pack_arguments() + " --distance " + capture_.distances().string());
+      build_lf("pack --frames " + capture_.root().string() + " --out " + capture_.room().string() +
+               " --distance " + capture_.distances().string());  // the folder of the list
   EXPECT_EQ(packed.exit_code, 0) << packed.errors;
   EXPECT_THAT(packed.output, HasSubstr("4 lines, 1 cell, 28 panoramas of 64 x 32, 1 distance map"));
   const CommandResult info = build_lf("info --json " + capture_.room().string());
