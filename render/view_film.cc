@@ -32,7 +32,8 @@ std::string encode_film(const Room& room, const ViewMode& mode, const ViewFrame&
                         const fs::path& file) {
   Renderer renderer(room, mode.options);
   const cv::Size size = size_of(room, mode, frame);
-  FilmWriter film(settings, size, stereo_mode_of(frame), file);
+  const FilmShape shape{size, std::ssize(views)};
+  FilmWriter film(settings, shape, stereo_mode_of(frame), file);
   Progress progress("rendering", static_cast<std::int64_t>(views.size()), "frames");
   for (const PathView& view : views) {
     film.add(render_framed(&renderer, view.viewpoint, turned_as(view, frame)).image);

@@ -29,7 +29,7 @@ std::string last_line(std::string_view text) {
   return {};
 }
 
-std::vector<std::string> ffmpeg_arguments(const FilmSettings& settings, cv::Size size,
+std::vector<std::string> ffmpeg_arguments(const FilmSettings& settings, const FilmShape& shape,
                                           const std::filesystem::path& file) {
   std::vector<std::string> arguments = {"-hide_banner",
                                         "-nostdin",
@@ -41,7 +41,7 @@ std::vector<std::string> ffmpeg_arguments(const FilmSettings& settings, cv::Size
                                         "-pixel_format",
                                         "bgr24",
                                         "-video_size",
-                                        fmt::format("{}x{}", size.width, size.height),
+                                        fmt::format("{}x{}", shape.size.width, shape.size.height),
                                         "-framerate",
                                         fmt::format("{}", settings.fps),
                                         "-i",
@@ -49,6 +49,11 @@ std::vector<std::string> ffmpeg_arguments(const FilmSettings& settings, cv::Size
                                         "-an"};
   const std::vector<std::string> coding = codec_arguments(settings);
   arguments.insert(arguments.end(), coding.begin(), coding.end());
+  // Room for the description before the frames, so that players begin before they have read all of
+  // a film: the sizes, times and places of its frames, of some 40 bytes each at most, and the rest.
+  constexpr std::int64_t kFrameBytes = 64, kOtherBytes = 16384 + kSphericalBytes;
+  arguments.insert(arguments.end(),
+                   {"-moov_size", std::to_string(shape.frames * kFrameBytes + kOtherBytes)});
   // "file:" so that no name is taken for a protocol or a flag.
   arguments.insert(arguments.end(),
                    {"-metadata", std::string("comment=") + kFilmComment, "file:" + file.string()});
@@ -95,11 +100,11 @@ std::filesystem::path find_ffmpeg() {
   return *std::move(ffmpeg);
 }
 
-FilmEncoder::FilmEncoder(const FilmSettings& settings, cv::Size size,
+FilmEncoder::FilmEncoder(const FilmSettings& settings, const FilmShape& shape,
                          const std::filesystem::path& file, const std::string& name)
-    : name_(name), size_(size), log_(std::make_unique<Log>()) {
+    : name_(name), size_(shape.size), log_(std::make_unique<Log>()) {
   // SVT-AV1 prints its settings unless it is told to print errors alone.
-  std::vector<std::string> words = ffmpeg_arguments(settings, size, file);
+  std::vector<std::string> words = ffmpeg_arguments(settings, shape, file);
   words.insert(words.begin(), {"SVT_LOG=1", find_ffmpeg().string()});
   ffmpeg_ =
       std::make_unique<ChildProcess>("/usr/bin/env", words, log_->path(), ChildInput::kWritten);

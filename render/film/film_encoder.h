@@ -15,13 +15,18 @@ namespace raywalk::render {
 // Where ffmpeg is. Throws Error naming the package where it is not installed.
 std::filesystem::path find_ffmpeg();
 
+struct FilmShape {
+  cv::Size size{};  // of all frames
+  std::int64_t frames = 0;
+};
+
 // One film being encoded to a file that nobody sees yet. The destructor ends ffmpeg.
 class FilmEncoder {
  public:
-  // `size` is that of all frames. `file` must not exist; its extension is film_extension(). `name`
+  // `file` must not exist; its extension is film_extension(). `name`
   // is what messages call the film. Throws Error: no ffmpeg.
-  FilmEncoder(const FilmSettings& settings, cv::Size size, const std::filesystem::path& file,
-              const std::string& name);
+  FilmEncoder(const FilmSettings& settings, const FilmShape& shape,
+              const std::filesystem::path& file, const std::string& name);
   ~FilmEncoder();
   FilmEncoder(const FilmEncoder&) = delete;
   FilmEncoder& operator=(const FilmEncoder&) = delete;
@@ -29,7 +34,6 @@ class FilmEncoder {
   // Adds a frame, CV_8UC3 in BGR order. Throws Error with ffmpeg's last words where it has ended;
   // Interrupted on Ctrl-C.
   void add(const cv::Mat& frame);
-  std::int64_t frames() const { return frames_; }
   // Waits until the file is written. Throws as add() does.
   void finish();
 

@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <fstream>
-#include <stdexcept>
+#include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"
-#include "render/film/film_layout.h"
 
 namespace raywalk::render {
 namespace {
@@ -20,140 +19,250 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMostDescription = std::uint64_t{1} << 30;
-constexpr std::size_t kBlock = std::size_t{4} << 20;
+constexpr std::size_t kHeader = 8;  // size and type
+// SampleEntry (8 bytes) and the further fields of VisualSampleEntry (70) are before the boxes in it
+// (8.5.2 and 12.1.3), the size of the pictures among them.
+constexpr std::size_t kVisualEntry = 78, kWidthInEntry = 24;
+// ffcc8263-f855-4a93-8814-587a02521fdd, of the older RFC.
+constexpr std::string_view kUuid =
+    "\xff\xcc\x82\x63\xf8\x55\x4a\x93\x88\x14\x58\x7a\x02\x52\x1f\xdd";
 
-class FilmReader {
+// Bytes of a file, or of its description in memory, such as those of a box.
+struct Place {
+  std::uint64_t begin = 0;
+  std::uint64_t end = 0;  // one past the last
+};
+
+// Numbers in boxes have their highest byte first. 0 beyond the end.
+std::uint64_t number(std::string_view bytes, std::size_t at, std::size_t count) {
+  std::uint64_t value = 0;
+  for (std::size_t i = at; i < at + count; ++i) {
+    value = value << 8 | (i < bytes.size() ? static_cast<std::uint8_t>(bytes[i]) : 0U);
+  }
+  return value;
+}
+
+std::string four_bytes(std::size_t value) {
+  std::string bytes;
+  for (int shift = 24; shift >= 0; shift -= 8) bytes.push_back(static_cast<char>(value >> shift));
+  return bytes;
+}
+
+std::string box(const std::string& type, const std::string& content) {
+  return four_bytes(kHeader + content.size()) + type + content;
+}
+
+// A "full box": version and flags, both 0, come before the rest.
+std::string full_box(const std::string& type, const std::string& content) {
+  return box(type, std::string(4, '\0') + content);
+}
+
+// Neither turned (prhd: yaw, pitch and roll 0) nor cropped (equi: nothing is missing on four
+// sides).
+std::string boxes_of_version_2(StereoMode stereo) {
+  const std::string projection = box(
+      "proj", full_box("prhd", std::string(12, '\0')) + full_box("equi", std::string(16, '\0')));
+  return full_box("st3d", std::string(1, stereo == StereoMode::kTopBottom ? '\1' : '\0')) +
+         box("sv3d", full_box("svhd", std::string("Raywalk\0", 8)) + projection);
+}
+
+std::string box_of_version_1(StereoMode stereo) {
+  std::string xml =
+      "<?xml version=\"1.0\"?>"
+      "<rdf:SphericalVideo xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\" "
+      "xmlns:GSpherical=\"http://ns.google.com/videos/1.0/spherical/\">"
+      "<GSpherical:Spherical>true</GSpherical:Spherical>"
+      "<GSpherical:Stitched>true</GSpherical:Stitched>"
+      "<GSpherical:StitchingSoftware>Raywalk</GSpherical:StitchingSoftware>"
+      "<GSpherical:ProjectionType>equirectangular</GSpherical:ProjectionType>";
+  if (stereo == StereoMode::kTopBottom) {
+    xml += "<GSpherical:StereoMode>top-bottom</GSpherical:StereoMode>";
+  }
+  return box("uuid", std::string(kUuid) + xml + "</rdf:SphericalVideo>");
+}
+
+// The description of a film: its box moov, in memory.
+class Description {
  public:
-  explicit FilmReader(const fs::path& file) : name_(file.string()) {
-    require_regular_file(file);
-    stream_.open(file, std::ios::binary);
-    if (!stream_) throw Error("cannot read " + name_);
-    std::error_code error;
-    size_ = fs::file_size(file, error);
-    if (error) throw Error("cannot read " + name_ + ": " + error.message());
+  Description(std::string bytes, const std::string& name) : bytes_(std::move(bytes)), name_(name) {
+    const Place movie{0, bytes_.size()};
+    for (const Place& track : children(content(movie))) {
+      around_ = {movie, track};
+      if (type_of(track) == "trak" && find_entry()) return;
+    }
+    throw Error(name_ + ": the film has no track of pictures");
   }
 
-  const std::string& name() const { return name_; }
+  const std::string& bytes() const { return bytes_; }
 
-  std::string read(std::uint64_t from, std::uint64_t count) {
-    std::string bytes(static_cast<std::size_t>(count), '\0');
-    stream_.clear();
-    stream_.seekg(static_cast<std::streamoff>(from));
+  FilmFacts facts() const {
+    const Place entry = around_.back();
+    FilmFacts facts{.width = static_cast<int>(number_in(entry, kWidthInEntry, 2)),
+                    .height = static_cast<int>(number_in(entry, kWidthInEntry + 2, 2)),
+                    .by_raywalk = bytes_.find(kFilmComment) != std::string::npos};
+    // Version and flags, the size of all samples or 0, the number of samples (8.7.3.2).
+    const Place samples = around_[around_.size() - 3];
+    if (const auto sizes = child(content(samples), "stsz")) facts.frames = number_in(*sizes, 8, 4);
+    const Place of_entry = content(entry, kVisualEntry);
+    const auto spherical = child(of_entry, "sv3d");
+    if (!spherical || text(*spherical).find("equi") == std::string_view::npos) return facts;
+    const auto eyes = child(of_entry, "st3d");
+    const bool is_stereo = eyes && number_in(*eyes, 4, 1) == 1;
+    facts.stereo = is_stereo ? StereoMode::kTopBottom : StereoMode::kMono;
+    return facts;
+  }
+
+  void add_spherical(StereoMode stereo) {
+    // What is behind first, as it moves nothing before it.
+    insert(box_of_version_1(stereo), 2);
+    insert(boxes_of_version_2(stereo), around_.size());
+  }
+
+ private:
+  std::string_view text(Place place) const {
+    return std::string_view(bytes_).substr(place.begin, place.end - place.begin);
+  }
+  std::string_view type_of(Place place) const { return text(place).substr(4, 4); }
+  std::int64_t number_in(Place place, std::size_t at, std::size_t count) const {
+    return static_cast<std::int64_t>(number(text(place), kHeader + at, count));
+  }
+  // What is in a box behind the first `skipped` bytes.
+  static Place content(Place place, std::size_t skipped = 0) {
+    return {std::min(place.begin + kHeader + skipped, place.end), place.end};
+  }
+
+  // QuickTime ends some lists with 4 zero bytes.
+  std::vector<Place> children(Place place) const {
+    std::vector<Place> found;
+    for (std::size_t at = place.begin; at + kHeader <= place.end; at = found.back().end) {
+      const std::uint64_t size = number(bytes_, at, 4);
+      if (size < kHeader || size > place.end - at) {
+        throw Error(fmt::format("{}: the film is damaged: a box of {} bytes in {} bytes", name_,
+                                size, place.end - at));
+      }
+      found.push_back({at, at + size});
+    }
+    return found;
+  }
+  std::optional<Place> child(Place place, std::string_view type) const {
+    for (const Place& found : children(place)) {
+      if (type_of(found) == type) return found;
+    }
+    return std::nullopt;
+  }
+
+  // Goes down from the track; false if it is not one of pictures.
+  bool find_entry() {
+    for (const char* type : {"mdia", "minf", "stbl", "stsd"}) {
+      const auto found = child(content(around_.back()), type);
+      if (!found) return false;
+      around_.push_back(*found);
+      // The header of a track's media tells its kind: "vmhd" is that of pictures.
+      if (type == std::string_view("minf") && !child(content(*found), "vmhd")) return false;
+    }
+    // Version, flags and the number of entries (8.5.2.2).
+    const std::vector<Place> entries = children(content(around_.back(), 8));
+    if (entries.empty()) return false;
+    around_.push_back(entries.front());
+    return true;
+  }
+
+  // At the end of the innermost of the first `depth` boxes, which all grow.
+  void insert(const std::string& boxes, std::size_t depth) {
+    bytes_.insert(around_[depth - 1].end, boxes);
+    for (std::size_t i = 0; i < depth; ++i) {
+      around_[i].end += boxes.size();
+      bytes_.replace(around_[i].begin, 4, four_bytes(around_[i].end - around_[i].begin));
+    }
+  }
+
+  std::string bytes_;
+  const std::string& name_;
+  // moov, trak, mdia, minf, stbl, stsd, and the sample entry: how the pictures are coded.
+  std::vector<Place> around_{};
+};
+
+// Where the description is in a film, and where what is free behind it ends.
+struct FoundDescription {
+  Place movie{};
+  std::uint64_t free_end = 0;
+};
+
+class FilmFile {
+ public:
+  FilmFile(const fs::path& file, std::ios::openmode mode, std::string name)
+      : name_(std::move(name)) {
+    require_regular_file(file);
+    stream_.open(file, mode | std::ios::binary);
+    std::error_code error;
+    size_ = fs::file_size(file, error);
+    if (!stream_ || error) throw Error("cannot read " + name_);
+  }
+
+  std::string read(Place place) {
+    std::string bytes(static_cast<std::size_t>(place.end - place.begin), '\0');
+    stream_.seekg(static_cast<std::streamoff>(place.begin));
     stream_.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     if (!stream_) throw Error("cannot read " + name_ + ": it is cut short");
     return bytes;
   }
 
-  std::vector<TopBox> boxes() {
-    std::vector<TopBox> found;
-    for (std::uint64_t at = 0; at < size_;) {
-      const std::string head = read(at, std::min<std::uint64_t>(16, size_ - at));
-      if (head.size() < 8) throw_damaged(at);
-      std::uint64_t size = get_u32(head, 0);
-      if (size == 0) size = size_ - at;  // up to the end of the file
-      if (size == 1) size = head.size() == 16 ? get_u64(head, 8) : 0;
-      if (size < 8 || size > size_ - at) throw_damaged(at);
-      found.push_back({head.substr(4, 4), at, at + size});
-      at += size;
-    }
-    return found;
-  }
-
- private:
-  [[noreturn]] void throw_damaged(std::uint64_t at) const {
-    throw Error(fmt::format("{}: not a complete film: byte {} begins no box that ends in the file",
-                            name_, at));
-  }
-
-  std::string name_;
-  std::ifstream stream_{};
-  std::uint64_t size_ = 0;
-};
-
-TopBox movie_of(const std::vector<TopBox>& boxes, const std::string& name) {
-  const auto found = std::find_if(boxes.begin(), boxes.end(),
-                                  [](const TopBox& box) { return box.type == "moov"; });
-  if (found == boxes.end()) throw Error(name + ": not a complete film: it has no description");
-  if (found->end - found->begin > kMostDescription) {
-    throw Error(name + ": the description of the film is too long");
-  }
-  return *found;
-}
-
-FilmBox read_movie(const TopBox& box, FilmReader* reader) {
-  return parse_box(reader->read(box.begin, box.end - box.begin), reader->name());
-}
-
-class FilmFile {
- public:
-  FilmFile(const fs::path& file, const std::string& name) : name_(name) {
-    stream_.open(file, std::ios::binary);
-    check();
-  }
-
-  void write(const std::string& bytes) {
-    throw_if_interrupted();
+  void write(std::uint64_t at, const std::string& bytes) {
+    stream_.seekp(static_cast<std::streamoff>(at));
     stream_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    check();
-  }
-  void copy(const std::vector<TopBox>& boxes, FilmReader* from) {
-    for (const TopBox& box : boxes) {
-      for (std::uint64_t at = box.begin; at < box.end; at += kBlock) {
-        write(from->read(at, std::min<std::uint64_t>(kBlock, box.end - at)));
-      }
-    }
-  }
-  void close() {
-    stream_.close();
-    check();
-  }
-
- private:
-  void check() const {
+    stream_.flush();
     if (stream_) return;
     throw Error("cannot write " + name_ + ": " + std::generic_category().message(errno));
   }
 
+  // Looks at all boxes of the file, so that one that is cut short is noticed.
+  FoundDescription find() {
+    std::optional<FoundDescription> found;
+    for (std::uint64_t at = 0; at < size_;) {
+      const std::string head = read({at, std::min(at + 16, size_)});
+      std::uint64_t size = number(head, 0, 4);
+      if (size == 0) size = size_ - at;          // up to the end of the file
+      if (size == 1) size = number(head, 8, 8);  // the size is behind the type
+      if (head.size() < kHeader || size < kHeader || size > size_ - at) {
+        throw Error(fmt::format(
+            "{}: not a complete film: byte {} begins no box that ends in the file", name_, at));
+      }
+      const std::string_view type = std::string_view(head).substr(4, 4);
+      if (found && type == "free" && found->movie.end == at) found->free_end = at + size;
+      at += size;
+      if (!found && type == "moov") found = FoundDescription{{at - size, at}, at};
+    }
+    if (!found) throw Error(name_ + ": not a complete film: it has no description");
+    if (found->movie.end - found->movie.begin > kMostDescription) {
+      throw Error(name_ + ": the description of the film is too long");
+    }
+    return *found;
+  }
+
+ private:
   std::string name_;
-  std::ofstream stream_{};
+  std::fstream stream_{};
+  std::uint64_t size_ = 0;
 };
 
 }  // namespace
 
 FilmFacts read_film(const fs::path& file) {
-  FilmReader reader(file);
-  const FilmBox movie = read_movie(movie_of(reader.boxes(), reader.name()), &reader);
-  FilmFacts facts;
-  facts.by_raywalk = bytes_of(movie).find(kFilmComment) != std::string::npos;
-  for (const FilmBox& track : movie.children) {
-    const FilmBox* entry = track.type == "trak" ? visual_sample_entry(track) : nullptr;
-    if (entry == nullptr) continue;
-    try {
-      facts.width = get_u16(entry->payload, 24);
-      facts.height = get_u16(entry->payload, 26);
-      const FilmBox* sizes = track.child("mdia")->child("minf")->child("stbl")->child("stsz");
-      if (sizes != nullptr) facts.frames = get_u32(sizes->payload, 8);
-    } catch (const std::out_of_range&) {
-      throw Error(reader.name() + ": the film is damaged: its track of pictures is cut short");
-    }
-    if (entry->child("sv3d") != nullptr) facts.spherical = spherical_metadata_of(track);
-  }
-  return facts;
+  const std::string name = file.string();
+  FilmFile film(file, std::ios::in, name);
+  return Description(film.read(film.find().movie), name).facts();
 }
 
-void complete_film(const fs::path& encoded, std::optional<StereoMode> stereo, const fs::path& to,
-                   const std::string& name) {
-  FilmReader reader(encoded);
-  const std::vector<TopBox> boxes = reader.boxes();
-  FilmBox movie = read_movie(movie_of(boxes, name), &reader);
-  if (stereo) add_spherical_metadata(*stereo, name, &movie);
-  const std::string description = moved_movie(boxes, std::move(movie), name);
-  const FilmLayout layout(boxes, description.size());
-  FilmFile file(to, name);
-  file.copy(layout.before(), &reader);
-  file.write(description);
-  file.copy(layout.behind(), &reader);
-  file.close();
+void set_spherical(const fs::path& file, StereoMode stereo, const std::string& name) {
+  FilmFile film(file, std::ios::in | std::ios::out, name);
+  const FoundDescription found = film.find();
+  Description description(film.read(found.movie), name);
+  description.add_spherical(stereo);
+  const std::uint64_t end = found.movie.begin + description.bytes().size();
+  if (end + kHeader > found.free_end) {
+    throw Error(name + ": there is no room in the film to say that it is a panorama");
+  }
+  film.write(found.movie.begin, description.bytes() + four_bytes(found.free_end - end) + "free");
 }
 
 }  // namespace raywalk::render

@@ -1,4 +1,6 @@
-// A film as a file: completes what an encoder has written, and reads what a film holds.
+// What a film's file says of itself: an MP4 or QuickTime file (ISO/IEC 14496-12) as ffmpeg writes
+// it. It consists of boxes: a size of 4 bytes, a type of four letters, and a content that for some
+// types is boxes again. "moov" describes the tracks, "mdat" holds their frames.
 #pragma once
 
 #include <cstdint>
@@ -6,9 +8,10 @@
 #include <optional>
 #include <string>
 
-#include "render/film/spherical_boxes.h"
-
 namespace raywalk::render {
+
+// Which picture of a frame each eye sees.
+enum class StereoMode { kMono, kTopBottom };  // top: the left eye
 
 // What is written into every film, to know it again.
 inline constexpr const char* kFilmComment = "made by raywalk-render path";
@@ -17,19 +20,23 @@ struct FilmFacts {
   std::int64_t frames = 0;
   int width = 0;
   int height = 0;
-  std::optional<SphericalMetadata> spherical{};  // none: flat
+  std::optional<StereoMode> stereo{};  // of a panorama of the whole sphere; none: flat
   bool by_raywalk = false;
 };
 
-// Reads the description of a film, an MP4 or QuickTime file with one track of pictures. Throws
-// Error naming the file: missing, not a film, cut short, damaged.
+// Of the first track of pictures. Throws Error naming the file: missing, not a film, cut short,
+// damaged.
 FilmFacts read_film(const std::filesystem::path& file);
 
-// Copies an encoder's film to `to`, which must not exist, with its description (moov) before the
-// frames, so that players begin before they have read all of it. With `stereo`, the metadata of a
-// panorama is added; without it, the film is flat. `name` is what messages call the film. Throws
-// Error (damaged, disk full), Interrupted.
-void complete_film(const std::filesystem::path& encoded, std::optional<StereoMode> stereo,
-                   const std::filesystem::path& to, const std::string& name);
+// Bytes that have to be free behind the description for set_spherical().
+inline constexpr std::int64_t kSphericalBytes = 4096;
+
+// Says in a film that its frames are panoramas of the whole sphere whose middle looks forward, by
+// Google's "Spherical Video V2 RFC" (boxes st3d and sv3d of the track's pictures) and the older
+// "Spherical Video RFC" (XMP in a box uuid of the track),
+// https://github.com/google/spatial-media/blob/master/docs
+// The description grows into the free box behind it, so that no frame moves. `name` is what
+// messages call the film. Throws Error as read_film, or where there is not enough that is free.
+void set_spherical(const std::filesystem::path& file, StereoMode stereo, const std::string& name);
 
 }  // namespace raywalk::render

@@ -4,16 +4,15 @@
 
 #include "core/base/error.h"
 #include "core/files/output_folder.h"
-#include "render/film/film_file.h"
 
 namespace raywalk::render {
 namespace {
 
 namespace fs = std::filesystem;
 
-cv::Size even(cv::Size size) {
-  require_film_size(size);
-  return size;
+FilmShape even(const FilmShape& shape) {
+  require_film_size(shape.size);
+  return shape;
 }
 
 bool is_film_of_raywalk(const fs::path& file) {
@@ -43,30 +42,28 @@ void require_film_size(cv::Size size) {
                   size.width, size.height));
 }
 
-FilmWriter::FilmWriter(const FilmSettings& settings, cv::Size size,
+FilmWriter::FilmWriter(const FilmSettings& settings, const FilmShape& shape,
                        std::optional<StereoMode> stereo, const fs::path& file)
     : target_(file),
-      size_(even(size)),
+      shape_(even(shape)),
       stereo_(stereo),
-      encoded_(file),
-      complete_(file),
-      encoder_(settings, size, encoded_.temporary_path(), file.string()) {}
+      film_(file),
+      encoder_(settings, shape, film_.temporary_path(), file.string()) {}
 
 void FilmWriter::finish() {
   encoder_.finish();
-  complete_film(encoded_.temporary_path(), stereo_, complete_.temporary_path(), target_.string());
-  const FilmFacts written = read_film(complete_.temporary_path());
-  const bool spherical = written.spherical && written.spherical->is_equirectangular;
-  if (written.frames != encoder_.frames() || written.width != size_.width ||
-      written.height != size_.height || spherical != stereo_.has_value() ||
-      (stereo_ && written.spherical->stereo != *stereo_)) {
-    throw Error(
-        fmt::format("cannot write {}: read again, the film has {} frames of {}x{}, not {} "
-                    "of {}x{}; is the disk full?",
-                    target_.string(), written.frames, written.width, written.height,
-                    encoder_.frames(), size_.width, size_.height));
+  if (stereo_) set_spherical(film_.temporary_path(), *stereo_, target_.string());
+  const FilmFacts written = read_film(film_.temporary_path());
+  const cv::Size size = shape_.size;
+  if (written.frames != shape_.frames || written.width != size.width ||
+      written.height != size.height || written.stereo != stereo_) {
+    throw Error(fmt::format(
+        "cannot write {}: read again, the film has {} frames of {}x{}, not {} of {}x{}; is the "
+        "disk full?",
+        target_.string(), written.frames, written.width, written.height, shape_.frames, size.width,
+        size.height));
   }
-  complete_.commit();
+  film_.commit();
 }
 
 }  // namespace raywalk::render

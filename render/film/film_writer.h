@@ -7,7 +7,7 @@
 
 #include "core/files/atomic_output.h"
 #include "render/film/film_encoder.h"
-#include "render/film/spherical_boxes.h"
+#include "render/film/film_file.h"
 
 namespace raywalk::render {
 
@@ -21,23 +21,23 @@ void require_film_size(cv::Size size);
 class FilmWriter {
  public:
   // `stereo`: the film is a panorama of the whole sphere and says so; without it, it is flat.
-  // `size` is that of the frames; both sides are even. Throws UsageError, Error as FilmEncoder
+  // `shape` is that of the frames; both sides are even. Throws UsageError, Error as FilmEncoder
   // does.
-  FilmWriter(const FilmSettings& settings, cv::Size size, std::optional<StereoMode> stereo,
+  FilmWriter(const FilmSettings& settings, const FilmShape& shape, std::optional<StereoMode> stereo,
              const std::filesystem::path& file);
 
   // As FilmEncoder::add().
   void add(const cv::Mat& frame) { encoder_.add(frame); }
-  // Completes the film, reads it again to see that every frame and what it says of itself is
-  // there, and gives it its name. Throws Error, Interrupted; then nothing is left.
+  // Completes the film, which has to have all of its frames, reads it again to see that every frame
+  // and what it says of itself is there, and gives it its name. Throws Error, Interrupted; then
+  // nothing is left.
   void finish();
 
  private:
   std::filesystem::path target_;
-  cv::Size size_;
+  FilmShape shape_;
   std::optional<StereoMode> stereo_;
-  AtomicFile encoded_;  // by ffmpeg; removed in the end
-  AtomicFile complete_;
+  AtomicFile film_;
   FilmEncoder encoder_;
 };
 

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
+#include <random>
 
 #include "core/base/error.h"
 #include "core/base/test_error.h"
@@ -45,7 +46,7 @@ class FilmWriterTest : public ::testing::Test {
     return directory_ / ("film" + extension);
   }
   void write(const FilmSettings& settings, std::optional<StereoMode> stereo) const {
-    FilmWriter writer(settings, kSize, stereo, film(film_extension(settings.codec)));
+    FilmWriter writer(settings, {kSize, kFrames}, stereo, film(film_extension(settings.codec)));
     for (int i = 0; i < kFrames; ++i) writer.add(frame_of(i));
     writer.finish();
   }
@@ -99,7 +100,7 @@ TEST_F(FilmWriterTest, PlayersMayBeginBeforeAllIsRead) {
 TEST_F(FilmWriterTest, FlatFilmsAndThoseForTwoEyesSaySo) {
   write({}, std::nullopt);
   EXPECT_TRUE(side_data(film_stream(film()), "Spherical Mapping").empty());
-  EXPECT_FALSE(read_film(film()).spherical);
+  EXPECT_FALSE(read_film(film()).stereo);
   write({}, StereoMode::kTopBottom);
   EXPECT_EQ(side_data(film_stream(film()), "Stereo 3D")["type"], "top and bottom");
 }
@@ -122,7 +123,7 @@ TEST_F(FilmWriterTest, SettingsThatDoNotFitAreRefused) {
   EXPECT_THAT(error({.codec = VideoCodec::kProRes, .crf = 3}, "a.mov"), HasSubstr("leave it out"));
   EXPECT_THAT(error({.crf = 52}, "a.mp4"), HasSubstr("0 to 51"));
   EXPECT_THAT(error_of([&] {
-                FilmWriter({}, {65, 32}, std::nullopt, film());
+                FilmWriter({}, {{65, 32}, 1}, std::nullopt, film());
               }),
               HasSubstr("two even numbers"));
 }
@@ -163,27 +164,54 @@ TEST_F(FilmWriterTest, AFullDiskLeavesNothing) {
   std::signal(SIGXFSZ, SIG_IGN);  // as the programs do
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
-  const rlimit small{.rlim_cur = 1000, .rlim_max = before.rlim_max};
+  const rlimit small{.rlim_cur = 22000, .rlim_max = before.rlim_max};
   setrlimit(RLIMIT_FSIZE, &small);
   const std::string error = write_error();
   setrlimit(RLIMIT_FSIZE, &before);
   EXPECT_THAT(error, AllOf(HasSubstr("film.mp4"), HasSubstr("File too large")));
   EXPECT_EQ(directory_.entries(), 0U);
-
-  write({}, StereoMode::kMono);
-  EXPECT_THAT(error_of([&] { complete_film(film(), std::nullopt, "/dev/full", "film.mp4"); }),
-              HasSubstr("cannot write film.mp4: No space left"));
 }
 
 TEST_F(FilmWriterTest, FilmsThatAreCutShortAreRefused) {
   write({}, StereoMode::kMono);
   const std::string whole = read_file(film());
+  const fs::path cut = directory_ / "cut.mp4";
   for (std::size_t i = 0; i < 40; ++i) {
-    const fs::path cut = directory_ / "cut.mp4";
     std::ofstream(cut, std::ios::binary) << whole.substr(0, i * whole.size() / 40);
     EXPECT_THROW(read_film(cut), Error) << i;
-    EXPECT_THROW(complete_film(cut, std::nullopt, directory_ / "out.mp4", "film"), Error) << i;
+    EXPECT_THROW(set_spherical(cut, StereoMode::kMono, "film"), Error) << i;
   }
+}
+
+// Whatever bytes there are, they are read or refused with the film's name.
+TEST_F(FilmWriterTest, DamagedFilmsDoNoHarm) {
+  write({}, StereoMode::kTopBottom);
+  const std::string whole = read_file(film());
+  const fs::path file = directory_ / "damaged.mp4";
+  std::mt19937 random(1);
+  for (int i = 0; i < 1000; ++i) {
+    std::string damaged = whole;
+    for (int k = 0; k < 3; ++k) {
+      const char values[] = {'\0', '\1', '\x7f', '\xff', static_cast<char>(random())};
+      damaged[random() % 1500] = values[random() % 5];  // where the description is
+    }
+    std::ofstream(file, std::ios::binary) << damaged;
+    try {
+      read_film(file);
+      set_spherical(file, StereoMode::kMono, file.string());
+    } catch (const Error& e) {
+      EXPECT_THAT(e.what(), HasSubstr("damaged.mp4"));
+    }
+  }
+}
+
+TEST_F(FilmWriterTest, AFilmWithoutFreeBytesIsRefused) {
+  write({}, std::nullopt);
+  for (int i = 0; i < 3; ++i) set_spherical(film(), StereoMode::kMono, "film.mp4");
+  EXPECT_THAT(error_of([&] {
+                for (int i = 0; i < 100; ++i) set_spherical(film(), StereoMode::kMono, "film.mp4");
+              }),
+              HasSubstr("film.mp4: there is no room"));
 }
 
 }  // namespace
