@@ -54,7 +54,7 @@ py::array view(const Room& room, double x_m, double z_m, std::optional<double> y
 std::string write_view(const Room& room, const std::filesystem::path& file, double x_m, double z_m,
                        std::optional<double> y_m, const py::dict& arguments) {
   const ViewRequest request = view_request(arguments);
-  const render::PictureFormat format = render::picture_format(file, {});
+  const render::PictureFormat format = render::picture_format(file);
   return without_lock([&] {
     return render::write_view(room, chosen_mode(room, request).mode, {{x_m, z_m}, y_m},
                               request.frame, file, format);

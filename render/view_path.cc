@@ -42,12 +42,8 @@ json settings_of(const Room& room, const ViewMode& mode, const ViewFrame& frame,
     settings["stereo"] = "ods";
     settings["ipd_mm"] = ipd_mm_of(frame);
   }
-  // Records of earlier versions, which wrote PNG with 8 bits alone, have no format.
-  if (format != PictureFormat{}) {
-    settings["format"] = format.extension;
-    settings["bits"] = format.bits;
-    if (format.quality) settings["quality"] = *format.quality;
-  }
+  settings["format"] = format.extension;
+  if (format.quality) settings["quality"] = *format.quality;
   return settings;
 }
 
@@ -143,7 +139,7 @@ void require_views_only(const fs::path& out) {
   if (fs::exists(record)) {
     try {
       const json earlier = json::parse(read_file(record));
-      const std::string extension = earlier.value("format", PictureFormat{}.extension);
+      const auto extension = earlier.at("format").get<std::string>();
       for (const auto& [name, view] : by_name(earlier.at("views"))) {
         pictures.insert(name + extension);
       }

@@ -39,8 +39,8 @@ std::vector<PathView> views_of(const PathRequest& request, const Room& room, con
 // with "y_m" of views with a height.
 // "enlargement" is enlargement_of().
 // Flat pictures add "fov_deg" and "size_px" ("1280x720"), stereo views "stereo" ("ods") and
-// "ipd_mm", turned views their angles, pictures that are not PNG with 8 bits "format" (".jpg"),
-// "bits" and, where given, "quality". `frame` holds the field of view and the size of all views,
+// "ipd_mm", turned views their angles; "format" is ".png" or another one, "quality" there where it
+// was given. `frame` holds the field of view and the size of all views,
 // the table their angles. A second run with the same room and settings renders only the missing
 // pictures; with others it is refused, so that a directory never holds a mixture. With `replace`,
 // views that are there are replaced: the new ones are rendered to `out`.partial, which takes their

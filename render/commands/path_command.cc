@@ -34,7 +34,7 @@ struct PathArguments {
   std::filesystem::path path{};
   std::filesystem::path out{};
   std::string format = "png";
-  PictureFlags picture{};
+  std::optional<int> quality{};
   std::filesystem::path video{};
   std::string codec = "h264";
   std::string smooth{};
@@ -68,7 +68,7 @@ void require_consistent(const PathArguments& arguments) {
       refuse(arguments, {"--fps"}, "is of a film or a movement; give --video or --smooth too");
     }
   } else {
-    refuse(arguments, {"--out", "--format", "--quality", "--bits"},
+    refuse(arguments, {"--out", "--format", "--quality"},
            "is of pictures; leave it out, or --video");
   }
 }
@@ -90,7 +90,7 @@ void run(const PathArguments& arguments) {
   require_demand(arguments.demand);
   require_consistent(arguments);
   const PathRequest request = request_of(arguments);
-  const PictureFormat format = picture_format("view." + arguments.format, arguments.picture);
+  const PictureFormat format = picture_format("view." + arguments.format, arguments.quality);
   const FilmSettings film{.codec = kVideoCodecs.at(arguments.codec),
                           .fps = arguments.movement.fps,
                           .crf = arguments.crf};
@@ -163,7 +163,7 @@ void add_path(CLI::App* app) {
       "without .csv)");
   command->add_option("--format", arguments->format, "Pictures: png (default), jpg, webp or tif")
       ->check(CLI::IsMember(kFormats));
-  add_picture_flags(command, &arguments->picture);
+  add_quality_flag(command, &arguments->quality);
   add_force_flag(
       command, &arguments->force,
       "Replace the views in --out, which were rendered with other settings, or the film");

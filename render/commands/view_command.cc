@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/base/escaped.h"
@@ -21,7 +22,7 @@ struct ViewArguments {
   std::string room{};
   std::string at{};
   std::string out = "view.png";
-  PictureFlags picture{};
+  std::optional<int> quality{};
   ViewFrame frame{};
   ViewFlags flags{};
   Demand demand{};
@@ -34,7 +35,7 @@ void run(const ViewArguments& arguments) {
   view_settings(arguments.flags);  // reports contradictions before any work
   require_demand(arguments.demand);
   viewport_of(arguments.frame);
-  const PictureFormat format = picture_format(arguments.out, arguments.picture);
+  const PictureFormat format = picture_format(arguments.out, arguments.quality);
   require_writable_picture(arguments.out);
   const Room room = Room::open(arguments.room);
   const ViewMode mode = chosen_mode(arguments.flags, arguments.demand, room);
@@ -56,7 +57,7 @@ void add_view(CLI::App* app) {
       ->required();
   command->add_option("-o,--out", arguments->out,
                       "Picture to write, .png, .jpg, .webp or .tif (default: view.png)");
-  add_picture_flags(command, &arguments->picture);
+  add_quality_flag(command, &arguments->quality);
   add_view_flags(command, &arguments->flags);
   add_demand_flags(command, &arguments->demand);
   add_threads_option(command, &arguments->threads);

@@ -109,16 +109,9 @@ void add_view_flags(CLI::App* command, ViewFlags* flags) {
   add_connection_flags(command, flags);
 }
 
-void add_picture_flags(CLI::App* command, PictureFlags* flags) {
-  command
-      ->add_option("--quality", flags->quality, "Quality of JPEG and WebP, 1 to 100 (default 95)")
+void add_quality_flag(CLI::App* command, std::optional<int>* quality) {
+  command->add_option("--quality", *quality, "Quality of JPEG and WebP, 1 to 100 (default 95)")
       ->check(CLI::Range(1, 100));
-  command
-      ->add_option(
-          "--bits", flags->bits,
-          "Bits per channel of PNG and TIFF, 8 or 16 (default: TIFF 16, PNG 8); views have "
-          "8 bits, each level is then written as 257 times itself")
-      ->check(CLI::IsMember({8, 16}));
 }
 
 void add_flat_flags(CLI::App* command, ViewFrame* frame) {

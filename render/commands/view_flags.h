@@ -1,6 +1,7 @@
 // Options of the commands that render views.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "render/measured_choice.h"
@@ -29,8 +30,8 @@ void add_connection_flags(CLI::App* command, ViewFlags* flags);
 // --budget-ms and --min-psnr-db, for rooms that a trade was measured on.
 void add_demand_flags(CLI::App* command, Demand* demand);
 
-// --quality and --bits, of pictures.
-void add_picture_flags(CLI::App* command, PictureFlags* flags);
+// --quality of pictures.
+void add_quality_flag(CLI::App* command, std::optional<int>* quality);
 
 // --fov-deg and --size.
 void add_flat_flags(CLI::App* command, ViewFrame* frame);

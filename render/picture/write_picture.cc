@@ -7,10 +7,7 @@ namespace raywalk::render {
 
 void write_picture(const std::filesystem::path& file, const cv::Mat& image,
                    const PictureFormat& format, const ViewDescription& view) {
-  cv::Mat wide;
-  if (format.bits == 16 && image.depth() == CV_8U) image.convertTo(wide, CV_16U, 257.0);
-  const std::vector<unsigned char> pixels =
-      encode_image(file, wide.empty() ? image : wide, format.quality);
+  const std::vector<unsigned char> pixels = encode_image(file, image, format.quality);
   write_file_atomically(file, with_metadata({pixels.begin(), pixels.end()}, image.size(), view));
 }
 

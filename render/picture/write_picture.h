@@ -9,8 +9,7 @@
 
 namespace raywalk::render {
 
-// Writes `image` (CV_8UC3 or CV_16UC3, BGR) with its metadata. Levels of 8 bits are written with 16
-// as 257 times themselves, so that 255 becomes 65535. Throws Error naming the file; then nothing is
+// Writes `image` (CV_8UC3, BGR) with its metadata. Throws Error naming the file; then nothing is
 // there.
 void write_picture(const std::filesystem::path& file, const cv::Mat& image,
                    const PictureFormat& format, const ViewDescription& view);
