@@ -10,9 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "capture/session/frame_files.h"
-#include "capture/session/session_reader.h"
-#include "capture/session/session_verify.h"
+#include "capture/session/session_database.h"
+#include "capture/session/session_frames.h"
 #include "capture/session/test_session.h"
 #include "core/files/test_directory.h"
 

@@ -7,8 +7,8 @@
 #include <map>
 #include <random>
 
-#include "capture/session/session_reader.h"
-#include "capture/session/session_verify.h"
+#include "capture/session/session_database.h"
+#include "capture/session/session_frames.h"
 #include "capture/session/test_session.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "capture/session/session_database.h"
-#include "capture/session/session_export.h"
+#include "capture/session/session_frames.h"
 #include "capture/session/session_status.h"
 #include "capture/session/test_session.h"
 #include "core/files/atomic_output.h"

@@ -20,9 +20,7 @@ class SessionDatabaseTest : public testing::Test {
  protected:
   void make_session() {
     SqliteConnection connection = open_session_to_write(directory_.path());
-    SqliteTransaction transaction(&connection);
     create_session(&connection, {}, test_plan(true));
-    transaction.commit();
   }
   std::filesystem::path file() const { return session_database_path(directory_.path()); }
   std::string error_of_reading() {

@@ -1,5 +1,3 @@
-#include "capture/session/session_reader.h"
-
 #include <gmock/gmock.h>
 
 #include "capture/session/session_database.h"
@@ -29,7 +27,7 @@ TEST_F(SessionReaderTest, SeesWhatARunCommitsWhileItRuns) {
 
 TEST_F(SessionReaderTest, ReadsThePlanAsWritten) {
   capture_.open();
-  const CapturePlan plan = plan_of(SessionReader(capture_.directory).contents());
+  const CapturePlan plan = SessionReader(capture_.directory).plan();
   const CapturePlan& expected = capture_.plan;
   ASSERT_EQ(plan.lines.size(), expected.lines.size());
   for (std::size_t i = 0; i < plan.lines.size(); ++i) {

@@ -7,8 +7,7 @@
 #include <fstream>
 
 #include "capture/session/session_database.h"
-#include "capture/session/session_reader.h"
-#include "capture/session/session_verify.h"
+#include "capture/session/session_frames.h"
 #include "capture/session/test_session.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
@@ -195,7 +194,7 @@ TEST_F(SessionTest, RefusesAnotherKindOfFrames) {
                                         HasSubstr("panorama"), HasSubstr("dual-fisheye")));
   capture_.config = {};
   capture_.config.camera.exposure.bracket_ev = {0.0, -2.0};
-  EXPECT_THAT(error_of_opening(), HasSubstr(R"(bracket_ev is "[0.0]" there, "[0.0,-2.0]" here)"));
+  EXPECT_THAT(error_of_opening(), HasSubstr(R"(bracket_ev is [0.0] there, [0.0,-2.0] here)"));
 }
 
 TEST_F(SessionTest, RefusesASecondWriter) {

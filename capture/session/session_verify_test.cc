@@ -1,4 +1,4 @@
-#include "capture/session/session_verify.h"
+#include "capture/session/session_frames.h"
 
 #include <gmock/gmock.h>
 

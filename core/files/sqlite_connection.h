@@ -33,14 +33,16 @@ class SqliteConnection {
 
   // Runs one or several statements that return nothing.
   void execute(const std::string& sql);
+  // Runs one statement with values bound to it (SqliteStatement::bind). Returns the number of rows
+  // that it changed.
+  template <typename... Values>
+  int run(const std::string& sql, const Values&... values);
   // Makes the tables of a database that was opened to read available as "name.table".
   void attach(const SqliteConnection& other, const std::string& name);
   // The first value of the first row, as "PRAGMA user_version" gives it; 0 or "" for NULL. Throws
   // Error if there is no row.
   std::int64_t integer(const std::string& sql);
   std::string text(const std::string& sql);
-  // Rows changed by the last statement.
-  int changes() const { return database_.getChanges(); }
   std::int64_t last_row() const { return database_.getLastInsertRowid(); }
 
   const std::filesystem::path& file() const { return file_; }
@@ -124,6 +126,12 @@ class SqliteStatement {
   SQLite::Statement statement_;
   std::string row_;
 };
+
+template <typename... Values>
+int SqliteConnection::run(const std::string& sql, const Values&... values) {
+  SqliteStatement(this, sql).bind(values...).run();
+  return database_.getChanges();
+}
 
 // A transaction; without commit() the destructor rolls it back.
 class SqliteTransaction {

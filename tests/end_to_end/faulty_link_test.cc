@@ -7,7 +7,7 @@
 
 #include "capture/run/capture_sequence.h"
 #include "capture/run/fake_camera.h"
-#include "capture/session/session_reader.h"
+#include "capture/session/session_database.h"
 #include "capture/session/test_session.h"
 #include "capture/slider/modbus_slider.h"
 #include "core/files/test_directory.h"
