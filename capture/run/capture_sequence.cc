@@ -25,13 +25,13 @@ std::vector<const CaptureStation*> missing_stations(const CaptureLine& line,
   return missing;
 }
 
+}  // namespace
+
 std::size_t count_missing(const CapturePlan& plan, const Session& session) {
   std::size_t count = 0;
   for (const CaptureLine& line : plan.lines) count += missing_stations(line, session).size();
   return count;
 }
-
-}  // namespace
 
 void CaptureSequence::run(const CapturePlan& plan) {
   const Session& session = *parts_.session;

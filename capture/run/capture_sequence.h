@@ -1,6 +1,7 @@
 // Captures a plan line by line, station by station: move, settle, trigger, store, commit.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,6 +34,9 @@ struct CaptureRules {
   double approach_mm = 5.0;
   double least_free_bytes = 0;  // required on the session's disk before every station
 };
+
+// The stations of the plan that are still to be captured.
+std::size_t count_missing(const CapturePlan& plan, const Session& session);
 
 // Captures every station of the plan that the session does not hold yet; the carriage must be
 // homed. Throws Paused, naming station, fault and next step, if a device fails or the disk is full;

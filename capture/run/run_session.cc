@@ -1,13 +1,15 @@
 #include "capture/run/run_session.h"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
+
+#include <nlohmann/json.hpp>
 
 #include "capture/base/units.h"
 #include "capture/plan/line_selection.h"
 #include "capture/run/capture_sequence.h"
 #include "capture/run/check_devices.h"
 #include "capture/run/film_lines.h"
+#include "capture/session/session_status.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/interrupt.h"
@@ -43,17 +45,6 @@ void require_frames(Session* session) {
   require_no_faults(frame_faults(session->contents()), session->directory());
 }
 
-std::size_t pictures_missing(const CapturePlan& plan, const Session& session,
-                             std::size_t exposures) {
-  std::size_t stations = 0;
-  for (const CaptureLine& line : plan.lines) {
-    for (const CaptureStation& station : line.stations) {
-      stations += session.is_captured(station.name) ? 0 : 1;
-    }
-  }
-  return stations * exposures;
-}
-
 void capture(const CapturePlan& plan, const CaptureConfig& config, const CaptureParts& parts) {
   if (config.run.mode == CaptureMode::kVideo) {
     film_lines(
@@ -73,20 +64,16 @@ void capture(const CapturePlan& plan, const CaptureConfig& config, const Capture
 // The summary of a completed run and the next step.
 std::string outcome_text(const CapturePlan& plan, const CaptureConfig& config,
                          const std::filesystem::path& session) {
-  const std::string where = escaped(session.string());
+  SessionReader reader(session);
+  const nlohmann::json status = session_status(&reader);
   const std::string lines = counted(plan.lines.size(), "line");
-  if (config.run.mode == CaptureMode::kVideo) {
-    return fmt::format("{}: all {} are filmed; next: raywalk-capture import {} --video FILE", where,
-                       lines, where);
-  }
-  if (config.camera.kind == CameraKind::kGpio) {
-    return fmt::format(
-        "{}: all {} stations of {} are on the camera's card; next: "
-        "raywalk-capture import {} CARD",
-        where, plan.stations(), lines, where);
-  }
-  return fmt::format("{}: all {} stations of {} are captured; next: raywalk-capture export {}",
-                     where, plan.stations(), lines, where);
+  const std::string done =
+      config.run.mode == CaptureMode::kVideo
+          ? fmt::format("all {} are filmed", lines)
+          : fmt::format("all {} stations of {} are {}", plan.stations(), lines,
+                        status["exposed"] > 0 ? "on the camera's card" : "captured");
+  return fmt::format("{}: {}; next: {}", escaped(session.string()), done,
+                     status["next_step"].get<std::string>());
 }
 
 }  // namespace
@@ -102,7 +89,7 @@ std::string run_session(const CaptureConfig& config, const RunOptions& options) 
       Session::open_or_create(options.session, plan, config, read_file(config.file), &clock);
   require_frames(session.get());
   const std::size_t pictures =
-      pictures_missing(plan, *session, config.camera.exposure.bracket_ev.size());
+      count_missing(plan, *session) * config.camera.exposure.bracket_ev.size();
   if (pictures == 0) return outcome_text(plan, config, options.session);
 
   const auto camera = open_camera(config.camera, &clock);

@@ -152,11 +152,7 @@ void Session::require_frames_directory() {
 void Session::clean_up() {
   require_frames_directory();
   for (const std::string& file : list_frames(directory())) {
-    std::error_code error;
-    if (is_temporary_frame(file)) fs::remove(directory() / file, error);
-    if (!error) continue;
-    throw Error(fmt::format("cannot remove {}, left by an earlier run: {}",
-                            (directory() / file).string(), error.message()));
+    if (is_temporary_frame(file)) fs::remove(directory() / file);
   }
   last_entry_us_ = database().integer(
       "SELECT max(at) FROM (SELECT created_utc_us AS at FROM session"

@@ -79,12 +79,8 @@ std::vector<std::string> list_frames(const fs::path& session_directory) {
   const fs::path directory = session_directory / kFramesDirectory;
   std::vector<std::string> files;
   if (!fs::exists(directory)) return files;
-  try {
-    for (const fs::directory_entry& entry : fs::directory_iterator(directory)) {
-      files.push_back(fmt::format("{}/{}", kFramesDirectory, entry.path().filename().string()));
-    }
-  } catch (const fs::filesystem_error& error) {
-    throw Error(fmt::format("cannot read {}: {}", directory.string(), error.code().message()));
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory)) {
+    files.push_back(fmt::format("{}/{}", kFramesDirectory, entry.path().filename().string()));
   }
   std::sort(files.begin(), files.end());
   return files;

@@ -22,7 +22,7 @@ namespace raywalk::capture {
 inline constexpr char kFramesDirectory[] = "frames";  // in the session's
 
 // Names of all files in frames/ of a session, relative to the session, sorted, with temporary ones.
-// Empty if the directory is missing. Throws Error if it cannot be read.
+// Empty if the directory is missing. Throws filesystem_error if it cannot be read.
 std::vector<std::string> list_frames(const std::filesystem::path& session_directory);
 
 // Whether a file in frames/ has a temporary name (write_new_file of core/files/atomic_output.h).

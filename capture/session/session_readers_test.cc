@@ -59,37 +59,6 @@ TEST_F(SessionReadersTest, SeeWhatARunCommitsWhileItRuns) {
   EXPECT_FALSE(reader.contents().stations[2].shot);
 }
 
-// The position along the line is that of the feedback, the position across it as planned.
-TEST_F(SessionReadersTest, PlaceFramesByTheMeasuredPositionOnTheRail) {
-  capture_.off_mm = -1.5;
-  capture_.capture_missing(capture_.open().get());
-  const SessionContents captured = contents();
-  std::size_t i = 0;
-  for (const CaptureLine& line : capture_.plan.lines) {
-    for (const CaptureStation& station : line.stations) {
-      const SessionFrame& frame = captured.frames.at(i++);
-      const double dx_m = line.axis == LineAxis::kX ? -0.0015 : 0.0;
-      EXPECT_EQ(captured.station_of(frame).name, station.name);
-      EXPECT_EQ(captured.line_of(captured.station_of(frame)).validation, line.id == "v0");
-      EXPECT_NEAR(frame.position_m.x_m, station.position_m.x_m + dx_m, 1e-12);
-      EXPECT_NEAR(frame.position_m.z_m, station.position_m.z_m - 0.0015 - dx_m, 1e-12);
-    }
-  }
-}
-
-TEST_F(SessionReadersTest, KnowTheFactsOfTheSession) {
-  capture_.config.camera.frames = FrameKind::kDualFisheye;
-  capture_.config.camera.exposure.bracket_ev = {0.0, 2.0, -2.0};
-  capture_.open();
-  const SessionFacts facts = SessionReader(capture_.directory).facts();
-  EXPECT_EQ(facts.created, ManualClock().wall_now());
-  EXPECT_EQ(facts.mode, CaptureMode::kStations);
-  EXPECT_EQ(facts.camera, CameraKind::kOsc);
-  EXPECT_EQ(facts.frames, FrameKind::kDualFisheye);
-  EXPECT_EQ(facts.bracket_ev, (std::vector{0.0, 2.0, -2.0}));
-  EXPECT_EQ(facts.config_text, "camera:\n  kind: osc\n");
-}
-
 TEST_F(SessionReadersTest, StatusOfAnEmptySessionHasNoTimes) {
   capture_.open();
   const nlohmann::json empty = status();
@@ -232,13 +201,17 @@ TEST_F(SessionReadersTest, ExportWritesAGridWithItsCellAndGroundTruth) {
   const Grid grid = find_grid(stations, {});
   EXPECT_EQ(grid.lines.size(), 4U);
   EXPECT_EQ(grid.cells.size(), 1U);
-  EXPECT_NEAR(poses.number(0, "x"), -0.75 + 0.0005, 1e-9);
-  EXPECT_NEAR(poses.number(0, "z"), -0.5, 1e-9);
   const CsvTable truth = table("gt.csv");
   ASSERT_EQ(truth.rows(), 3U);
   EXPECT_EQ(truth.text(0, "file"), "frames/v0_000.jpg");
-  EXPECT_NEAR(truth.number(0, "x"), -0.25 + 0.0005, 1e-9);
-  EXPECT_EQ(truth.number(0, "z"), 0.0);
+  // Along the line by the feedback, across it as planned.
+  const auto expect_at = [](const CsvTable& list, std::size_t row, double x_m, double z_m) {
+    EXPECT_NEAR(list.number(row, "x"), x_m, 1e-9);
+    EXPECT_NEAR(list.number(row, "z"), z_m, 1e-9);
+  };
+  expect_at(poses, 0, -0.75 + 0.0005, -0.5);
+  expect_at(poses, 11, 0.5, 0.75 + 0.0005);
+  expect_at(truth, 0, -0.25 + 0.0005, 0.0);
   // The same again takes its place.
   const std::string first = read_file(capture_.directory / "poses.csv");
   write({});

@@ -130,7 +130,7 @@ Json last_events_of(SessionReader* session) {
 }
 
 std::string next_step_of(const Json& status, const SessionContents& contents, CaptureMode mode) {
-  const std::string directory = status["directory"];
+  const std::string directory = escaped(status["directory"].get<std::string>());
   if (status["lost"] > 0) {
     return "restore the missing frames from a copy, or give up their stations with raywalk-capture "
            "verify " +

@@ -137,7 +137,7 @@ TEST_F(SessionTest, AFrameOfAFilmIsCapturedWhereTheCarriageWas) {
   EXPECT_NEAR(contents().frames.at(0).position_m.x_m, -0.25 + 0.0015, 1e-12);
 }
 
-TEST_F(SessionTest, ExposureAndEventsStay) {
+TEST_F(SessionTest, ConfigurationExposureAndEventsStay) {
   {
     const std::unique_ptr<Session> session = capture_.open();
     EXPECT_EQ(session->exposure(), "");
@@ -145,6 +145,9 @@ TEST_F(SessionTest, ExposureAndEventsStay) {
     session->record_event("line-placed", "x0");
   }
   EXPECT_EQ(capture_.open()->exposure(), R"({"iso": 200})");
+  const SessionFacts facts = SessionReader(capture_.directory).facts();
+  EXPECT_EQ(facts.created, capture_.clock.wall_now());
+  EXPECT_EQ(facts.config_text, "camera:\n  kind: osc\n");
   EXPECT_EQ(count("event WHERE kind = 'line-placed' AND text = 'x0'"), 1);
 }
 
