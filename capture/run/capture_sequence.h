@@ -2,14 +2,13 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "capture/base/clock.h"
 #include "capture/camera/camera.h"
 #include "capture/plan/capture_plan.h"
-#include "capture/run/pause_on_error.h"
 #include "capture/run/rail_placer.h"
 #include "capture/session/session.h"
 #include "capture/slider/carriage.h"
@@ -35,6 +34,17 @@ struct CaptureRules {
   double least_free_bytes = 0;  // required on the session's disk before every station
 };
 
+// The progress of the work, for messages.
+struct WorkState {
+  std::string place = "before the first line";  // "station x0_007"
+  std::function<std::string()> done{};          // "12 of 44 stations captured"
+};
+
+// Runs `work`, which keeps `state` up to date. Turns an Error into Paused and adds place, progress
+// and how to resume to its message, and to that of Interrupted. Records either as an event of the
+// session.
+void pause_on_error(Session* session, const WorkState& state, const std::function<void()>& work);
+
 // The stations of the plan that are still to be captured.
 std::size_t count_missing(const CapturePlan& plan, const Session& session);
 
@@ -59,7 +69,6 @@ class CaptureSequence {
   void look_at_first_of_line(const Shot& shot);
   void require_space() const;
   double own_ms_since_last(const SettledPosition& settled, const Shot& shot);
-  void record_failure(const AttemptId& attempt, std::string_view fault, const std::string& message);
 
   CaptureParts parts_;
   CaptureRules rules_;

@@ -44,9 +44,4 @@ void require_room_on_card(const CameraReport& report, std::size_t pictures);
 void require_room_on_disk(const std::filesystem::path& directory, std::size_t pictures,
                           const CaptureConfig& config);
 
-// One line per device.
-std::string text_of(const std::vector<DeviceCheck>& checks);
-// Whether a run can start.
-bool all_usable(const std::vector<DeviceCheck>& checks);
-
 }  // namespace raywalk::capture

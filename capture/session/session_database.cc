@@ -5,7 +5,6 @@
 #include <sqlite3.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -59,18 +58,6 @@ void write_plan(SqliteConnection* connection, const CapturePlan& plan) {
           .run();
     }
   }
-}
-
-// The enumerator that the database names.
-template <typename Enum, std::size_t count>
-Enum choice_of(const SqliteStatement& row, int column, const std::array<Enum, count>& choices) {
-  const std::string word = row.name(column);
-  std::string known;
-  for (const Enum each : choices) {
-    if (name_of(each) == word) return each;
-    known += (known.empty() ? "" : " or ") + std::string(name_of(each));
-  }
-  row.fail(column, known);
 }
 
 }  // namespace
@@ -167,9 +154,9 @@ SessionFacts SessionReader::facts() {
       "the session");
   if (!row.step()) throw_damaged_session(directory_, "the table session has no row");
   SessionFacts facts{.created = wall_time_from(row.utc_us(0)),
-                     .mode = choice_of(row, 1, kCaptureModes),
-                     .camera = choice_of(row, 2, kCameraKinds),
-                     .frames = choice_of(row, 3, kFrameKinds),
+                     .mode = row.choice(1, kCaptureModes),
+                     .camera = row.choice(2, kCameraKinds),
+                     .frames = row.choice(3, kFrameKinds),
                      .bracket_ev = {},
                      .locked_exposure = row.text(5),
                      .config_text = row.text(6)};

@@ -6,6 +6,7 @@
 #include <SQLiteCpp/Exception.h>
 #include <SQLiteCpp/Statement.h>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -102,6 +103,16 @@ class SqliteStatement {
   double real(int column, double min = -HUGE_VAL, double max = HUGE_VAL) const;
   std::string text(int column) const;
   std::string name(int column) const;  // not empty
+  // The enumerator whose word, name_of() of it, stands there.
+  template <typename Enum, std::size_t count>
+  Enum choice(int column, const std::array<Enum, count>& choices) const {
+    std::string known;
+    for (const Enum each : choices) {
+      if (name_of(each) == text(column)) return each;
+      known += (known.empty() ? "" : " or ") + std::string(name_of(each));
+    }
+    fail(column, known);
+  }
   // Microseconds since 1970-01-01 00:00 UTC, until 2200.
   std::int64_t utc_us(int column) const;
   // The bytes of a blob, none of NULL; valid until the next step.
