@@ -80,7 +80,7 @@ void CaptureSequence::capture_lines(const CapturePlan& plan) {
     const auto missing = missing_stations(line, *parts_.session);
     if (missing.empty()) continue;
     state_.place = "line " + line.id;
-    parts_.placer->place(line, i + 1, count);
+    parts_.place_rail(line, i + 1, count);
     begin_line(line, *missing.front());
     for (const CaptureStation* station : missing) {
       state_.place = "station " + station->name;

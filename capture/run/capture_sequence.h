@@ -9,18 +9,18 @@
 #include "capture/base/clock.h"
 #include "capture/camera/camera.h"
 #include "capture/plan/capture_plan.h"
-#include "capture/run/rail_placer.h"
+#include "capture/run/place_rail.h"
 #include "capture/session/session.h"
 #include "capture/slider/carriage.h"
 
 namespace raywalk::capture {
 
-// The parts of a capture. All must outlive it.
+// The parts of a capture, which must outlive it.
 struct CaptureParts {
   Carriage* carriage = nullptr;
   Camera* camera = nullptr;
   Session* session = nullptr;
-  RailPlacer* placer = nullptr;
+  PlaceRail place_rail{};
   Clock* clock = nullptr;
 };
 

@@ -32,14 +32,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-class RecordingPlacer final : public RailPlacer {
- public:
-  void place(const CaptureLine& line, int /*number*/, int /*count*/) override {
-    lines.push_back(line.id);
-  }
-  std::vector<std::string> lines;
-};
-
 // The attempt that captured a station, and the camera's shot at it; both from 1.
 struct Capture {
   std::string station;
@@ -67,7 +59,7 @@ class CaptureSequenceTest : public ::testing::Test {
   void run() {
     const auto session = capture_.open();
     Carriage carriage(slider_->driver(), clock(), limits_, motion_);
-    CaptureSequence({&carriage, &camera_, session.get(), &placer_, clock()}, rules_)
+    CaptureSequence({&carriage, &camera_, session.get(), place_, clock()}, rules_)
         .run(capture_.plan);
   }
   std::string paused_message() {
@@ -157,14 +149,15 @@ class CaptureSequenceTest : public ::testing::Test {
   CaptureRules rules_;
   std::optional<TestSlider> slider_;
   FakeCamera camera_{&capture_.clock};
-  std::vector<double> shot_at_mm_;  // where the carriage stood at each shot
-  RecordingPlacer placer_;
+  std::vector<double> shot_at_mm_;   // where the carriage stood at each shot
+  std::vector<std::string> placed_;  // lines
+  PlaceRail place_ = [this](const CaptureLine& line, int, int) { placed_.push_back(line.id); };
 };
 
 TEST_F(CaptureSequenceTest, CapturesEveryStationOnceLineByLine) {
   run();
   EXPECT_EQ(camera_.shots(), 6);
-  EXPECT_THAT(placer_.lines, ElementsAre("x0", "z0"));
+  EXPECT_THAT(placed_, ElementsAre("x0", "z0"));
   expect_all();
   EXPECT_THAT(failures(), IsEmpty());
 }
@@ -306,7 +299,7 @@ TEST_F(CaptureSequenceTest, FilmsEachLineWithAJournalOfThePass) {
   const auto film = [&] {
     const auto session = capture_.open();
     Carriage carriage(slider_->driver(), clock(), limits_, motion_);
-    film_lines(capture_.plan, {&carriage, &camera_, session.get(), &placer_, clock()},
+    film_lines(capture_.plan, {&carriage, &camera_, session.get(), place_, clock()},
                {.profile = {50.0, 200.0}, .approach_mm = 5.0, .still_ms = 1000.0});
   };
   film();
@@ -325,7 +318,7 @@ TEST_F(CaptureSequenceTest, AStallWhileFilmingEndsTheFilmAndKeepsNoJournal) {
   slider_->faults.add({.kind = RigFault::kStall, .after_ms = 6000.0});
   const auto session = capture_.open();
   Carriage carriage(slider_->driver(), clock(), limits_, motion_);
-  EXPECT_THROW(film_lines(capture_.plan, {&carriage, &camera_, session.get(), &placer_, clock()},
+  EXPECT_THROW(film_lines(capture_.plan, {&carriage, &camera_, session.get(), place_, clock()},
                           {.profile = {50.0, 200.0}}),
                Paused);
   EXPECT_FALSE(camera_.is_filming());

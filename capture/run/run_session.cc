@@ -10,6 +10,7 @@
 #include "capture/run/check_devices.h"
 #include "capture/run/film_lines.h"
 #include "capture/session/session_status.h"
+#include "capture/slider/modbus_slider.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/interrupt.h"
@@ -21,16 +22,16 @@
 namespace raywalk::capture {
 namespace {
 
-std::string dry_run(const CapturePlan& plan, const CaptureConfig& config, RailPlacer* placer) {
+std::string dry_run(const CapturePlan& plan, const CaptureConfig& config, const PlaceRail& place) {
   SystemClock clock;
-  const auto slider = open_slider(config.slider, &clock);
+  const auto slider = make_modbus_slider(config.slider, &clock);
   Carriage carriage(slider.get(), &clock, limits_of(config.slider), config.slider.motion);
   carriage.home();
   Progress progress("dry run", static_cast<std::int64_t>(plan.stations()), "stations");
   const std::vector<CaptureLine> placements = placements_of(plan);
   const int count = static_cast<int>(placements.size());
   for (int i = 0; i < count; ++i) {
-    placer->place(placements[i], i + 1, count);
+    place(placements[i], i + 1, count);
     for (const CaptureStation& station : placements[i].stations) {
       carriage.move_to(carriage.limits().require(station.rail_mm, "station " + station.name));
       progress.advance();
@@ -81,8 +82,10 @@ std::string outcome_text(const CapturePlan& plan, const CaptureConfig& config,
 std::string run_session(const CaptureConfig& config, const RunOptions& options) {
   const DeferStopSignals protection;
   const CapturePlan plan = select_lines(plan_capture(config), config.camera, options.lines);
-  const auto placer = make_rail_placer(config.run, options.yes);
-  if (options.dry_run) return dry_run(plan, config, placer.get());
+  const PlaceRail place = [&](const CaptureLine& line, int number, int count) {
+    place_rail(config.run, options.yes, line, number, count);
+  };
+  if (options.dry_run) return dry_run(plan, config, place);
 
   SystemClock clock;
   const auto session =
@@ -93,7 +96,7 @@ std::string run_session(const CaptureConfig& config, const RunOptions& options) 
   if (pictures == 0) return outcome_text(plan, config, options.session);
 
   const auto camera = open_camera(config.camera, &clock);
-  const auto slider = open_slider(config.slider, &clock);
+  const auto slider = make_modbus_slider(config.slider, &clock);
   session->record_event("run-started", slider->description() + ", " + camera->description());
   require_room_on_card(camera->report(), pictures);
   if (!camera->keeps_pictures()) {
@@ -102,7 +105,7 @@ std::string run_session(const CaptureConfig& config, const RunOptions& options) 
   Carriage carriage(slider.get(), &clock, limits_of(config.slider), config.slider.motion);
   carriage.home();
   session->set_exposure(camera->prepare(config.camera.exposure, session->exposure()));
-  capture(plan, config, {&carriage, camera.get(), session.get(), placer.get(), &clock});
+  capture(plan, config, {&carriage, camera.get(), session.get(), place, &clock});
   require_frames(session.get());
   return outcome_text(plan, config, options.session);
 }
