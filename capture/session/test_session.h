@@ -15,7 +15,7 @@
 #include "capture/plan/capture_plan.h"
 #include "capture/session/session.h"
 #include "capture/session/session_database.h"
-#include "core/base/error.h"
+#include "core/base/test_error.h"  // IWYU pragma: export
 #include "core/files/test_directory.h"
 
 namespace raywalk::capture {
@@ -125,17 +125,6 @@ struct TestCapture {
     }
   }
 };
-
-// The message of the Error that `act` throws; empty if it throws none.
-template <typename Act>
-std::string error_of(const Act& act) {
-  try {
-    act();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
-}
 
 // A session of its own for every case, not captured yet.
 class SessionCase : public testing::Test {
