@@ -53,9 +53,14 @@ void plan(const PlanArguments& arguments) {
 }
 
 void check(const CheckArguments& arguments) {
-  const auto checks = check_devices(config_of(arguments.config), arguments.disk, arguments.lines);
-  fmt::print("{}", text_of(checks));
-  if (!all_usable(checks)) throw Error("a run cannot start; see the lines marked FAILS");
+  bool usable = true;
+  for (const DeviceCheck& device :
+       check_devices(config_of(arguments.config), arguments.disk, arguments.lines)) {
+    fmt::print("{:<7} {}  {}\n", device.device, device.usable ? "ok   " : "FAILS",
+               one_line(device.text));
+    usable &= device.usable;
+  }
+  if (!usable) throw Error("a run cannot start; see the lines marked FAILS");
 }
 
 }  // namespace

@@ -12,9 +12,8 @@
 #include "capture/import/import_film.h"
 #include "capture/import/import_pictures.h"
 #include "capture/session/merge_sessions.h"
-#include "capture/session/session_export.h"
+#include "capture/session/session_frames.h"
 #include "capture/session/session_status.h"
-#include "capture/session/session_verify.h"
 #include "core/base/escaped.h"
 
 namespace raywalk::capture {

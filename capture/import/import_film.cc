@@ -12,7 +12,6 @@
 #include "capture/session/frame_kind.h"
 #include "capture/session/session.h"
 #include "capture/session/session_database.h"
-#include "capture/session/session_reader.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"

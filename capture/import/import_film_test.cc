@@ -7,7 +7,6 @@
 
 #include "capture/import/test_film.h"
 #include "capture/session/session_database.h"
-#include "capture/session/session_reader.h"
 #include "capture/session/test_session.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"

@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "capture/import/test_pictures.h"
-#include "capture/session/session_reader.h"
+#include "capture/session/session_database.h"
 #include "capture/session/test_session.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"

@@ -35,7 +35,7 @@ struct CaptureLine {
 // The plan that a plan of some lines is a part of.
 struct WholePlan {
   std::vector<std::string> lines{};  // ids of all its lines, in its order
-  std::string sha256{};              // grid_sha256 (line_selection.h)
+  std::string sha256{};              // whole_plan_of (line_selection.h)
 };
 
 struct CapturePlan {

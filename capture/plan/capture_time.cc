@@ -1,8 +1,12 @@
 #include "capture/plan/capture_time.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+
+#include "core/base/number_text.h"
 
 namespace raywalk::capture {
 namespace {
@@ -94,6 +98,14 @@ CaptureTime estimate_time(const CapturePlan& plan, const CaptureConfig& config) 
   if (!film) time.pictures_s = static_cast<double>(plan.stations()) * picture_s(config);
   time.placing_s = static_cast<double>(placements.size()) * config.run.placing_s;
   return time;
+}
+
+std::string duration_text(double seconds) {
+  const long whole_s = std::lround(seconds);
+  if (whole_s < 60) return fmt::format("{} s", plain_number(seconds, seconds < 10.0 ? 1 : 0));
+  const long minutes = (whole_s + 30) / 60;
+  if (minutes < 60) return fmt::format("{} min", minutes);
+  return fmt::format("{} h {:02} min", minutes / 60, minutes % 60);
 }
 
 }  // namespace raywalk::capture

@@ -1,6 +1,8 @@
 // The estimated duration of a capture.
 #pragma once
 
+#include <string>
+
 #include "capture/plan/capture_plan.h"
 
 namespace raywalk::capture {
@@ -24,5 +26,8 @@ double picture_s(const CaptureConfig& config);
 double homing_s(const CaptureConfig& config);
 
 CaptureTime estimate_time(const CapturePlan& plan, const CaptureConfig& config);
+
+// "7.5 s", "45 s", "12 min", "3 h 05 min".
+std::string duration_text(double seconds);
 
 }  // namespace raywalk::capture

@@ -42,21 +42,23 @@ CapturePlan select_lines(const CapturePlan& plan, const CameraConfig& camera,
   if (std::ranges::find(taken, false) == taken.end()) return plan;
   CapturePlan selected;
   selected.overhang_m = plan.overhang_m;
-  selected.part_of = WholePlan{.lines = {}, .sha256 = grid_sha256(plan, camera)};
+  selected.part_of = whole_plan_of(plan, camera);
   for (std::size_t i = 0; i < plan.lines.size(); ++i) {
-    selected.part_of->lines.push_back(plan.lines[i].id);
     if (taken[i]) selected.lines.push_back(plan.lines[i]);
   }
   return selected;
 }
 
-std::string grid_sha256(const CapturePlan& plan, const CameraConfig& camera) {
+WholePlan whole_plan_of(const CapturePlan& plan, const CameraConfig& camera) {
+  if (plan.part_of) return *plan.part_of;
+  WholePlan whole;
   CapturePlan grid = plan;
-  grid.part_of.reset();
   for (CaptureLine& line : grid.lines) {
+    whole.lines.push_back(line.id);
     for (CaptureStation& station : line.stations) station.rail_mm = 0.0;
   }
-  return sha256_hex(plan_json(grid, camera));
+  whole.sha256 = sha256_hex(plan_json(grid, camera));
+  return whole;
 }
 
 }  // namespace raywalk::capture

@@ -15,8 +15,9 @@ namespace raywalk::capture {
 CapturePlan select_lines(const CapturePlan& plan, const CameraConfig& camera,
                          const std::vector<std::string>& words);
 
-// What lines, stations and pictures a plan has, whatever rail they are captured with: SHA-256 over
-// its plan_json without positions on the rail. Sessions with equal ones belong together.
-std::string grid_sha256(const CapturePlan& plan, const CameraConfig& camera);
+// The plan that it is a part of, or itself: its lines, and the SHA-256 over its plan_json without
+// positions on the rail: what lines, stations and pictures it has, whatever rail they are captured
+// with. Sessions with equal ones belong together.
+WholePlan whole_plan_of(const CapturePlan& plan, const CameraConfig& camera);
 
 }  // namespace raywalk::capture

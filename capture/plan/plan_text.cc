@@ -1,7 +1,6 @@
 // The report of a plan as text.
 #include <fmt/format.h>
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -20,15 +19,7 @@ std::string counted(const PlanJson& count, std::string_view noun) {
   return raywalk::counted(count.get<std::size_t>(), noun);
 }
 
-// "45 s", "12 min", "3 h 05 min".
-std::string duration(const PlanJson& value) {
-  const auto seconds = value.get<double>();
-  const long whole_s = std::lround(seconds);
-  if (whole_s < 60) return fmt::format("{} s", plain_number(seconds, seconds < 10.0 ? 1 : 0));
-  const long minutes = (whole_s + 30) / 60;
-  if (minutes < 60) return fmt::format("{} min", minutes);
-  return fmt::format("{} h {:02} min", minutes / 60, minutes % 60);
-}
+std::string duration(const PlanJson& value) { return duration_text(value.get<double>()); }
 
 std::string size_text(double megabytes) {
   if (megabytes >= 1000.0) return fmt::format("{} GB", plain_number(megabytes / 1000.0, 1));

@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <string_view>
 
 #include "capture/base/device_fault.h"
 #include "capture/base/units.h"
 #include "capture/session/frame_kind.h"
+#include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 
@@ -25,13 +27,38 @@ std::vector<const CaptureStation*> missing_stations(const CaptureLine& line,
   return missing;
 }
 
+// The user must see the original error, even if the session cannot be written any more. An attempt
+// without an end is marked as failed when the session is opened again.
+void try_to_record(const std::function<void()>& record) {
+  try {
+    record();
+  } catch (const Error& error) {
+    spdlog::warn("{}", error.what());
+  }
+}
+
+}  // namespace
+
+void pause_on_error(Session* session, const WorkState& state, const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Interrupted&) {
+    try_to_record([&] { session->record_event("interrupted", state.place); });
+    throw Interrupted(
+        fmt::format("interrupted at {}; the slider is at rest, {}; the same command resumes",
+                    state.place, state.done()));
+  } catch (const Error& error) {
+    try_to_record([&] { session->record_event("paused", state.place + ": " + error.what()); });
+    throw Paused(fmt::format("{}: {}. Paused with {}; the same command resumes", state.place,
+                             error.what(), state.done()));
+  }
+}
+
 std::size_t count_missing(const CapturePlan& plan, const Session& session) {
   std::size_t count = 0;
   for (const CaptureLine& line : plan.lines) count += missing_stations(line, session).size();
   return count;
 }
-
-}  // namespace
 
 void CaptureSequence::run(const CapturePlan& plan) {
   const Session& session = *parts_.session;
@@ -53,7 +80,7 @@ void CaptureSequence::capture_lines(const CapturePlan& plan) {
     const auto missing = missing_stations(line, *parts_.session);
     if (missing.empty()) continue;
     state_.place = "line " + line.id;
-    parts_.placer->place(line, i + 1, count);
+    parts_.place_rail(line, i + 1, count);
     begin_line(line, *missing.front());
     for (const CaptureStation* station : missing) {
       state_.place = "station " + station->name;
@@ -92,16 +119,19 @@ void CaptureSequence::try_station(const CaptureStation& station) {
   const SafePosition target =
       parts_.carriage->limits().require(station.rail_mm, "planned position");
   const AttemptId attempt = parts_.session->begin_attempt(station.name, target.mm());
+  const auto record_failure = [&](std::string_view fault, const std::string& message) {
+    try_to_record([&] { parts_.session->fail_attempt(attempt, fault, message); });
+  };
   try {
     shoot_station(attempt, target);
   } catch (const DeviceFault& fault) {
-    record_failure(attempt, name_of(fault.kind()), fault.what());
+    record_failure(name_of(fault.kind()), fault.what());
     throw;
   } catch (const Interrupted& interrupted) {
-    record_failure(attempt, "interrupted", interrupted.what());
+    record_failure("interrupted", interrupted.what());
     throw;
   } catch (const Error& error) {
-    record_failure(attempt, "session", error.what());
+    record_failure("session", error.what());
     throw;
   }
 }
@@ -170,17 +200,6 @@ double CaptureSequence::own_ms_since_last(const SettledPosition& settled, const 
   const double passed_ms = ms_from_duration(now - measured_until_);
   measured_until_ = now;
   return passed_ms - settled.moving_ms - settled.settling_ms - shot.exposing_ms - shot.transfer_ms;
-}
-
-// The user must see the original failure, even if the session cannot be written any more. An
-// attempt without an end is marked as failed when the session is opened again.
-void CaptureSequence::record_failure(const AttemptId& attempt, std::string_view fault,
-                                     const std::string& message) {
-  try {
-    parts_.session->fail_attempt(attempt, fault, message);
-  } catch (const Error& error) {
-    spdlog::warn("{}", error.what());
-  }
 }
 
 }  // namespace raywalk::capture

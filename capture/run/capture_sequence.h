@@ -1,26 +1,26 @@
 // Captures a plan line by line, station by station: move, settle, trigger, store, commit.
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "capture/base/clock.h"
 #include "capture/camera/camera.h"
 #include "capture/plan/capture_plan.h"
-#include "capture/run/pause_on_error.h"
-#include "capture/run/rail_placer.h"
+#include "capture/run/place_rail.h"
 #include "capture/session/session.h"
 #include "capture/slider/carriage.h"
 
 namespace raywalk::capture {
 
-// The parts of a capture. All must outlive it.
+// The parts of a capture, which must outlive it.
 struct CaptureParts {
   Carriage* carriage = nullptr;
   Camera* camera = nullptr;
   Session* session = nullptr;
-  RailPlacer* placer = nullptr;
+  PlaceRail place_rail{};
   Clock* clock = nullptr;
 };
 
@@ -33,6 +33,20 @@ struct CaptureRules {
   double approach_mm = 5.0;
   double least_free_bytes = 0;  // required on the session's disk before every station
 };
+
+// The progress of the work, for messages.
+struct WorkState {
+  std::string place = "before the first line";  // "station x0_007"
+  std::function<std::string()> done{};          // "12 of 44 stations captured"
+};
+
+// Runs `work`, which keeps `state` up to date. Turns an Error into Paused and adds place, progress
+// and how to resume to its message, and to that of Interrupted. Records either as an event of the
+// session.
+void pause_on_error(Session* session, const WorkState& state, const std::function<void()>& work);
+
+// The stations of the plan that are still to be captured.
+std::size_t count_missing(const CapturePlan& plan, const Session& session);
 
 // Captures every station of the plan that the session does not hold yet; the carriage must be
 // homed. Throws Paused, naming station, fault and next step, if a device fails or the disk is full;
@@ -55,7 +69,6 @@ class CaptureSequence {
   void look_at_first_of_line(const Shot& shot);
   void require_space() const;
   double own_ms_since_last(const SettledPosition& settled, const Shot& shot);
-  void record_failure(const AttemptId& attempt, std::string_view fault, const std::string& message);
 
   CaptureParts parts_;
   CaptureRules rules_;

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <functional>
 #include <stdexcept>
 
@@ -38,7 +37,7 @@ std::string state_text(const SliderState& state) {
 }
 
 std::string check_slider(const CaptureConfig& config, Clock* clock) {
-  const auto slider = open_slider(config.slider, clock);
+  const auto slider = make_modbus_slider(config.slider, clock);
   const SliderState state = slider->read_state();
   if (state.alarm) {
     throw Error(
@@ -88,10 +87,6 @@ DeviceCheck check(const std::string& device, const std::function<std::string()>&
 
 }  // namespace
 
-std::unique_ptr<Slider> open_slider(const SliderConfig& config, Clock* clock) {
-  return make_modbus_slider(config, clock);
-}
-
 std::unique_ptr<Camera> open_camera(const CameraConfig& config, Clock* clock) {
   switch (config.kind) {
     case CameraKind::kOsc:
@@ -138,20 +133,6 @@ void require_room_on_disk(const std::filesystem::path& directory, std::size_t pi
       fmt::format("{}: {:.0f} MB are free on its disk, {} pictures and "
                   "run.least_free_mb take about {:.0f} MB; free some or use another disk",
                   directory.string(), free_mb(directory), pictures, needed_mb));
-}
-
-std::string text_of(const std::vector<DeviceCheck>& checks) {
-  std::string text;
-  for (const DeviceCheck& check : checks) {
-    text += fmt::format("{:<7} {}  {}\n", check.device, check.usable ? "ok   " : "FAILS",
-                        one_line(check.text));
-  }
-  return text;
-}
-
-bool all_usable(const std::vector<DeviceCheck>& checks) {
-  return std::all_of(checks.begin(), checks.end(),
-                     [](const DeviceCheck& check) { return check.usable; });
 }
 
 }  // namespace raywalk::capture

@@ -1,5 +1,5 @@
-// Opens the devices of a configuration. `raywalk-capture check` contacts every one without moving
-// anything.
+// The devices of a configuration: opening the camera, and contacting every one without moving
+// anything (`raywalk-capture check`).
 #pragma once
 
 #include <cstddef>
@@ -11,15 +11,13 @@
 #include "capture/base/clock.h"
 #include "capture/camera/camera.h"
 #include "capture/config/capture_config.h"
-#include "capture/slider/slider.h"
 #include "capture/slider/slider_config.h"
 #include "capture/slider/soft_limits.h"
 
 namespace raywalk::capture {
 
-// Throw DeviceFault if the device does not answer or is not the configured one, and UsageError for
-// an invalid configuration. The clock must outlive the device.
-std::unique_ptr<Slider> open_slider(const SliderConfig& config, Clock* clock);
+// Throws DeviceFault if the camera does not answer or is not the configured one, and UsageError for
+// an invalid configuration. The clock must outlive it.
 std::unique_ptr<Camera> open_camera(const CameraConfig& config, Clock* clock);
 
 // The soft limits of a configuration. Throws UsageError as SoftLimits does.
@@ -43,10 +41,5 @@ std::vector<DeviceCheck> check_devices(const CaptureConfig& config,
 void require_room_on_card(const CameraReport& report, std::size_t pictures);
 void require_room_on_disk(const std::filesystem::path& directory, std::size_t pictures,
                           const CaptureConfig& config);
-
-// One line per device.
-std::string text_of(const std::vector<DeviceCheck>& checks);
-// Whether a run can start.
-bool all_usable(const std::vector<DeviceCheck>& checks);
 
 }  // namespace raywalk::capture

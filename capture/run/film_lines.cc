@@ -99,7 +99,7 @@ void film_lines(const CapturePlan& plan, const CaptureParts& parts, const FilmRu
       const CaptureLine& line = plan.lines[i];
       if (parts.session->has_journal(line.id)) continue;
       state.place = "line " + line.id;
-      parts.placer->place(line, i + 1, count);
+      parts.place_rail(line, i + 1, count);
       parts.session->record_event("line-placed", line.id);
       film_line(line, parts, rules);
       spdlog::info("line {} is filmed", line.id);

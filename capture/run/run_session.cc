@@ -1,13 +1,16 @@
 #include "capture/run/run_session.h"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
+
+#include <nlohmann/json.hpp>
 
 #include "capture/base/units.h"
 #include "capture/plan/line_selection.h"
 #include "capture/run/capture_sequence.h"
 #include "capture/run/check_devices.h"
 #include "capture/run/film_lines.h"
+#include "capture/session/session_status.h"
+#include "capture/slider/modbus_slider.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/interrupt.h"
@@ -19,16 +22,16 @@
 namespace raywalk::capture {
 namespace {
 
-std::string dry_run(const CapturePlan& plan, const CaptureConfig& config, RailPlacer* placer) {
+std::string dry_run(const CapturePlan& plan, const CaptureConfig& config, const PlaceRail& place) {
   SystemClock clock;
-  const auto slider = open_slider(config.slider, &clock);
+  const auto slider = make_modbus_slider(config.slider, &clock);
   Carriage carriage(slider.get(), &clock, limits_of(config.slider), config.slider.motion);
   carriage.home();
   Progress progress("dry run", static_cast<std::int64_t>(plan.stations()), "stations");
   const std::vector<CaptureLine> placements = placements_of(plan);
   const int count = static_cast<int>(placements.size());
   for (int i = 0; i < count; ++i) {
-    placer->place(placements[i], i + 1, count);
+    place(placements[i], i + 1, count);
     for (const CaptureStation& station : placements[i].stations) {
       carriage.move_to(carriage.limits().require(station.rail_mm, "station " + station.name));
       progress.advance();
@@ -41,17 +44,6 @@ std::string dry_run(const CapturePlan& plan, const CaptureConfig& config, RailPl
 // A session is not complete, whatever its database says, while a frame is not on the disk.
 void require_frames(Session* session) {
   require_no_faults(frame_faults(session->contents()), session->directory());
-}
-
-std::size_t pictures_missing(const CapturePlan& plan, const Session& session,
-                             std::size_t exposures) {
-  std::size_t stations = 0;
-  for (const CaptureLine& line : plan.lines) {
-    for (const CaptureStation& station : line.stations) {
-      stations += session.is_captured(station.name) ? 0 : 1;
-    }
-  }
-  return stations * exposures;
 }
 
 void capture(const CapturePlan& plan, const CaptureConfig& config, const CaptureParts& parts) {
@@ -73,20 +65,16 @@ void capture(const CapturePlan& plan, const CaptureConfig& config, const Capture
 // The summary of a completed run and the next step.
 std::string outcome_text(const CapturePlan& plan, const CaptureConfig& config,
                          const std::filesystem::path& session) {
-  const std::string where = escaped(session.string());
+  SessionReader reader(session);
+  const nlohmann::json status = session_status(&reader);
   const std::string lines = counted(plan.lines.size(), "line");
-  if (config.run.mode == CaptureMode::kVideo) {
-    return fmt::format("{}: all {} are filmed; next: raywalk-capture import {} --video FILE", where,
-                       lines, where);
-  }
-  if (config.camera.kind == CameraKind::kGpio) {
-    return fmt::format(
-        "{}: all {} stations of {} are on the camera's card; next: "
-        "raywalk-capture import {} CARD",
-        where, plan.stations(), lines, where);
-  }
-  return fmt::format("{}: all {} stations of {} are captured; next: raywalk-capture export {}",
-                     where, plan.stations(), lines, where);
+  const std::string done =
+      config.run.mode == CaptureMode::kVideo
+          ? fmt::format("all {} are filmed", lines)
+          : fmt::format("all {} stations of {} are {}", plan.stations(), lines,
+                        status["exposed"] > 0 ? "on the camera's card" : "captured");
+  return fmt::format("{}: {}; next: {}", escaped(session.string()), done,
+                     status["next_step"].get<std::string>());
 }
 
 }  // namespace
@@ -94,19 +82,21 @@ std::string outcome_text(const CapturePlan& plan, const CaptureConfig& config,
 std::string run_session(const CaptureConfig& config, const RunOptions& options) {
   const DeferStopSignals protection;
   const CapturePlan plan = select_lines(plan_capture(config), config.camera, options.lines);
-  const auto placer = make_rail_placer(config.run, options.yes);
-  if (options.dry_run) return dry_run(plan, config, placer.get());
+  const PlaceRail place = [&](const CaptureLine& line, int number, int count) {
+    place_rail(config.run, options.yes, line, number, count);
+  };
+  if (options.dry_run) return dry_run(plan, config, place);
 
   SystemClock clock;
   const auto session =
       Session::open_or_create(options.session, plan, config, read_file(config.file), &clock);
   require_frames(session.get());
   const std::size_t pictures =
-      pictures_missing(plan, *session, config.camera.exposure.bracket_ev.size());
+      count_missing(plan, *session) * config.camera.exposure.bracket_ev.size();
   if (pictures == 0) return outcome_text(plan, config, options.session);
 
   const auto camera = open_camera(config.camera, &clock);
-  const auto slider = open_slider(config.slider, &clock);
+  const auto slider = make_modbus_slider(config.slider, &clock);
   session->record_event("run-started", slider->description() + ", " + camera->description());
   require_room_on_card(camera->report(), pictures);
   if (!camera->keeps_pictures()) {
@@ -115,7 +105,7 @@ std::string run_session(const CaptureConfig& config, const RunOptions& options) 
   Carriage carriage(slider.get(), &clock, limits_of(config.slider), config.slider.motion);
   carriage.home();
   session->set_exposure(camera->prepare(config.camera.exposure, session->exposure()));
-  capture(plan, config, {&carriage, camera.get(), session.get(), placer.get(), &clock});
+  capture(plan, config, {&carriage, camera.get(), session.get(), place, &clock});
   require_frames(session.get());
   return outcome_text(plan, config, options.session);
 }

@@ -12,7 +12,7 @@ namespace raywalk::capture {
 struct RunOptions {
   std::filesystem::path session;     // directory, created or resumed; not touched by a dry run
   bool dry_run = false;              // moves to every station without taking pictures
-  bool yes = false;                  // as for make_rail_placer
+  bool yes = false;                  // as for place_rail
   std::vector<std::string> lines{};  // as for select_lines; empty: all
 };
 

@@ -13,9 +13,7 @@
 #include <utility>
 
 #include "capture/plan/line_selection.h"
-#include "capture/session/frame_files.h"
 #include "capture/session/session_database.h"
-#include "capture/session/session_reader.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/interrupt.h"
@@ -35,15 +33,15 @@ namespace fs = std::filesystem;
 
 // A session that is to be merged with others.
 struct Part {
-  explicit Part(const fs::path& session) : reader(session) {}
+  explicit Part(const fs::path& session);
 
   SessionReader reader;
+  // So that it is not captured meanwhile; none on a read-only disk.
+  std::unique_ptr<FileLock> lock{};
   fs::path directory{};  // absolute
   std::string name{};    // of the directory, for events
   SessionFacts facts{};
-  SessionContents contents{};
   CapturePlan plan{};
-  CameraConfig camera{};     // kind, frames and bracketing only
   WholePlan whole{};         // that of which it is a part, or its own
   std::string frame_size{};  // "64 x 32"; empty if it has no frame
 };
@@ -59,27 +57,21 @@ struct MergedLine {
   std::vector<const Part*> replaced{};  // sessions whose older line is not taken
 };
 
-std::unique_ptr<Part> read_part(const fs::path& session) {
-  auto part = std::make_unique<Part>(session);
-  part->directory = without_trailing_slash(fs::absolute(session).lexically_normal());
-  part->name = part->directory.filename().string();
-  part->facts = part->reader.facts();
-  part->contents = part->reader.contents();
-  require_no_faults(frame_faults(part->contents), session);
-  part->plan = plan_of(part->contents);
-  part->camera.kind = part->facts.camera;
-  part->camera.frames = part->facts.frames;
-  part->camera.exposure.bracket_ev = part->facts.bracket_ev;
-  const std::optional<WholePlan> whole = part->reader.part_of();
-  if (whole) {
-    part->whole = *whole;
-  } else {
-    part->whole.sha256 = grid_sha256(part->plan, part->camera);
-    for (const CaptureLine& line : part->plan.lines) part->whole.lines.push_back(line.id);
+Part::Part(const fs::path& session)
+    : reader(session),
+      directory(without_trailing_slash(fs::absolute(session).lexically_normal())),
+      name(directory.filename().string()) {
+  if (::access(directory.c_str(), W_OK) == 0) {
+    lock = std::make_unique<FileLock>(
+        directory / "session.lock",
+        "another raywalk-capture uses this session, or it is given twice; wait for it");
   }
-  part->frame_size = part->reader.database().text(
-      "SELECT coalesce((SELECT width_px || ' x ' || height_px FROM frame LIMIT 1), '')");
-  return part;
+  require_no_faults(frame_faults(reader.contents()), session);
+  facts = reader.facts();
+  plan = reader.plan();
+  whole = whole_plan_of(plan, facts.camera_config());
+  const auto size = reader.frame_size();
+  if (size) frame_size = fmt::format("{} x {}", size->width, size->height);
 }
 
 // Throws Error unless the sessions are of one camera, one mode and one plan.
@@ -102,60 +94,69 @@ void require_same_capture(const Part& a, const Part& b) {
   }
 }
 
-std::vector<MergedLine> captured_lines(Part* part) {
-  SqliteStatement row = part->reader.query(
-      "SELECT line.name, count(attempt.id), count(*), max(coalesce(max(ended_utc_us), 0), "
-      "coalesce((SELECT max(at_utc_us) FROM journal WHERE line_id = line.id), 0)) AS last_utc_us "
-      "FROM line JOIN station ON line_id = line.id LEFT JOIN attempt ON station_id = station.id "
-      "AND outcome IN ('captured', 'exposed') GROUP BY line.id HAVING last_utc_us > 0",
-      "a captured line");
+// The sessions in the order of time.
+Parts read_parts(const std::vector<fs::path>& sessions) {
+  Parts parts;
+  bool same_exposure = true;
+  for (const fs::path& session : sessions) {
+    parts.push_back(std::make_unique<Part>(session));
+    require_same_capture(*parts.front(), *parts.back());
+    same_exposure &= parts.front()->facts.locked_exposure == parts.back()->facts.locked_exposure;
+  }
+  if (!same_exposure) {
+    spdlog::warn(
+        "the sessions have different exposures; raywalk-build-lf gains makes their stations agree");
+  }
+  std::ranges::stable_sort(parts, {}, [](const auto& part) { return part->facts.created; });
+  return parts;
+}
+
+// What the sessions have of each line, by its id, the newest last.
+std::map<std::string, std::vector<MergedLine>> captured_lines(const Parts& parts) {
   constexpr int kMostStations = 1 << 30;
-  std::vector<MergedLine> lines;
-  while (row.step()) {
-    lines.push_back({.id = row.name(0),
-                     .part = part,
-                     .captured = row.number(1, 0, kMostStations),
-                     .planned = row.number(2, 0, kMostStations),
-                     .ended_utc_us = row.utc_us(3)});
+  std::map<std::string, std::vector<MergedLine>> lines;
+  for (const auto& part : parts) {
+    SqliteStatement row = part->reader.query(
+        "SELECT line.name, count(attempt.id), count(*), max(coalesce(max(ended_utc_us), 0), "
+        "coalesce((SELECT max(at_utc_us) FROM journal WHERE line_id = line.id), 0)) AS last_utc_us "
+        "FROM line JOIN station ON line_id = line.id LEFT JOIN attempt ON station_id = station.id "
+        "AND outcome IN ('captured', 'exposed') GROUP BY line.id HAVING last_utc_us > 0",
+        "a captured line");
+    while (row.step()) {
+      lines[row.name(0)].push_back({.id = row.name(0),
+                                    .part = part.get(),
+                                    .captured = row.number(1, 0, kMostStations),
+                                    .planned = row.number(2, 0, kMostStations),
+                                    .ended_utc_us = row.utc_us(3)});
+    }
+  }
+  for (auto& [id, of_line] : lines) {
+    std::ranges::stable_sort(of_line, {}, &MergedLine::ended_utc_us);
   }
   return lines;
 }
 
-// By id, each line of the session that captured it last.
-std::map<std::string, MergedLine> newest_lines(const Parts& parts, bool replace) {
-  std::map<std::string, MergedLine> newest;
-  for (const auto& part : parts) {
-    for (MergedLine& line : captured_lines(part.get())) {
-      const auto [known, is_first] = newest.try_emplace(line.id, line);
-      if (is_first) continue;
-      MergedLine& older = known->second;
-      if (line.ended_utc_us <= older.ended_utc_us) std::swap(line, older);
-      if (!replace) {
-        throw Error(fmt::format(
-            "line {} is captured in {} and, later, in {}; leave one of them out, or take the "
-            "later one with --replace",
-            line.id, older.part->directory.string(), line.part->directory.string()));
-      }
-      line.replaced.insert(line.replaced.end(), older.replaced.begin(), older.replaced.end());
-      line.replaced.push_back(older.part);
-      older = line;
-    }
-  }
-  return newest;
-}
-
-// The lines that the sessions have, in the order of the whole plan.
+// The lines that the sessions have, in the order of the whole plan, each of the session that
+// captured it last.
 std::vector<MergedLine> lines_of(const Parts& parts, const MergeOptions& options) {
-  const std::map<std::string, MergedLine> newest = newest_lines(parts, options.replace);
+  auto captured = captured_lines(parts);
   std::vector<MergedLine> lines;
   std::vector<std::string> missing, unfinished;
   for (const std::string& id : parts.front()->whole.lines) {
-    const auto found = newest.find(id);
-    if (found == newest.end()) {
+    std::vector<MergedLine>& of_line = captured[id];
+    if (of_line.empty()) {
       missing.push_back(id);
       continue;
     }
-    const MergedLine& line = lines.emplace_back(found->second);
+    if (of_line.size() > 1 && !options.replace) {
+      throw Error(fmt::format(
+          "line {} is captured in {} and, later, in {}; leave one of them out, or take the "
+          "later one with --replace",
+          id, of_line[0].part->directory.string(), of_line[1].part->directory.string()));
+    }
+    MergedLine& line = lines.emplace_back(std::move(of_line.back()));
+    of_line.pop_back();
+    for (const MergedLine& older : of_line) line.replaced.push_back(older.part);
     if (line.captured < line.planned && line.part->facts.mode == CaptureMode::kStations) {
       unfinished.push_back(fmt::format("{} ({} of {})", id, line.captured, line.planned));
     }
@@ -181,40 +182,89 @@ CapturePlan plan_of_lines(const Parts& parts, const std::vector<MergedLine>& lin
   for (const MergedLine& line : lines) {
     plan.lines.push_back(*std::ranges::find(line.part->plan.lines, line.id, &CaptureLine::id));
   }
-  const WholePlan& whole = parts.front()->whole;
-  if (lines.size() < whole.lines.size()) {
-    plan.part_of = whole;
-  } else if (grid_sha256(plan, parts.front()->camera) != whole.sha256) {
+  const Part& any = *parts.front();
+  if (lines.size() < any.whole.lines.size()) {
+    plan.part_of = any.whole;
+  } else if (whole_plan_of(plan, any.facts.camera_config()).sha256 != any.whole.sha256) {
     throw Error("the lines of the sessions do not make up the plan that they were started with");
   }
   return plan;
 }
 
-// Locks the sessions, so that none is captured meanwhile; those on read-only disks cannot be.
-std::vector<std::unique_ptr<FileLock>> lock_sessions(const std::vector<fs::path>& sessions) {
-  std::vector<std::unique_ptr<FileLock>> locks;
-  for (const fs::path& directory : sessions) {
-    open_session_to_read(directory);  // throws if there is none, before a lock file is created
-    if (::access(directory.c_str(), W_OK) != 0) continue;
-    locks.push_back(std::make_unique<FileLock>(
-        directory / "session.lock",
-        "another raywalk-capture uses this session, or it is given twice; wait for it"));
-  }
-  return locks;
-}
-
 // Creates the folder that becomes the session, or goes on with one that a stopped merge left.
 void make_merged_folder(const fs::path& directory) {
-  const std::set<std::string> own = {"session.db", "session.db-wal", "session.db-shm",
-                                     "session.lock", "frames"};
   make_directories(directory / kFramesDirectory);
-  for (const fs::directory_entry& entry : fs::directory_iterator(directory)) {
-    const std::string name = entry.path().filename().string();
-    if (own.contains(name)) continue;
-    throw Error(
-        fmt::format("{}: holds {}, which no merge writes there; remove it or give another --out",
-                    directory.string(), excerpt(name)));
+  const std::string other = foreign_name(directory);
+  if (other.empty()) return;
+  throw Error(
+      fmt::format("{}: holds {}, which no merge writes there; remove it or give another --out",
+                  directory.string(), excerpt(other)));
+}
+
+// Copies the rows of a session's lines, and all its events. An attempt that a killed run left open
+// is none.
+void copy_rows(SqliteConnection* database, Part* part, const std::vector<MergedLine>& lines) {
+  std::vector<std::string> ids;
+  for (const MergedLine& line : lines) {
+    if (line.part == part) ids.push_back(line.id);
   }
+  const std::string taken = nlohmann::json(ids).dump();
+  const std::int64_t attempts = database->integer("SELECT max(id) FROM attempt");
+  database->attach(part->reader.database(), "part");
+  SqliteTransaction transaction(database);
+  database->run(
+      "INSERT INTO attempt SELECT a.id + ?2, mine.id, a.number, outcome, begun_utc_us, "
+      "ended_utc_us, commanded_mm, measured_mm, moving_ms, settling_ms, triggered_utc_us, "
+      "exposed_utc_us, exposing_ms, transfer_ms, own_ms, fault, message FROM part.attempt AS a "
+      "JOIN part.station AS theirs ON theirs.id = a.station_id "
+      "JOIN part.line AS line ON line.id = theirs.line_id "
+      "JOIN main.station AS mine ON mine.name = theirs.name "
+      "WHERE line.name IN (SELECT value FROM json_each(?1)) AND outcome IS NOT NULL",
+      taken, attempts);
+  database->run(
+      "INSERT INTO frame SELECT NULL, attempt_id + ?1, exposure, lens, file, bytes, sha256, "
+      "width_px, height_px, camera_name, settings FROM part.frame "
+      "WHERE attempt_id + ?1 IN (SELECT id FROM main.attempt) ORDER BY id",
+      attempts);
+  database->run(
+      "INSERT INTO journal SELECT NULL, mine.id, at_utc_us, position_mm FROM part.journal "
+      "JOIN part.line AS theirs ON theirs.id = line_id "
+      "JOIN main.line AS mine ON mine.name = theirs.name "
+      "WHERE theirs.name IN (SELECT value FROM json_each(?1)) ORDER BY part.journal.id",
+      taken);
+  database->run(
+      "INSERT INTO event SELECT NULL, at_utc_us, kind, ?1 || ': ' || text FROM part.event "
+      "ORDER BY id",
+      part->name);
+  transaction.commit();
+  database->execute("DETACH part");
+}
+
+// Writes session.db anew, session by session in the order of time. Exposure and configuration are
+// those of the session that captured last.
+void write_database(const fs::path& directory, const Parts& parts,
+                    const std::vector<MergedLine>& lines, const CapturePlan& plan,
+                    std::int64_t now_utc_us) {
+  for (const char* ending : {"", "-wal", "-shm"}) {  // of a merge that was stopped
+    fs::remove(session_database_path(directory).string() + ending);
+  }
+  SqliteConnection database = open_session_to_write(directory);
+  SessionFacts facts = std::ranges::max_element(lines, {}, &MergedLine::ended_utc_us)->part->facts;
+  facts.created = parts.front()->facts.created;
+  create_session(&database, facts, plan);
+  for (const auto& part : parts) copy_rows(&database, part.get(), lines);
+  SqliteTransaction transaction(&database);
+  for (const MergedLine& line : lines) {
+    std::string text = fmt::format("{}: {} of {}", line.id,
+                                   counted(static_cast<std::size_t>(line.captured), "station"),
+                                   line.part->directory.string());
+    for (const Part* older : line.replaced) {
+      text += ", in place of that of " + older->directory.string();
+    }
+    database.run("INSERT INTO event (at_utc_us, kind, text) VALUES (?1, 'merged', ?2)", now_utc_us,
+                 text);
+  }
+  transaction.commit();
 }
 
 // Links or copies a frame, unless an earlier run did. A link is the same file; a copy is read.
@@ -234,120 +284,28 @@ void take_frame(const fs::path& source, const std::string& sha256, const fs::pat
   copy.commit();
 }
 
-// Takes the frames of the lines and removes those of other merges; on the disk when it returns.
-// Returns their number.
-std::size_t take_frames(const std::vector<MergedLine>& lines, const fs::path& directory) {
-  std::map<std::string, std::pair<const Part*, const SessionFrame*>> wanted;
-  for (const MergedLine& line : lines) {
-    const SessionContents& contents = line.part->contents;
-    for (const SessionFrame& frame : contents.frames) {
-      if (contents.line_of(contents.station_of(frame)).id != line.id) continue;
-      if (wanted.try_emplace(frame.file, line.part, &frame).second) continue;
-      throw Error(
-          fmt::format("{}: another of the sessions has a frame of this name; it is not one that "
-                      "raywalk-capture wrote",
-                      (line.part->directory / frame.file).string()));
-    }
+// Takes the frames that the merged session names and removes those of other merges; on the disk
+// when it returns.
+void take_frames(const std::vector<MergedLine>& lines, const SessionContents& merged) {
+  std::set<std::string> wanted;
+  for (const SessionFrame& frame : merged.frames) wanted.insert(frame.file);
+  for (const std::string& file : list_frames(merged.directory)) {
+    if (!wanted.contains(file)) fs::remove(merged.directory / file);
   }
-  for (const std::string& file : list_frames(directory)) {
-    if (!wanted.contains(file)) fs::remove(directory / file);
-  }
-  Progress progress("merging", static_cast<std::int64_t>(wanted.size()), "frames");
-  for (const auto& [file, from] : wanted) {
+  Progress progress("merging", static_cast<std::int64_t>(merged.frames.size()), "frames");
+  for (const SessionFrame& frame : merged.frames) {
     throw_if_interrupted();
-    take_frame(from.first->directory / file, from.second->sha256, directory / file);
+    // Both are in the order of the plan.
+    const int line = merged.station_of(frame).line;
+    const Part& part = *lines[static_cast<std::size_t>(line)].part;
+    take_frame(part.directory / frame.file, frame.sha256, merged.directory / frame.file);
     progress.advance();
   }
-  sync_directory(directory / kFramesDirectory);
-  return wanted.size();
+  sync_directory(merged.directory / kFramesDirectory);
 }
 
-// Copies the rows of a session's lines, and all its events. An attempt that a killed run left open
-// is none.
-void copy_rows(SqliteConnection* database, Part* part, const std::vector<MergedLine>& lines) {
-  std::vector<std::string> ids;
-  for (const MergedLine& line : lines) {
-    if (line.part == part) ids.push_back(line.id);
-  }
-  const std::string taken = nlohmann::json(ids).dump();
-  const std::int64_t attempts = database->integer("SELECT max(id) FROM attempt");
-  database->attach(part->reader.database(), "part");
-  SqliteTransaction transaction(database);
-  const auto copy = [&](const std::string& sql, const auto&... values) {
-    SqliteStatement(database, sql).bind(values...).run();
-  };
-  copy(
-      "INSERT INTO attempt SELECT a.id + ?2, mine.id, a.number, outcome, begun_utc_us, "
-      "ended_utc_us, commanded_mm, measured_mm, moving_ms, settling_ms, triggered_utc_us, "
-      "exposed_utc_us, exposing_ms, transfer_ms, own_ms, fault, message FROM part.attempt AS a "
-      "JOIN part.station AS theirs ON theirs.id = a.station_id "
-      "JOIN part.line AS line ON line.id = theirs.line_id "
-      "JOIN main.station AS mine ON mine.name = theirs.name "
-      "WHERE line.name IN (SELECT value FROM json_each(?1)) AND outcome IS NOT NULL",
-      taken, attempts);
-  copy(
-      "INSERT INTO frame SELECT NULL, attempt_id + ?1, exposure, lens, file, bytes, sha256, "
-      "width_px, height_px, camera_name, settings FROM part.frame "
-      "WHERE attempt_id + ?1 IN (SELECT id FROM main.attempt) ORDER BY id",
-      attempts);
-  copy(
-      "INSERT INTO journal SELECT NULL, mine.id, at_utc_us, position_mm FROM part.journal "
-      "JOIN part.line AS theirs ON theirs.id = line_id "
-      "JOIN main.line AS mine ON mine.name = theirs.name "
-      "WHERE theirs.name IN (SELECT value FROM json_each(?1)) ORDER BY part.journal.id",
-      taken);
-  copy(
-      "INSERT INTO event SELECT NULL, at_utc_us, kind, ?1 || ': ' || text FROM part.event "
-      "ORDER BY id",
-      part->name);
-  transaction.commit();
-  database->execute("DETACH part");
-}
-
-// Writes session.db anew, session by session in the order of time. Exposure and configuration are
-// those of the session that captured last.
-void write_database(const fs::path& directory, const Parts& parts,
-                    const std::vector<MergedLine>& lines, const CapturePlan& plan,
-                    std::int64_t now_utc_us) {
-  for (const char* ending : {"", "-wal", "-shm"}) {  // of a merge that was stopped
-    fs::remove(session_database_path(directory).string() + ending);
-  }
-  std::vector<Part*> in_order;
-  for (const auto& part : parts) in_order.push_back(part.get());
-  std::ranges::stable_sort(in_order, {}, [](const Part* part) { return part->facts.created; });
-  SqliteConnection database = open_session_to_write(directory);
-  SessionFacts facts = std::ranges::max_element(lines, {}, &MergedLine::ended_utc_us)->part->facts;
-  facts.created = in_order.front()->facts.created;
-  SqliteTransaction creation(&database);
-  create_session(&database, facts, plan);
-  creation.commit();
-  for (Part* part : in_order) copy_rows(&database, part, lines);
-  SqliteTransaction last(&database);
-  SqliteStatement add(&database,
-                      "INSERT INTO event (at_utc_us, kind, text) VALUES (?1, 'merged', ?2)");
-  for (const MergedLine& line : lines) {
-    std::string text = fmt::format("{}: {} of {}", line.id,
-                                   counted(static_cast<std::size_t>(line.captured), "station"),
-                                   line.part->directory.string());
-    for (const Part* older : line.replaced) {
-      text += ", in place of that of " + older->directory.string();
-    }
-    add.bind(now_utc_us, text).run();
-  }
-  last.commit();
-}
-
-void warn_of_exposures(const Parts& parts) {
-  const auto differs = [&](const auto& part) {
-    return part->facts.locked_exposure != parts.front()->facts.locked_exposure;
-  };
-  if (std::ranges::none_of(parts, differs)) return;
-  spdlog::warn(
-      "the sessions have different exposures; raywalk-build-lf gains makes their stations agree");
-}
-
-std::string summary_of(const Parts& parts, const std::vector<MergedLine>& lines,
-                       const CapturePlan& plan, std::size_t frames, const fs::path& out) {
+std::string summary_of(const Parts& parts, const std::vector<MergedLine>& lines, std::size_t frames,
+                       const fs::path& out) {
   std::string text =
       fmt::format("{}: {} and {} of {}", escaped(out.string()), counted(frames, "frame"),
                   counted(lines.size(), "line"), counted(parts.size(), "session"));
@@ -357,13 +315,11 @@ std::string summary_of(const Parts& parts, const std::vector<MergedLine>& lines,
                           escaped(replaced->name));
     }
   }
-  if (plan.part_of) {
-    std::vector<std::string> missing;
-    for (const std::string& id : plan.part_of->lines) {
-      if (std::ranges::find(lines, id, &MergedLine::id) == lines.end()) missing.push_back(id);
-    }
-    text += fmt::format("; missing: {}", fmt::join(missing, ", "));
-  }
+  std::vector<std::string> missing = parts.front()->whole.lines;
+  std::erase_if(missing, [&](const std::string& id) {
+    return std::ranges::find(lines, id, &MergedLine::id) != lines.end();
+  });
+  if (!missing.empty()) text += fmt::format("; missing: {}", fmt::join(missing, ", "));
   return text + fmt::format("; next: raywalk-capture status {}", escaped(out.string()));
 }
 
@@ -372,27 +328,22 @@ std::string summary_of(const Parts& parts, const std::vector<MergedLine>& lines,
 std::string merge_sessions(const MergeOptions& options, Clock* clock) {
   const fs::path out = without_trailing_slash(options.out);
   require_absent(out, "--out");
-  const auto locks = lock_sessions(options.sessions);
-  Parts parts;
-  for (const fs::path& directory : options.sessions) {
-    parts.push_back(read_part(directory));
-    require_same_capture(*parts.front(), *parts.back());
-  }
+  const Parts parts = read_parts(options.sessions);
   const std::vector<MergedLine> lines = lines_of(parts, options);
   const CapturePlan plan = plan_of_lines(parts, lines);
-  warn_of_exposures(parts);
   const fs::path partial = out.string() + ".partial";
   make_merged_folder(partial);
-  std::size_t frames = 0;
+  SessionContents merged;
   {
     const FileLock lock(partial / "session.lock",
                         "another raywalk-capture merges sessions into it");
-    frames = take_frames(lines, partial);
     write_database(partial, parts, lines, plan, utc_us_from(clock->wall_now()));
-    require_no_faults(frame_faults(SessionReader(partial).contents()), partial);
+    merged = SessionReader(partial).contents();
+    take_frames(lines, merged);
+    require_no_faults(frame_faults(merged), partial);
   }
   move_into_place(partial, out);
-  return summary_of(parts, lines, plan, frames, out);
+  return summary_of(parts, lines, merged.frames.size(), out);
 }
 
 }  // namespace raywalk::capture

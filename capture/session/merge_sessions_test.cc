@@ -6,8 +6,8 @@
 #include <filesystem>
 
 #include "capture/plan/line_selection.h"
+#include "capture/session/session_frames.h"
 #include "capture/session/session_status.h"
-#include "capture/session/session_verify.h"
 #include "capture/session/test_session.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"

@@ -17,7 +17,9 @@
 
 #include "capture/base/clock.h"
 #include "capture/camera/camera.h"
+#include "capture/config/capture_config.h"
 #include "capture/plan/capture_plan.h"
+#include "capture/session/session_database.h"
 #include "capture/slider/carriage.h"
 #include "core/files/file_lock.h"
 #include "core/session/session_contents.h"
@@ -43,12 +45,6 @@ struct StoredFrame {
   std::string exposure{};     // settings read back for this picture, as JSON
 };
 
-// A reading of the carriage's feedback, for matching a video to positions.
-struct JournalSample {
-  WallTime time{};
-  double position_mm = 0.0;
-};
-
 // The only writer of a session. For one thread.
 class Session {
  public:
@@ -66,11 +62,8 @@ class Session {
   // Opens an existing session, whatever its plan, to import pictures. Throws Error as above, and if
   // there is no session.
   static std::unique_ptr<Session> open(const std::filesystem::path& directory, Clock* clock);
-  ~Session();
-  Session(const Session&) = delete;
-  Session& operator=(const Session&) = delete;
 
-  const std::filesystem::path& directory() const { return directory_; }
+  const std::filesystem::path& directory() const { return reader_.directory(); }
   // True also while the picture is on the camera's card. Like all calls that name a station or
   // line, throws std::logic_error if the plan does not have it.
   bool is_captured(const std::string& station) const;
@@ -114,23 +107,24 @@ class Session {
   void record_journal(const std::string& line, std::span<const JournalSample> samples);
 
  private:
-  Session(std::filesystem::path directory, Clock* clock);
+  Session(const std::filesystem::path& directory, Clock* clock);
 
-  void create(const CapturePlan& plan, const CaptureConfig& config, const std::string& config_text);
   void require_plan(const CapturePlan& plan, const CaptureConfig& config);
   void require_frames_directory();
   void clean_up();
-  std::int64_t station_row(const std::string& station) const;
-  std::int64_t line_row(const std::string& line) const;
+  SqliteConnection& database() const { return reader_.database(); }
+  // Of a line or a station, by its name.
+  std::int64_t row_of(const std::string& table, const std::string& name) const;
   // The time of a new entry; updates last_entry_us_.
   std::int64_t now_us();
-  void add_frames(const AttemptId& attempt, std::span<const StoredFrame> frames);
-  void add_event(const std::string& kind, const std::string& text);
+  // Sets columns of an attempt whose outcome is `from`, to values from ?2 on, and adds its frames.
+  template <typename... Values>
+  void change_attempt(const AttemptId& attempt, const std::string& from, const std::string& columns,
+                      std::span<const StoredFrame> frames, const Values&... values);
 
-  std::filesystem::path directory_;
   Clock* clock_;
   FileLock lock_;
-  std::unique_ptr<SqliteConnection> database_;
+  mutable SessionReader reader_;
   std::int64_t last_entry_us_ = 0;
 };
 

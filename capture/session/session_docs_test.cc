@@ -8,11 +8,9 @@
 #include <sstream>
 #include <vector>
 
-#include "capture/session/session_database.h"
 #include "capture/session/session_status.h"
 #include "capture/session/test_session.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_directory.h"
 
 namespace raywalk::capture {
 namespace {
@@ -20,9 +18,9 @@ namespace {
 using testing::ContainsRegex;
 using testing::SizeIs;
 
-class SessionDocsTest : public testing::Test {
+class SessionDocsTest : public SessionCase {
  protected:
-  SessionDocsTest() {
+  SessionDocsTest() : SessionCase(test_plan()) {
     const std::unique_ptr<Session> session = capture_.open();
     session->record_event("run-started", "a slider, a camera");
     session->record_event("merged", "x0: 3 stations of monday");
@@ -61,8 +59,6 @@ class SessionDocsTest : public testing::Test {
     return columns;
   }
 
-  TestDirectory directory_;
-  TestCapture capture_{.directory = directory_ / "session"};
   std::string docs_ = read_file(RAYWALK_DOCS "/session.md");
 };
 

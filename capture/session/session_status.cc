@@ -1,20 +1,20 @@
 #include "capture/session/session_status.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
 
-#include "capture/session/session_database.h"
+#include "capture/plan/capture_time.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
-#include "core/base/median.h"
 #include "core/session/session_contents.h"
 
 namespace raywalk::capture {
@@ -27,49 +27,37 @@ constexpr std::size_t kMostLostFrames = 8;  // listed in a text
 constexpr int kMostAttempts = 1000000000;
 constexpr double kLongest_ms = 1e12;
 constexpr double kUsPerSecond = 1e6;
+constexpr std::array kTimes = {"moving_ms", "settling_ms", "exposing_ms", "transfer_ms", "own_ms"};
 
-// Of every line: stations planned; captured, with frames in the session and on the disk; lost, of
-// which a frame is missing or of another size; exposed, with pictures still on the camera's card.
+// Counts of every line: stations planned; captured, with frames in the session and on the disk;
+// exposed, with pictures still on the card; lost, of which a frame is missing or of another size.
 Json lines_of(SessionReader* session, const SessionContents& contents,
               const std::vector<FrameFault>& lost_frames) {
-  struct Counts {
-    int stations = 0, captured = 0, lost = 0, exposed = 0;
-  };
-  std::set<std::string> lost;
-  for (const FrameFault& fault : lost_frames) lost.insert(fault.station);
-  std::vector<Counts> counts(contents.lines.size());
+  std::set<std::string> lost_stations;
+  for (const FrameFault& fault : lost_frames) lost_stations.insert(fault.station);
+  std::vector<int> lost(contents.lines.size());
   for (const SessionStation& station : contents.stations) {
-    Counts& line = counts[static_cast<std::size_t>(station.line)];
-    ++line.stations;
-    if (!station.shot) continue;
-    ++(station.shot->on_card         ? line.exposed
-       : lost.contains(station.name) ? line.lost
-                                     : line.captured);
+    if (lost_stations.contains(station.name)) ++lost[static_cast<std::size_t>(station.line)];
   }
   SqliteStatement row = session->query(
-      "SELECT (SELECT count(*) FROM attempt JOIN station ON station.id = station_id "
-      "WHERE station.line_id = line.id) AS attempts, "
-      "EXISTS (SELECT 1 FROM journal WHERE journal.line_id = line.id) AS filmed "
-      "FROM line ORDER BY line.id",
+      "SELECT line.name, validation, count(DISTINCT station.id), count(attempt.id), "
+      "count(*) FILTER (WHERE outcome = 'captured'), count(*) FILTER (WHERE outcome = 'exposed'), "
+      "EXISTS (SELECT 1 FROM journal WHERE journal.line_id = line.id) "
+      "FROM line JOIN station ON station.line_id = line.id "
+      "LEFT JOIN attempt ON station_id = station.id GROUP BY line.id",
       "a line");
   Json lines = Json::array();
-  for (std::size_t i = 0; i < contents.lines.size() && row.step(); ++i) {
-    lines.push_back({{"id", contents.lines[i].id},
-                     {"validation", contents.lines[i].validation},
-                     {"stations", counts[i].stations},
-                     {"captured", counts[i].captured},
-                     {"exposed", counts[i].exposed},
-                     {"lost", counts[i].lost},
-                     {"attempts", row.number(0, 0, kMostAttempts)},
-                     {"filmed", row.boolean(1)}});
+  for (std::size_t i = 0; i < lost.size() && row.step(); ++i) {
+    lines.push_back({{"id", row.name(0)},
+                     {"validation", row.boolean(1)},
+                     {"stations", row.number(2, 0, kMostAttempts)},
+                     {"captured", row.number(4, 0, kMostAttempts) - lost[i]},
+                     {"exposed", row.number(5, 0, kMostAttempts)},
+                     {"lost", lost[i]},
+                     {"attempts", row.number(3, 0, kMostAttempts)},
+                     {"filmed", row.boolean(6)}});
   }
   return lines;
-}
-
-int sum(const Json& lines, const char* count) {
-  int total = 0;
-  for (const Json& line : lines) total += line[count].get<int>();
-  return total;
 }
 
 Json faults_of(SessionReader* session) {
@@ -81,58 +69,50 @@ Json faults_of(SessionReader* session) {
   return faults;
 }
 
-// The values of a column of the captured attempts, without NULL.
-std::vector<double> captured_values(SessionReader* session, const std::string& column) {
-  SqliteStatement row = session->query(
-      "SELECT " + column + " FROM attempt WHERE outcome IN ('captured', 'exposed') AND " + column +
-          " IS NOT NULL",
-      "an attempt");
-  std::vector<double> values;
-  while (row.step()) values.push_back(row.real(0, -kLongest_ms, kLongest_ms));
-  return values;
-}
-
-Json median_of(std::vector<double> values) {
-  return values.empty() ? Json() : Json(median(std::move(values)));
-}
-
-// The smallest value that at least 95 % of the values do not exceed (nearest rank).
-Json p95_of(std::vector<double> values) {
+// The smallest value that at least this fraction of the values do not exceed (nearest rank); null
+// where there are none.
+Json quantile(double fraction, std::vector<double> values) {
   if (values.empty()) return {};
   const auto rank =
-      static_cast<std::ptrdiff_t>(std::ceil(0.95 * static_cast<double>(values.size())));
+      static_cast<std::ptrdiff_t>(std::ceil(fraction * static_cast<double>(values.size())));
   std::nth_element(values.begin(), values.begin() + rank - 1, values.end());
   return values[static_cast<std::size_t>(rank - 1)];
 }
 
-Json times_of(SessionReader* session) {
-  Json times = Json::object();
-  for (const std::string time :
-       {"moving_ms", "settling_ms", "exposing_ms", "transfer_ms", "own_ms"}) {
-    times[time] = median_of(captured_values(session, time));
-  }
-  times["own_p95_ms"] = p95_of(captured_values(session, "own_ms"));
-  return times;
-}
-
-// The median time from one captured station of a line to the next; the median ignores breaks.
-Json pace_s(SessionReader* session) {
-  SqliteStatement row = session->query(
-      "SELECT station.line_id, ended_utc_us FROM attempt JOIN station ON station.id = station_id "
-      "WHERE outcome IN ('captured', 'exposed') AND moving_ms IS NOT NULL ORDER BY attempt.id",
-      "a captured attempt");
+// "times" of the captured stations, and "time_left_s" of those left at the pace so far: the median
+// time from one captured station of a line to the next, which ignores breaks. Without placing the
+// rail.
+void add_times(SessionReader* session, Json* status) {
+  SqliteStatement row =
+      session->query(fmt::format("SELECT {}, ended_utc_us, line_id FROM attempt "
+                                 "JOIN station ON station.id = station_id "
+                                 "WHERE outcome IN ('captured', 'exposed') ORDER BY attempt.id",
+                                 fmt::join(kTimes, ", ")),
+                     "a captured attempt");
+  constexpr int kEnded = kTimes.size(), kLine = kEnded + 1;  // columns behind the times
+  std::array<std::vector<double>, kTimes.size()> times_ms;
   std::vector<double> intervals_s;
   std::int64_t line = -1, ended_us = 0;
   while (row.step()) {
-    const std::int64_t line_here = row.integer(0);
-    const std::int64_t ended_here_us = row.utc_us(1);
-    if (line_here == line) {
-      intervals_s.push_back(static_cast<double>(ended_here_us - ended_us) / kUsPerSecond);
+    for (std::size_t i = 0; i < kTimes.size(); ++i) {
+      const auto column = static_cast<int>(i);
+      if (row.is_null(column)) continue;
+      times_ms[i].push_back(row.real(column, -kLongest_ms, kLongest_ms));
     }
-    line = line_here;
-    ended_us = ended_here_us;
+    if (row.is_null(0)) continue;  // a frame of a film
+    if (row.integer(kLine) == line) {
+      intervals_s.push_back(static_cast<double>(row.utc_us(kEnded) - ended_us) / kUsPerSecond);
+    }
+    line = row.integer(kLine);
+    ended_us = row.utc_us(kEnded);
   }
-  return median_of(std::move(intervals_s));
+  Json& times = (*status)["times"];
+  for (std::size_t i = 0; i < kTimes.size(); ++i) times[kTimes[i]] = quantile(0.5, times_ms[i]);
+  times["own_p95_ms"] = quantile(0.95, times_ms.back());
+  const Json pace_s = quantile(0.5, std::move(intervals_s));
+  const auto count = [&](const char* name) { return (*status)[name].get<int>(); };
+  const int left = count("stations") - count("captured") - count("exposed");
+  (*status)["time_left_s"] = pace_s.is_null() ? Json() : Json(left * pace_s.get<double>());
 }
 
 // Oldest first.
@@ -150,7 +130,7 @@ Json last_events_of(SessionReader* session) {
 }
 
 std::string next_step_of(const Json& status, const SessionContents& contents, CaptureMode mode) {
-  const std::string directory = status["directory"];
+  const std::string directory = escaped(status["directory"].get<std::string>());
   if (status["lost"] > 0) {
     return "restore the missing frames from a copy, or give up their stations with raywalk-capture "
            "verify " +
@@ -176,18 +156,20 @@ std::string next_step_of(const Json& status, const SessionContents& contents, Ca
          planned->name;
 }
 
-std::string duration_text(double seconds) {
-  const auto minutes = static_cast<std::int64_t>(std::ceil(seconds / 60.0));
-  return minutes < 60 ? fmt::format("{} min", minutes)
-                      : fmt::format("{} h {:02} min", minutes / 60, minutes % 60);
+// Of a line or the session: "", or ", 3 on the camera's card, 2 lost".
+std::string elsewhere_text(const Json& counts) {
+  std::string text;
+  if (counts["exposed"] > 0) {
+    text += fmt::format(", {} on the camera's card", counts["exposed"].get<int>());
+  }
+  if (counts["lost"] > 0) text += fmt::format(", {} lost", counts["lost"].get<int>());
+  return text;
 }
 
 std::string line_text(const Json& line) {
   const auto count = [&](const char* name) { return line[name].get<int>(); };
-  std::string text = fmt::format("  {:<4} {:>6} of {} captured", line["id"].get<std::string>(),
-                                 count("captured"), count("stations"));
-  if (count("exposed") > 0) text += fmt::format(", {} on the camera's card", count("exposed"));
-  if (count("lost") > 0) text += fmt::format(", {} lost", count("lost"));
+  std::string text = fmt::format("  {:<4} {:>6} of {} captured{}", line["id"].get<std::string>(),
+                                 count("captured"), count("stations"), elsewhere_text(line));
   if (line["filmed"]) text += ", filmed";
   const int more = count("attempts") - count("captured") - count("exposed") - count("lost");
   if (more > 0) text += fmt::format(", {} further attempts", more);
@@ -249,30 +231,23 @@ Json session_status(SessionReader* session) {
   status["mode"] = name_of(mode);
   status["lines"] = lines_of(session, contents, lost_frames);
   for (const char* count : {"stations", "captured", "exposed", "lost"}) {
-    status[count] = sum(status["lines"], count);
+    int sum = 0;
+    for (const Json& line : status["lines"]) sum += line[count].get<int>();
+    status[count] = sum;
   }
   status["lost_frames"] = Json::array();
   for (const FrameFault& fault : lost_frames) status["lost_frames"].push_back(fault.text);
   status["faults"] = faults_of(session);
-  status["times"] = times_of(session);
-  // At the pace so far, without placing the rail.
-  const Json pace = pace_s(session);
-  const int left = sum(status["lines"], "stations") - sum(status["lines"], "captured") -
-                   sum(status["lines"], "exposed");
-  status["time_left_s"] = pace.is_null() ? Json() : Json(left * pace.get<double>());
+  add_times(session, &status);
   status["last_events"] = last_events_of(session);
   status["next_step"] = next_step_of(status, contents, mode);
   return status;
 }
 
 std::string status_text(const Json& status) {
-  const auto count = [&](const char* name) { return status[name].get<int>(); };
-  std::string text =
-      fmt::format("{}: {} of {} stations captured", escaped(status["directory"].get<std::string>()),
-                  count("captured"), count("stations"));
-  if (count("exposed") > 0) text += fmt::format(", {} on the camera's card", count("exposed"));
-  if (count("lost") > 0) text += fmt::format(", {} lost", count("lost"));
-  text += "\n";
+  std::string text = fmt::format(
+      "{}: {} of {} stations captured{}\n", escaped(status["directory"].get<std::string>()),
+      status["captured"].get<int>(), status["stations"].get<int>(), elsewhere_text(status));
   for (const Json& line : status["lines"]) text += line_text(line);
   text += lost_text(status["lost_frames"]) + faults_text(status["faults"]) +
           times_text(status["times"]);

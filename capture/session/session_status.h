@@ -4,7 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "capture/session/session_reader.h"
+#include "capture/session/session_database.h"
 
 namespace raywalk::capture {
 

@@ -2,18 +2,21 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <filesystem>
 #include <memory>
-#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "capture/base/manual_clock.h"
 #include "capture/config/capture_config.h"
 #include "capture/plan/capture_plan.h"
 #include "capture/session/session.h"
-#include "core/base/error.h"
+#include "capture/session/session_database.h"
+#include "core/base/test_error.h"  // IWYU pragma: export
+#include "core/files/test_directory.h"
 
 namespace raywalk::capture {
 
@@ -123,15 +126,27 @@ struct TestCapture {
   }
 };
 
-// The message of the Error that `act` throws; empty if it throws none.
-template <typename Act>
-std::string error_of(const Act& act) {
-  try {
-    act();
-  } catch (const Error& error) {
-    return error.what();
+// A session of its own for every case, not captured yet.
+class SessionCase : public testing::Test {
+ protected:
+  explicit SessionCase(CapturePlan plan = short_plan()) { capture_.plan = std::move(plan); }
+
+  std::filesystem::path database() const { return session_database_path(capture_.directory); }
+  std::int64_t count(const std::string& what) const {
+    return open_session_to_read(capture_.directory).integer("SELECT count(*) FROM " + what);
   }
-  return "";
-}
+  SessionContents contents() const { return SessionReader(capture_.directory).contents(); }
+  std::string error_of_opening() {
+    return error_of([this] { capture_.open(); });
+  }
+  // Changes the database behind the program's back, without syncing, which takes most of the time.
+  void change(const std::string& sql) const {
+    SqliteConnection(database(), SqliteAccess::kReadWrite)
+        .execute("PRAGMA synchronous = OFF;" + sql);
+  }
+
+  TestDirectory directory_;
+  TestCapture capture_{.directory = directory_ / "session"};
+};
 
 }  // namespace raywalk::capture

@@ -6,6 +6,7 @@
 #include <SQLiteCpp/Exception.h>
 #include <SQLiteCpp/Statement.h>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -33,14 +34,16 @@ class SqliteConnection {
 
   // Runs one or several statements that return nothing.
   void execute(const std::string& sql);
+  // Runs one statement with values bound to it (SqliteStatement::bind). Returns the number of rows
+  // that it changed.
+  template <typename... Values>
+  int run(const std::string& sql, const Values&... values);
   // Makes the tables of a database that was opened to read available as "name.table".
   void attach(const SqliteConnection& other, const std::string& name);
   // The first value of the first row, as "PRAGMA user_version" gives it; 0 or "" for NULL. Throws
   // Error if there is no row.
   std::int64_t integer(const std::string& sql);
   std::string text(const std::string& sql);
-  // Rows changed by the last statement.
-  int changes() const { return database_.getChanges(); }
   std::int64_t last_row() const { return database_.getLastInsertRowid(); }
 
   const std::filesystem::path& file() const { return file_; }
@@ -100,6 +103,16 @@ class SqliteStatement {
   double real(int column, double min = -HUGE_VAL, double max = HUGE_VAL) const;
   std::string text(int column) const;
   std::string name(int column) const;  // not empty
+  // The enumerator whose word, name_of() of it, stands there.
+  template <typename Enum, std::size_t count>
+  Enum choice(int column, const std::array<Enum, count>& choices) const {
+    std::string known;
+    for (const Enum each : choices) {
+      if (name_of(each) == text(column)) return each;
+      known += (known.empty() ? "" : " or ") + std::string(name_of(each));
+    }
+    fail(column, known);
+  }
   // Microseconds since 1970-01-01 00:00 UTC, until 2200.
   std::int64_t utc_us(int column) const;
   // The bytes of a blob, none of NULL; valid until the next step.
@@ -124,6 +137,12 @@ class SqliteStatement {
   SQLite::Statement statement_;
   std::string row_;
 };
+
+template <typename... Values>
+int SqliteConnection::run(const std::string& sql, const Values&... values) {
+  SqliteStatement(this, sql).bind(values...).run();
+  return database_.getChanges();
+}
 
 // A transaction; without commit() the destructor rolls it back.
 class SqliteTransaction {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -35,13 +36,6 @@ void read_session_row(SqliteConnection* database, SessionContents* contents) {
   contents->exposures = row.number(1, 1, kMostExposures);
 }
 
-LineAxis axis_of(const SqliteStatement& row, int column) {
-  const std::string axis = row.name(column);
-  if (axis == "x") return LineAxis::kX;
-  if (axis != "z") row.fail(column, "x or z");
-  return LineAxis::kZ;
-}
-
 // The place of a row that another one refers to in `column`.
 int index_of(const Indices& indices, const SqliteStatement& row, int column) {
   const auto found = indices.find(row.integer(column));
@@ -58,7 +52,7 @@ Indices read_lines(SqliteConnection* database, SessionContents* contents) {
     row.call("line " + id);
     indices[row.integer(0)] = static_cast<int>(contents->lines.size());
     contents->lines.push_back({.id = id,
-                               .axis = axis_of(row, 2),
+                               .axis = row.choice(2, std::array{LineAxis::kX, LineAxis::kZ}),
                                .across_m = row.real(3, -kFarthest_m, kFarthest_m),
                                .validation = row.boolean(4)});
   }
@@ -144,14 +138,6 @@ std::string file_within(const SqliteStatement& row, int column, const fs::path& 
                           session_database_path(directory).string(), excerpt(path.string())));
 }
 
-FrameLens lens_of(const SqliteStatement& row, int column) {
-  const std::string word = row.name(column);
-  for (const FrameLens lens : kFrameLenses) {
-    if (name_of(lens) == word) return lens;
-  }
-  row.fail(column, "both, front or back");
-}
-
 // Those of failed attempts are left out.
 void read_frames(SqliteConnection* database, const Indices& stations, SessionContents* contents) {
   SqliteStatement row(database,
@@ -166,7 +152,7 @@ void read_frames(SqliteConnection* database, const Indices& stations, SessionCon
     frame.bytes = row.integer(1, 1, kLargestFile_bytes);
     frame.sha256 = row.name(2);
     frame.exposure = row.number(3, 0, contents->exposures - 1);
-    frame.lens = lens_of(row, 4);
+    frame.lens = row.choice(4, kFrameLenses);
     frame.station = index_of(stations, row, 5);
     const SessionStation& station = contents->station_of(frame);
     frame.position_m = position_of(station, contents->line_of(station).axis);

@@ -7,7 +7,7 @@
 
 #include "capture/run/capture_sequence.h"
 #include "capture/run/fake_camera.h"
-#include "capture/session/session_reader.h"
+#include "capture/session/session_database.h"
 #include "capture/session/test_session.h"
 #include "capture/slider/modbus_slider.h"
 #include "core/files/test_directory.h"
@@ -57,7 +57,7 @@ class FaultyLinkTest : public ::testing::TestWithParam<Setup> {
                       {.profile = {1000.0, 20000.0}, .settle_ms = 100.0, .poll_ms = 40.0});
     try {
       carriage.home();
-      CaptureSequence({&carriage, &camera_, session.get(), placer_.get(), &capture_.clock}, {})
+      CaptureSequence({&carriage, &camera_, session.get(), [](auto&&...) {}, &capture_.clock}, {})
           .run(capture_.plan);
     } catch (const DeviceFault& fault) {
       return std::string("home: ") + fault.what();
@@ -82,7 +82,6 @@ class FaultyLinkTest : public ::testing::TestWithParam<Setup> {
   DriveServer server_{{1, directory_ / "slider", 0}, read_register_map(map_), &drive_, &faults_};
   const SoftLimits limits_{0.0, 1900.0};
   FakeCamera camera_{&capture_.clock};
-  std::unique_ptr<RailPlacer> placer_ = make_rail_placer({}, true);
 };
 
 TEST_P(FaultyLinkTest, AllStationsAreCapturedAtTheirPositions) {

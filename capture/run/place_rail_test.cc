@@ -1,4 +1,4 @@
-#include "capture/run/rail_placer.h"
+#include "capture/run/place_rail.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -56,9 +56,9 @@ TEST(PlacementText, SaysWhereBothEndsOfTheLineBelong) {
             HasSubstr("towards +z"), HasSubstr("z = +0.750 m at 1550.0 mm")));
 }
 
-TEST(RailPlacer, SendsTheLineToARigThatPlacesItself) {
+TEST(PlaceRail, SendsTheLineToARigThatPlacesItself) {
   const RigServer rig(200);
-  make_rail_placer(rig.config(), false)->place(kLine, 1, 1);
+  place_rail(rig.config(), false, kLine, 1, 1);
   const auto request = nlohmann::json::parse(rig.request());
   EXPECT_EQ(request["line"], "z1");
   EXPECT_EQ(request["placement"], 1);
@@ -66,22 +66,21 @@ TEST(RailPlacer, SendsTheLineToARigThatPlacesItself) {
   EXPECT_EQ(request["end_m"], nlohmann::json({0.5, 0.75}));
 }
 
-TEST(RailPlacer, ARefusalOfTheRigIsAnErrorWithItsAnswer) {
+TEST(PlaceRail, ARefusalOfTheRigIsAnErrorWithItsAnswer) {
   const RigServer rig(404);
-  const std::string error =
-      error_of([&] { make_rail_placer(rig.config(), false)->place(kLine, 1, 1); });
+  const std::string error = error_of([&] { place_rail(rig.config(), false, kLine, 1, 1); });
   EXPECT_THAT(error, AllOf(HasSubstr("z1"), HasSubstr("404"), HasSubstr("no such line")));
 }
 
-TEST(RailPlacer, ARigThatIsOffIsAnError) {
+TEST(PlaceRail, ARigThatIsOffIsAnError) {
   RunConfig config;
   config.place_url = "http://127.0.0.1:1/rig/place";
   config.place_timeout_ms = 500.0;
-  const std::string error = error_of([&] { make_rail_placer(config, false)->place(kLine, 1, 1); });
+  const std::string error = error_of([&] { place_rail(config, false, kLine, 1, 1); });
   EXPECT_THAT(error, AllOf(HasSubstr("127.0.0.1:1"), HasSubstr("run.place_timeout_ms")));
 }
 
-TEST(RailPlacer, YesDoesNotAskTheOperator) { make_rail_placer({}, true)->place(kLine, 1, 1); }
+TEST(PlaceRail, YesDoesNotAskTheOperator) { place_rail({}, true, kLine, 1, 1); }
 
 }  // namespace
 }  // namespace raywalk::capture
