@@ -1,4 +1,8 @@
-// The pictures on a camera's card, grouped into shots.
+// The pictures on a camera's card, grouped into shots, and when they were taken by the camera's
+// clock.
+//
+// Source of the times: Exif 2.32 (CIPA DC-008), tags DateTimeOriginal, SubSecTimeOriginal and
+// OffsetTimeOriginal; of pictures without them, the modification time of the file.
 #pragma once
 
 #include <filesystem>
@@ -6,25 +10,27 @@
 #include <string>
 #include <vector>
 
-#include "capture/import/picture_times.h"
-#include "capture/session/session.h"
+#include "capture/base/clock.h"
+#include "core/session/session_contents.h"
 
 namespace raywalk::capture {
 
 struct CardFile {
-  std::filesystem::path file;
+  std::filesystem::path file{};
+  WallTime time{};  // the lower end of a step of the clock
   FrameLens lens = FrameLens::kBoth;
 };
 
-struct CardShot {
-  WallTime time{};              // by the camera's clock
-  std::vector<CardFile> files;  // one, or front then back
-};
+// The files of a shot: one, or front then back.
+using CardShot = std::vector<CardFile>;
 
 struct CardPictures {
   std::vector<CardShot> shots;  // by time, then by name
-  double resolution_s = 1.0;    // of the times; the coarsest of all files
-  PictureTimeSource source = PictureTimeSource::kFile;
+  // One for all, so that the times are comparable: "Exif time" in UTC if every file has its offset
+  // from UTC, else "Exif local time" of the camera's clock, taken as UTC; "file time" if none has
+  // Exif.
+  std::string time_source;
+  double resolution_s = 1.0;                    // step of the clock; the coarsest of all files
   std::vector<std::filesystem::path> unpaired;  // front without back, or back without front
 };
 
@@ -32,7 +38,8 @@ struct CardPictures {
 // .jfif, .insp and .png files, except hidden ones. GoPro's Fusion writes a front and a back file
 // per shot, possibly in separate folders: GPFR0012.JPG and GPBK0012.JPG, or GF010012.JPG and
 // GB010012.JPG. Files are paired if all of them follow this naming. Throws UsageError if no picture
-// is given or one is given twice, Error if a file cannot be read.
+// is given or one is given twice; Error naming a file that cannot be read, or that has no Exif time
+// while others have (it is damaged, or of another camera).
 CardPictures read_card(std::span<const std::filesystem::path> files_and_directories);
 
 }  // namespace raywalk::capture

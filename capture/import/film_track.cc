@@ -1,10 +1,13 @@
 #include "capture/import/film_track.h"
 
-#include <algorithm>
-#include <cstddef>
-#include <opencv2/imgproc.hpp>
+#include <fmt/format.h>
 
-#include "capture/import/video_reader.h"
+#include <algorithm>
+#include <cstdlib>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/median.h"
 
@@ -12,50 +15,75 @@ namespace raywalk::capture {
 namespace {
 
 // Small enough to average noise, large enough for slow motion to be visible.
-constexpr int kSmallWidth_px = 160;
-// A frame below this share of its neighbours' median sharpness counts as blurred. The variance
-// halves when motion blurs edges over about two pixels.
-constexpr double kBlurredShare = 0.6;
-constexpr double kNeighbours_s = 0.5;
-
 cv::Mat small_grey(const cv::Mat& picture) {
+  constexpr int kWidth_px = 160;
   cv::Mat small;
-  const int width = std::min(kSmallWidth_px, picture.cols);
+  const int width = std::min(kWidth_px, picture.cols);
   const int height = std::max(1, picture.rows * width / picture.cols);
   cv::resize(picture, small, cv::Size(width, height), 0.0, 0.0, cv::INTER_AREA);
   cv::cvtColor(small, small, cv::COLOR_BGR2GRAY);
   return small;
 }
 
-double typical_sharpness(const FilmTrack& track, std::size_t of) {
-  const double time_s = track.frames[of].time_s;
-  std::vector<double> near;
-  for (std::size_t i = of; i-- > 0 && track.frames[i].time_s >= time_s - kNeighbours_s;) {
-    near.push_back(track.frames[i].sharpness);
-  }
-  for (std::size_t i = of;
-       i < track.frames.size() && track.frames[i].time_s <= time_s + kNeighbours_s; ++i) {
-    near.push_back(track.frames[i].sharpness);
-  }
-  return median(near);
+// Of the middle half of the rows, as the upper and lower quarter of a panorama are stretched. (J.
+// L. Pech-Pacheco et al., "Diatom autofocusing in brightfield microscopy", ICPR 2000.)
+double sharpness_of(const cv::Mat& picture) {
+  cv::Mat grey, laplacian;
+  cv::cvtColor(picture.rowRange(picture.rows / 4, picture.rows - picture.rows / 4), grey,
+               cv::COLOR_BGR2GRAY);
+  cv::Laplacian(grey, laplacian, CV_16S);
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(laplacian, mean, deviation);
+  return deviation[0] * deviation[0];
 }
 
 }  // namespace
 
-double activity_between(const cv::Mat& small_before, const cv::Mat& small_now) {
-  return cv::norm(small_before, small_now, cv::NORM_L1) / static_cast<double>(small_now.total());
+VideoReader::VideoReader(std::filesystem::path file) : file_(std::move(file)) {
+  if (!std::filesystem::is_regular_file(file_)) {
+    throw Error(fmt::format("{}: no such file", file_.string()));
+  }
+  // Naming the backend keeps OpenCV from taking the file for an image sequence or a camera.
+  // FFmpeg's own messages name no file (-8: AV_LOG_QUIET).
+  setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
+  if (!capture_.open(file_.string(), cv::CAP_FFMPEG)) {
+    throw Error(fmt::format("{}: not a film that can be read", file_.string()));
+  }
+  const double rate_hz = capture_.get(cv::CAP_PROP_FPS);
+  if (rate_hz > 0.0 && rate_hz < 1e4) frame_interval_s_ = 1.0 / rate_hz;
 }
 
-double sharpness_of(const cv::Mat& picture) {
-  cv::Mat grey;
-  cv::cvtColor(picture.rowRange(picture.rows / 4, picture.rows - picture.rows / 4), grey,
-               cv::COLOR_BGR2GRAY);
-  cv::Mat laplacian;
-  cv::Laplacian(grey, laplacian, CV_16S);
-  cv::Scalar mean;
-  cv::Scalar deviation;
-  cv::meanStdDev(laplacian, mean, deviation);
-  return deviation[0] * deviation[0];
+// OpenCV documents CAP_PROP_POS_MSEC as the position of the current frame. Containers without
+// timestamps give 0 for all frames; their times follow from the frame rate.
+double VideoReader::time_of_frame() {
+  const double stated_s = 1e-3 * capture_.get(cv::CAP_PROP_POS_MSEC);
+  if (frames_ == 0) first_s_ = stated_s;
+  const double since_first_s = stated_s - first_s_;
+  if (since_first_s > last_s_) return since_first_s;
+  if (frame_interval_s_ <= 0.0) {
+    throw Error(fmt::format("{}: frame {} has no timestamp, and the film has no frame rate",
+                            file_.string(), frames_));
+  }
+  return last_s_ + frame_interval_s_;
+}
+
+bool VideoReader::next(DecodedFrame* frame) {
+  if (!capture_.read(frame->picture) || frame->picture.empty()) {
+    if (frames_ == 0) {
+      throw Error(fmt::format("{}: no frame can be decoded", file_.string()));
+    }
+    return false;
+  }
+  if (frames_ == 0) size_ = frame->picture.size();
+  if (frame->picture.size() != size_ || frame->picture.type() != CV_8UC3) {
+    throw Error(fmt::format("{}: frame {} is {} x {} pixels, the first {} x {}; cut the film there",
+                            file_.string(), frames_, frame->picture.cols, frame->picture.rows,
+                            size_.width, size_.height));
+  }
+  last_s_ = time_of_frame();
+  frame->time_s = last_s_;
+  frame->number = frames_++;
+  return true;
 }
 
 FilmTrack track_film(const std::filesystem::path& film) {
@@ -66,8 +94,9 @@ FilmTrack track_film(const std::filesystem::path& film) {
   while (reader.next(&frame)) {
     throw_if_interrupted();
     cv::Mat now = small_grey(frame.picture);
-    const double activity = before.empty() ? 0.0 : activity_between(before, now);
-    track.frames.push_back({frame.time_s, activity, sharpness_of(frame.picture)});
+    const double change = before.empty() ? 0.0 : cv::norm(before, now, cv::NORM_L1);
+    track.frames.push_back(
+        {frame.time_s, change / static_cast<double>(now.total()), sharpness_of(frame.picture)});
     track.size = frame.picture.size();
     before = std::move(now);
   }
@@ -75,9 +104,21 @@ FilmTrack track_film(const std::filesystem::path& film) {
 }
 
 std::vector<bool> blurred_frames(const FilmTrack& track) {
-  std::vector<bool> blurred(track.frames.size());
-  for (std::size_t i = 0; i < blurred.size(); ++i) {
-    blurred[i] = track.frames[i].sharpness < kBlurredShare * typical_sharpness(track, i);
+  // The variance halves when motion blurs edges over about two pixels.
+  constexpr double kBlurredShare = 0.6;
+  constexpr double kNeighbours_s = 0.5;
+  const std::vector<FilmFrame>& frames = track.frames;
+  std::vector<bool> blurred;
+  blurred.reserve(frames.size());
+  for (const FilmFrame& frame : frames) {
+    const auto first =
+        std::ranges::lower_bound(frames, frame.time_s - kNeighbours_s, {}, &FilmFrame::time_s);
+    std::vector<double> near;
+    for (auto other = first; other != frames.end() && other->time_s <= frame.time_s + kNeighbours_s;
+         ++other) {
+      near.push_back(other->sharpness);
+    }
+    blurred.push_back(frame.sharpness < kBlurredShare * median(near));
   }
   return blurred;
 }

@@ -7,7 +7,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "capture/import/test_film.h"
-#include "capture/import/video_reader.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"

@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "capture/import/film_stations.h"
-#include "capture/import/video_reader.h"
+#include "capture/import/film_track.h"
+#include "capture/import/name_list.h"
 #include "capture/session/frame_kind.h"
 #include "capture/session/session.h"
 #include "capture/session/session_database.h"
@@ -22,7 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostTimes = 8;  // in one line
 constexpr int kJpegQuality = 95;
 
 // All passes of the selected lines.
@@ -66,72 +66,23 @@ void require_size(const FilmTrack& track, const SessionFacts& facts, const Sessi
   }
 }
 
-double smallest_spacing(const std::vector<SessionStation>& stations) {
-  double smallest_mm = HUGE_VAL;
-  for (std::size_t i = 1; i < stations.size(); ++i) {
-    if (stations[i].line != stations[i - 1].line) continue;
-    smallest_mm =
-        std::min(smallest_mm, std::abs(stations[i].planned_mm - stations[i - 1].planned_mm));
-  }
-  return smallest_mm;
-}
-
-double fastest_mm_s(const std::vector<Travel>& travels) {
-  constexpr double kOver_s = 0.2;
-  double fastest = 0.0;
-  for (const Travel& travel : travels) {
-    for (double time_s = travel.begin_s(); time_s + kOver_s < travel.end_s(); time_s += kOver_s) {
-      fastest = std::max(fastest, travel.speed_mm_s(time_s, time_s + kOver_s));
-    }
-  }
-  return fastest;
-}
-
-// Prevents frames from being assigned to the wrong station.
-void require_certain(const FilmClock& clock, const std::vector<Travel>& travels,
-                     const std::vector<SessionStation>& stations, const fs::path& film) {
-  const double uncertainty_mm = clock.uncertainty_s * fastest_mm_s(travels);
-  const double spacing_mm = smallest_spacing(stations);
-  if (uncertainty_mm < 0.5 * spacing_mm) return;
-  throw Error(fmt::format(
-      "{}: the clock offset is only known to {:.2f} s, or {:.1f} mm of travel, and stations are "
-      "{:.1f} mm apart; film more slowly, with some seconds at rest before and after each line",
-      film.string(), clock.uncertainty_s, uncertainty_mm, spacing_mm));
-}
-
-std::string names_of(const std::vector<std::size_t>& indices,
-                     const std::vector<SessionStation>& stations) {
-  std::string names;
-  for (std::size_t i = 0; i < std::min(indices.size(), kMostTimes); ++i) {
-    names += (i == 0 ? "" : ", ") + stations[indices[i]].name;
-  }
-  if (indices.size() > kMostTimes)
-    names += fmt::format(" and {} more", indices.size() - kMostTimes);
-  return names;
-}
-
-// Lists the stations without a frame and why; empty if there are none.
-std::string missing_frames(const FilmStations& film, const std::vector<SessionStation>& stations) {
-  std::string account;
+// The stations without a frame and why; empty if there are none.
+std::string missing_frames(const FilmStations& film) {
+  std::vector<std::string> parts;
   if (!film.missing.empty()) {
-    account = fmt::format("{} stations that the film does not show: {}", film.missing.size(),
-                          names_of(film.missing, stations));
+    parts.push_back(fmt::format("{} stations that the film does not show: {}", film.missing.size(),
+                                name_list(film.missing)));
   }
   if (!film.only_blurred.empty()) {
-    account +=
-        fmt::format("{}{} stations with blurred frames only: {}", account.empty() ? "" : "; ",
-                    film.only_blurred.size(), names_of(film.only_blurred, stations));
+    parts.push_back(fmt::format("{} stations with blurred frames only: {}",
+                                film.only_blurred.size(), name_list(film.only_blurred)));
   }
-  return account;
+  return fmt::format("{}", fmt::join(parts, "; "));
 }
 
-void drop_captured(const std::vector<SessionStation>& stations, FilmStations* film) {
-  const auto captured = [&](std::size_t station) {
-    return stations[station].shot && !stations[station].shot->on_card;
-  };
-  std::erase_if(film->found, [&](const StationFrame& each) { return captured(each.station); });
-  std::erase_if(film->missing, captured);
-  std::erase_if(film->only_blurred, captured);
+WallTime journal_time(const SessionFacts& facts, double time_s) {
+  return facts.created +
+         std::chrono::duration_cast<WallTime::duration>(std::chrono::duration<double>(time_s));
 }
 
 Picture encode(const DecodedFrame& frame, const fs::path& film, const FilmImportOptions& options) {
@@ -167,11 +118,8 @@ void store_frames(Session* session, const fs::path& film, const FilmImportOption
     const SessionStation& station = stations[next->station];
     const AttemptId attempt = session->begin_attempt(station.name, station.planned_mm);
     const StoredFrame stored = session->store_frame(attempt, 0, picture);
-    const Duration since_start =
-        std::chrono::duration_cast<Duration>(std::chrono::duration<double>(next->time_s));
-    session->complete_from_film(
-        attempt, next->position_mm,
-        facts.created + std::chrono::duration_cast<WallTime::duration>(since_start), {&stored, 1});
+    session->complete_from_film(attempt, next->position_mm, journal_time(facts, next->time_s),
+                                {&stored, 1});
     progress.advance();
     ++next;
   }
@@ -200,31 +148,24 @@ FilmImport import_film(const fs::path& session_directory, const fs::path& film,
   const FilmTrack track = track_film(film);
   require_size(track, facts, *session, film);
   const FilmClock film_clock = match_film_clock(track, travels, film.string());
-  require_certain(film_clock, travels, stations, film);
-  FilmStations frames = find_station_frames(contents, track, travels, film_clock);
-  const std::size_t shown = frames.found.size();
-  drop_captured(stations, &frames);
-  const std::string account = missing_frames(frames, stations);
+  const FilmStations frames =
+      find_station_frames(contents, track, travels, film_clock, film.string());
+  const std::string account = missing_frames(frames);
   if (!account.empty() && !options.allow_missing) {
     throw Error(fmt::format("{}: {} (nothing was imported; --allow-missing imports the others)",
                             film.string(), account));
   }
   store_frames(session.get(), film, options, frames.found, stations, facts);
 
-  FilmImport result;
-  result.imported = frames.found.size();
-  result.already_there = shown - frames.found.size();
-  const WallTime film_start =
-      facts.created + std::chrono::duration_cast<WallTime::duration>(
-                          std::chrono::duration<double>(film_clock.offset_s));
+  FilmImport result{.imported = frames.found.size(), .already_there = frames.captured_before};
   result.summary = fmt::format(
       "{} stations imported, {} had been before; the film starts at {} by the session's clock, "
       "within {:.3f} s or {:.2f} mm; frames are at most {:.2f} mm from their stations; blurred "
       "frames skipped: {}{}{}",
-      result.imported, result.already_there, utc_text(utc_us_from(film_start)),
-      film_clock.uncertainty_s, film_clock.uncertainty_s * fastest_mm_s(travels),
-      farthest_mm(frames.found, stations), frames.blurred_skipped, account.empty() ? "" : "; ",
-      account);
+      result.imported, result.already_there,
+      utc_text(utc_us_from(journal_time(facts, film_clock.offset_s))), film_clock.uncertainty_s,
+      frames.uncertainty_mm, farthest_mm(frames.found, stations), frames.blurred_skipped,
+      account.empty() ? "" : "; ", account);
   session->record_event("film-imported", result.summary);
   return result;
 }

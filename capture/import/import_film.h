@@ -17,13 +17,14 @@ struct FilmImportOptions {
 struct FilmImport {
   std::size_t imported = 0;
   std::size_t already_there = 0;
-  std::string summary;  // one line for the user: counts, clock offset, uncertainty, blurred frames
+  std::string
+      summary{};  // one line for the user: counts, clock offset, uncertainty, blurred frames
 };
 
-// Finds the film's clock offset from the journal (film_clock.h), selects the nearest sharp frame
-// for each station of the filmed lines (film_stations.h) and records it with the carriage's
-// position at that time. Stations that have a picture are skipped, so an interrupted import can be
-// resumed. Reads the film twice and does not change it.
+// Compares the film's clock with the journal, selects the nearest sharp frame for each station of
+// the filmed lines (film_stations.h) and records it with the carriage's position at that time.
+// Stations that have a picture are skipped, so an interrupted import can be resumed. Reads the film
+// twice and does not change it.
 //
 // Throws, with nothing imported: UsageError for a line that is not there; Error if the session has
 // no journal, the file is not a film or its aspect ratio or size differs from the session's frames,

@@ -50,30 +50,6 @@ constexpr char kFailedAttempts[] =
     " AS ended_utc_us "
     "FROM attempt WHERE outcome = 'failed' OR outcome IS NULL ORDER BY begun_utc_us";
 
-std::vector<ExposedStation> exposed_stations(SessionReader* reader, int exposures) {
-  std::vector<ExposedStation> stations;
-  SqliteStatement rows = reader->query(kExposedStations, "an exposed attempt");
-  while (rows.step()) {
-    ExposedStation station;
-    station.attempt = {rows.integer(0, 1, INT64_MAX), rows.name(1), rows.number(2, 1, INT_MAX)};
-    station.imported = rows.boolean(3);
-    station.from = wall_time_from(rows.utc_us(4));
-    station.to = station.from;
-    if (exposures > 1) station.to = std::max(station.from, wall_time_from(rows.utc_us(5)));
-    stations.push_back(std::move(station));
-  }
-  return stations;
-}
-
-std::vector<FailedAttempt> failed_attempts(SessionReader* reader) {
-  std::vector<FailedAttempt> attempts;
-  SqliteStatement rows = reader->query(kFailedAttempts, "a failed attempt");
-  while (rows.step()) {
-    attempts.push_back({wall_time_from(rows.utc_us(0)), wall_time_from(rows.utc_us(1))});
-  }
-  return attempts;
-}
-
 // Every station whose pictures were taken, and every failed attempt that may have left pictures on
 // the card, both in order of time. Throws Error if the camera does not keep its pictures on a card,
 // the session was captured as video, or no picture was taken.
@@ -90,10 +66,19 @@ SessionShots read_session_shots(SessionReader* reader) {
     throw UsageError(fmt::format(
         "{}: this session was captured as video; import its film with --video", directory));
   }
-  SessionShots shots;
-  shots.exposures = facts.exposures();
-  shots.stations = exposed_stations(reader, facts.exposures());
-  shots.failed = failed_attempts(reader);
+  SessionShots shots{.exposures = facts.exposures()};
+  SqliteStatement exposed = reader->query(kExposedStations, "an exposed attempt");
+  while (exposed.step()) {
+    const AttemptId attempt{exposed.integer(0, 1, INT64_MAX), exposed.name(1),
+                            exposed.number(2, 1, INT_MAX)};
+    const WallTime from = wall_time_from(exposed.utc_us(4));
+    const WallTime to = shots.exposures == 1 ? from : wall_time_from(exposed.utc_us(5));
+    shots.stations.push_back({attempt, from, std::max(from, to), exposed.boolean(3)});
+  }
+  SqliteStatement failed = reader->query(kFailedAttempts, "a failed attempt");
+  while (failed.step()) {
+    shots.failed.push_back({wall_time_from(failed.utc_us(0)), wall_time_from(failed.utc_us(1))});
+  }
   if (shots.stations.empty()) {
     throw Error(
         fmt::format("{}: no station has been captured yet; run the session first", directory));
@@ -101,14 +86,16 @@ SessionShots read_session_shots(SessionReader* reader) {
   return shots;
 }
 
-Picture read_checked_picture(const fs::path& file, PanoramaSize size) {
-  Picture picture;
-  picture.bytes = read_file(file);
-  const CheckedPicture checked = check_picture(picture.bytes, size, file.string());
-  picture.extension = checked.extension;
-  picture.size = checked.size;
-  picture.camera_name = file.filename().string();
-  return picture;
+// The files in a session's frames/ that no row of its database names: of a killed import.
+std::vector<std::string> unnamed_frames(const SessionContents& contents) {
+  std::set<std::string> named;
+  for (const SessionFrame& frame : contents.frames) named.insert(frame.file);
+  std::vector<std::string> files = list_frames(contents.directory);
+  std::erase_if(files, [&](const std::string& file) {
+    const fs::file_status status = fs::symlink_status(contents.directory / file);
+    return named.contains(file) || is_temporary_frame(file) || !fs::is_regular_file(status);
+  });
+  return files;
 }
 
 // Frames are named after their station: "x0_007.jpg", "x0_007_e1_front.jpg".
@@ -117,111 +104,81 @@ bool is_of_station(const fs::path& file, const std::string& station) {
   return name.starts_with(station + ".") || name.starts_with(station + "_");
 }
 
-// The files in a session's frames/ that no row of its database names: of a killed import.
-class UnnamedFrames {
- public:
-  explicit UnnamedFrames(SessionReader* reader) : session_directory_(reader->directory()) {
-    std::set<std::string> named;
-    const SessionContents contents = reader->contents();
-    for (const SessionFrame& frame : contents.frames) named.insert(frame.file);
-    files_ = list_frames(session_directory_);
-    std::erase_if(files_, [&](const std::string& file) {
-      const fs::file_status status = fs::symlink_status(session_directory_ / file);
-      return named.contains(file) || is_temporary_frame(file) || !fs::is_regular_file(status);
-    });
-  }
-
-  // A file of this station with exactly these bytes, relative to the session's directory, to be
-  // reused as its name is taken. It and its directory are synced on return. Throws Error if that
-  // fails.
-  std::optional<std::string> find(const std::string& station, const std::string& bytes) const {
-    for (const std::string& file : files_) {
-      const fs::path path = session_directory_ / file;
-      if (!is_of_station(path, station) || read_file(path) != bytes) continue;
-      // The file was synced before it was renamed; its directory may not have been.
-      sync_directory(path.parent_path());
-      return file;
-    }
-    return std::nullopt;
-  }
-
- private:
-  fs::path session_directory_;
-  std::vector<std::string> files_;  // ascending
-};
-
 // Copies pictures station by station.
 class PictureCopier {
  public:
-  PictureCopier(Session* session, const CardPictures* card, UnnamedFrames stored_before)
+  PictureCopier(Session* session, const CardPictures* card, std::vector<std::string> unnamed)
       : session_(session),
         card_(card),
-        stored_before_(std::move(stored_before)),
+        unnamed_(std::move(unnamed)),
         size_(session->frame_size().value_or(PanoramaSize{})) {}
 
   // Stores all pictures of a station, then the rows that name them.
   void copy(const AttemptId& attempt, const std::vector<std::size_t>& shots) {
     std::vector<StoredFrame> frames;
     for (std::size_t exposure = 0; exposure < shots.size(); ++exposure) {
-      for (const CardFile& file : card_->shots[shots[exposure]].files) {
-        const Picture picture = read_checked_picture(file.file, size_);
-        size_ = picture.size;  // the first sets it for all
-        frames.push_back(store(attempt, static_cast<int>(exposure), picture, file.lens));
+      for (const CardFile& file : card_->shots[shots[exposure]]) {
+        frames.push_back(store(attempt, static_cast<int>(exposure), file));
       }
     }
     session_->add_pictures(attempt, frames);
   }
 
  private:
-  StoredFrame store(const AttemptId& attempt, int exposure, const Picture& picture,
-                    FrameLens lens) {
-    const auto before = stored_before_.find(attempt.station, picture.bytes);
-    if (!before) return session_->store_frame(attempt, exposure, picture, lens);
-    return {.file = *before,
+  StoredFrame store(const AttemptId& attempt, int exposure, const CardFile& file) {
+    Picture picture;
+    picture.bytes = read_file(file.file);
+    const CheckedPicture checked = check_picture(picture.bytes, size_, file.file.string());
+    size_ = checked.size;  // the first sets it for all
+    picture.extension = checked.extension;
+    picture.size = checked.size;
+    picture.camera_name = file.file.filename().string();
+    const std::string before = stored_before(attempt.station, picture.bytes);
+    if (before.empty()) return session_->store_frame(attempt, exposure, picture, file.lens);
+    return {.file = before,
             .bytes = static_cast<std::int64_t>(picture.bytes.size()),
             .sha256 = sha256_hex(std::as_bytes(std::span(picture.bytes))),
             .exposure_index = exposure,
-            .lens = lens,
+            .lens = file.lens,
             .size = picture.size,
             .camera_name = picture.camera_name};
   }
 
+  // An unnamed file of this station with exactly these bytes, to be reused as its name is taken.
+  // It and its directory are synced on return. Throws Error if that fails.
+  std::string stored_before(const std::string& station, const std::string& bytes) const {
+    for (const std::string& file : unnamed_) {
+      const fs::path path = session_->directory() / file;
+      if (!is_of_station(path, station) || read_file(path) != bytes) continue;
+      // The file was synced before it was renamed; its directory may not have been.
+      sync_directory(path.parent_path());
+      return file;
+    }
+    return "";
+  }
+
   Session* session_;
   const CardPictures* card_;
-  UnnamedFrames stored_before_;
+  std::vector<std::string> unnamed_;
   PanoramaSize size_;
 };
 
-// The checksums of the frames that each station has.
-std::map<std::string, std::set<std::string>> checksums_by_station(SessionReader* reader) {
-  std::map<std::string, std::set<std::string>> checksums;
-  const SessionContents contents = reader->contents();
-  for (const SessionFrame& frame : contents.frames) {
-    checksums[contents.station_of(frame).name].insert(frame.sha256);
-  }
-  return checksums;
-}
-
 // A repeated import may bring the same pictures, but not different ones for the same station.
-void require_same(const std::string& station, const std::set<std::string>& checksums,
+void require_same(const std::string& station, const SessionContents& contents,
                   const CardPictures& card, const std::vector<std::size_t>& shots) {
   for (const std::size_t shot : shots) {
-    for (const CardFile& file : card.shots[shot].files) {
-      const std::string bytes = read_file(file.file);
-      if (checksums.contains(sha256_hex(bytes))) continue;
+    for (const CardFile& file : card.shots[shot]) {
+      const std::string sha256 = sha256_hex(read_file(file.file));
+      const auto is_same = [&](const SessionFrame& frame) {
+        return frame.sha256 == sha256 && contents.station_of(frame).name == station;
+      };
+      if (std::ranges::any_of(contents.frames, is_same)) continue;
       throw Error(fmt::format(
           "{}: is assigned to {}, which already has a different picture; was the card changed, "
           "or is the picture of another session?",
           file.file.string(), station));
     }
   }
-}
-
-void require_complete(const PictureMatch& match, const SessionShots& shots,
-                      const CardPictures& card) {
-  if (is_complete(match, card)) return;
-  throw Error(fmt::format("{} (nothing was imported; --allow-missing imports complete stations)",
-                          describe_mismatches(match, shots, card)));
 }
 
 // The first new picture of every line shows what the session's frames are said to be. The files of
@@ -232,7 +189,7 @@ void look_at_pictures(const PictureMatch& match, const SessionShots& shots,
   for (const StationPictures& pictures : match.complete) {
     const ExposedStation& station = shots.stations[pictures.station];
     const std::string& name = station.attempt.station;
-    const CardFile& file = card.shots[pictures.shots.front()].files.front();
+    const CardFile& file = card.shots[pictures.shots.front()].front();
     if (station.imported || file.lens != FrameLens::kBoth) continue;
     if (!lines.insert(name.substr(0, name.rfind('_'))).second) continue;
     require_frame_kind(read_file(file.file), frames, file.file.string());
@@ -240,21 +197,21 @@ void look_at_pictures(const PictureMatch& match, const SessionShots& shots,
 }
 
 std::string summary_of(const PictureImport& result, const PictureMatch& match,
-                       const SessionShots& shots, const CardPictures& card) {
+                       const CardPictures& card) {
   std::string summary = fmt::format("{} stations imported, {} had been before", result.imported,
                                     result.already_there);
-  if (match.by_name) {
-    summary += "; assigned by the names of the pictures";
-  } else {
+  if (match.clock) {
     summary += fmt::format(
         "; the camera's clock ({}) is off by {:+.1f} s, RMS residual {:.1f} s, drift {:+.0f} ppm",
-        name_of(card.source), match.clock_offset_s, std::max(match.rms_s, 0.5 * card.resolution_s),
-        1e6 * match.clock_drift);
+        card.time_source, match.clock->offset_s,
+        std::max(match.clock->rms_s, 0.5 * card.resolution_s), 1e6 * match.clock->drift);
+  } else {
+    summary += "; assigned by the names of the pictures";
   }
-  if (!match.from_failed.empty()) {
-    summary += fmt::format("; pictures of failed attempts left out: {}", match.from_failed.size());
+  if (match.from_failed > 0) {
+    summary += fmt::format("; pictures of failed attempts left out: {}", match.from_failed);
   }
-  if (!is_complete(match, card)) summary += "; " + describe_mismatches(match, shots, card);
+  if (!match.mismatches.empty()) summary += "; " + match.mismatches;
   return summary;
 }
 
@@ -269,11 +226,14 @@ PictureImport import_pictures(const fs::path& session_directory,
   const CardPictures card = read_card(files_and_directories);
   const PictureMatch match = first_station.empty() ? match_pictures(shots, card)
                                                    : assign_by_name(shots, card, first_station);
-  if (!allow_missing) require_complete(match, shots, card);
+  if (!match.mismatches.empty() && !allow_missing) {
+    throw Error(fmt::format("{} (nothing was imported; --allow-missing imports complete stations)",
+                            match.mismatches));
+  }
   look_at_pictures(match, shots, card, reader.facts().frames);
 
-  const auto checksums = checksums_by_station(&reader);
-  PictureCopier copier(session.get(), &card, UnnamedFrames(&reader));
+  const SessionContents contents = reader.contents();
+  PictureCopier copier(session.get(), &card, unnamed_frames(contents));
   Progress progress("Importing pictures", static_cast<std::int64_t>(match.complete.size()),
                     "stations");
   PictureImport result;
@@ -281,8 +241,7 @@ PictureImport import_pictures(const fs::path& session_directory,
     throw_if_interrupted();
     const ExposedStation& station = shots.stations[pictures.station];
     if (station.imported) {
-      require_same(station.attempt.station, checksums.at(station.attempt.station), card,
-                   pictures.shots);
+      require_same(station.attempt.station, contents, card, pictures.shots);
       ++result.already_there;
     } else {
       copier.copy(station.attempt, pictures.shots);
@@ -290,7 +249,7 @@ PictureImport import_pictures(const fs::path& session_directory,
     }
     progress.advance();
   }
-  result.summary = summary_of(result, match, shots, card);
+  result.summary = summary_of(result, match, card);
   session->record_event("pictures-imported", result.summary);
   return result;
 }

@@ -15,7 +15,7 @@ struct PictureImport {
   std::string summary;            // one line for the user: counts, clocks, what was left out
 };
 
-// Matches the pictures to the stations (match_pictures.h), copies them into the session's frames/
+// Matches the pictures to the stations , copies them into the session's frames/
 // and records them with their checksums, station by station, so an interrupted import can be
 // resumed. The source files are not changed. Nothing is overwritten.
 //

@@ -4,45 +4,180 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <functional>
+#include <map>
 #include <numeric>
+#include <utility>
 
-#include "capture/import/align_times.h"
+#include "capture/import/name_list.h"
 #include "core/base/error.h"
 
 namespace raywalk::capture {
 namespace {
 
-constexpr std::size_t kMostNames = 8;  // in one line
+// Largest variation of a camera's shutter lag from shot to shot.
+constexpr double kLagJitter_s = 0.4;
+// Two consumer quartz clocks, each off by 100 ppm, in opposite directions.
+constexpr double kMostDrift = 2e-4;
 
-double seconds_of(WallTime time) {
-  return std::chrono::duration<double>(time.time_since_epoch()).count();
-}
+// An expected picture: taken within [from_s, to_s] of the session's clock. Exposures of one bracket
+// share their interval.
+struct Slot {
+  double from_s = 0.0;
+  double to_s = 0.0;
 
-// One slot per exposure of each station.
-std::vector<ShotSlot> slots_of(const SessionShots& session) {
-  std::vector<ShotSlot> slots;
-  for (const ExposedStation& station : session.stations) {
-    const ShotSlot slot{seconds_of(station.from), seconds_of(station.to)};
-    slots.insert(slots.end(), static_cast<std::size_t>(session.exposures), slot);
+  double middle_s() const { return 0.5 * (from_s + to_s); }
+};
+
+// All times in seconds since the first station, each by its own clock.
+struct Times {
+  std::vector<Slot> slots;         // ascending
+  std::vector<double> pictures_s;  // ascending
+  double tolerance_s = 0.0;        // of a picture from its slot
+  double rms_floor_s = 0.0;        // residuals below this are not compared
+
+  // From a picture to the interval of a slot; 0 inside it.
+  double residual_s(const CameraClock& clock, std::size_t slot, std::size_t picture) const {
+    const Slot& interval = slots[slot];
+    const double time_s = pictures_s[picture] - clock.offset_s - clock.drift * interval.middle_s();
+    return std::max({interval.from_s - time_s, time_s - interval.to_s, 0.0});
   }
-  return slots;
+  bool same_bracket(std::size_t slot, std::size_t next) const {
+    return next < slots.size() && slots[next].from_s == slots[slot].from_s;
+  }
+};
+
+// Pictures assigned to slots, with the clock that fits them.
+struct Pairing {
+  std::vector<std::optional<std::size_t>> picture_of_slot{};  // ascending
+  std::size_t matched = 0;
+  std::size_t unmatched = 0;  // slots plus pictures without counterpart
+  CameraClock clock{};
+};
+
+// A picture may be off by half a step of its clock plus the camera's jitter, but not by more than
+// half a pause between slots (the 5th percentile), beyond which it is nearer to another slot.
+double tolerance_of(const Times& times, double resolution_s) {
+  std::vector<double> pauses_s;
+  for (std::size_t i = 1; i < times.slots.size(); ++i) {
+    if (times.same_bracket(i - 1, i)) continue;
+    pauses_s.push_back(times.slots[i].from_s - times.slots[i - 1].to_s);
+  }
+  std::ranges::sort(pauses_s);
+  const double short_s = pauses_s.empty() ? HUGE_VAL : pauses_s[pauses_s.size() / 20];
+  return std::min(0.5 * resolution_s + kLagJitter_s, std::max(0.45 * short_s, 0.25 * resolution_s));
 }
 
-std::vector<double> times_of(const CardPictures& card) {
-  std::vector<double> times_s;
-  for (const CardShot& shot : card.shots) times_s.push_back(seconds_of(shot.time));
-  return times_s;
+Times times_of(const SessionShots& session, const CardPictures& card) {
+  const WallTime first = session.stations.front().from;
+  const auto seconds = [&](WallTime time) {
+    return std::chrono::duration<double>(time - first).count();
+  };
+  Times times;
+  for (const ExposedStation& station : session.stations) {
+    times.slots.insert(times.slots.end(), static_cast<std::size_t>(session.exposures),
+                       {seconds(station.from), seconds(station.to)});
+  }
+  for (const CardShot& shot : card.shots) times.pictures_s.push_back(seconds(shot[0].time));
+  times.tolerance_s = tolerance_of(times, card.resolution_s);
+  times.rms_floor_s = std::max(0.3 * card.resolution_s, 0.02);
+  return times;
 }
 
-std::string shot_name(const CardShot& shot) { return shot.files.front().file.filename().string(); }
-
-// "a, b, c and 7 more".
-std::string list_of(const std::vector<std::string>& names) {
-  const std::size_t shown = std::min(names.size(), kMostNames);
-  std::string list = fmt::format("{}", fmt::join(names.begin(), names.begin() + shown, ", "));
-  if (names.size() > shown) list += fmt::format(" and {} more", names.size() - shown);
-  return list;
+// Gives every slot, in order, the nearest picture within the tolerance.
+void assign(const Times& times, Pairing* pairing) {
+  const std::size_t pictures = times.pictures_s.size();
+  CameraClock& clock = pairing->clock;
+  pairing->picture_of_slot.assign(times.slots.size(), std::nullopt);
+  pairing->matched = 0;
+  double squares = 0.0;
+  std::size_t picture = 0;
+  for (std::size_t slot = 0; slot < times.slots.size(); ++slot) {
+    const double shift_s = clock.offset_s + clock.drift * times.slots[slot].middle_s();
+    const double earliest_s = times.slots[slot].from_s + shift_s - times.tolerance_s;
+    while (picture < pictures && times.pictures_s[picture] < earliest_s) ++picture;
+    // The next picture may be nearer, unless it is the next exposure of the same bracket.
+    while (!times.same_bracket(slot, slot + 1) && picture + 1 < pictures &&
+           times.residual_s(clock, slot, picture + 1) < times.residual_s(clock, slot, picture)) {
+      ++picture;
+    }
+    if (picture == pictures) break;
+    const double off_s = times.residual_s(clock, slot, picture);
+    if (off_s > times.tolerance_s) continue;
+    squares += off_s * off_s;
+    ++pairing->matched;
+    pairing->picture_of_slot[slot] = picture++;
+  }
+  pairing->unmatched = times.slots.size() + pictures - 2 * pairing->matched;
+  clock.rms_s = std::sqrt(squares / std::max(1.0, static_cast<double>(pairing->matched)));
 }
+
+// Fits the clock to the pairs by least squares. As short sessions do not determine the drift, it is
+// drawn to 0 as if 1000 s of the usual scatter had been seen without any.
+void fit_clock(const Times& times, Pairing* pairing) {
+  constexpr double kPrior_s2 = 6000.0 * 6000.0;  // (scatter of 0.3 s / usual drift of 5e-5)^2
+  double count = 0.0, sum_s = 0.0, sum_ahead_s = 0.0, squares = 0.0, products = 0.0;
+  for (std::size_t slot = 0; slot < times.slots.size(); ++slot) {
+    const auto& picture = pairing->picture_of_slot[slot];
+    if (!picture) continue;
+    const double slot_s = times.slots[slot].middle_s();
+    const double ahead_s = times.pictures_s[*picture] - slot_s - pairing->clock.offset_s;
+    count += 1.0;
+    sum_s += slot_s;
+    sum_ahead_s += ahead_s;
+    squares += slot_s * slot_s;
+    products += slot_s * ahead_s;
+  }
+  const double drift =
+      (products - sum_s * sum_ahead_s / count) / (squares - sum_s * sum_s / count + kPrior_s2);
+  pairing->clock.drift = std::clamp(drift, -kMostDrift, kMostDrift);
+  pairing->clock.offset_s += (sum_ahead_s - pairing->clock.drift * sum_s) / count;
+}
+
+// The offsets that most pairs of a slot and a picture have, also those wrong by a few slots. They
+// are counted in steps of the tolerance, two steps at a time, so that no cluster is split.
+std::vector<double> likely_offsets(const Times& times) {
+  constexpr std::size_t kSlots = 300;  // of more, some do not vote
+  constexpr std::size_t kOffsets = 40;
+  std::map<double, int> votes;  // by step
+  for (std::size_t slot = 0; slot < times.slots.size(); slot += 1 + times.slots.size() / kSlots) {
+    for (const double picture_s : times.pictures_s) {
+      const double offset_s = picture_s - times.slots[slot].middle_s();
+      const double step = std::floor(offset_s / times.tolerance_s);
+      ++votes[step];
+      ++votes[step + 1.0];
+    }
+  }
+  std::vector<std::pair<int, double>> counted;
+  counted.reserve(votes.size());
+  for (const auto& [step, count] : votes) counted.emplace_back(count, step * times.tolerance_s);
+  std::ranges::sort(counted, std::greater<>());
+  counted.resize(std::min(counted.size(), kOffsets));
+  std::vector<double> offsets_s(counted.size());
+  std::ranges::transform(counted, offsets_s.begin(), &std::pair<int, double>::second);
+  return offsets_s;
+}
+
+Pairing pair_up(const Times& times, double offset_s) {
+  constexpr int kFits = 3;
+  Pairing pairing{.clock = {.offset_s = offset_s}};
+  assign(times, &pairing);
+  for (int i = 0; i < kFits && pairing.matched > 0; ++i) {
+    fit_clock(times, &pairing);
+    assign(times, &pairing);
+  }
+  return pairing;
+}
+
+// Whether `best` leaves no doubt about another that leaves as many unmatched, or more. With n
+// unmatched, it does if the other leaves at least n + min(n/2, 2) + 2, or has twice the residual.
+bool rules_out(const Pairing& best, const Pairing& other, double rms_floor_s) {
+  if (other.clock.rms_s > 2.0 * std::max(best.clock.rms_s, rms_floor_s)) return true;
+  return best.unmatched + std::min<std::size_t>(best.unmatched / 2, 2) + 2 <= other.unmatched;
+}
+
+std::string shot_name(const CardShot& shot) { return shot.front().file.filename().string(); }
 
 std::vector<std::size_t> by_name(const CardPictures& card) {
   std::vector<std::size_t> order(card.shots.size());
@@ -54,19 +189,16 @@ std::vector<std::size_t> by_name(const CardPictures& card) {
 
 // Where the camera's clock was set between two pictures, if there are as many as the stations
 // expect and every other pair is as far apart by both clocks; else empty.
-std::string clock_jump(const SessionShots& session, const CardPictures& card) {
+std::string clock_jump(const SessionShots& session, const CardPictures& card, const Times& times) {
   constexpr double kLeastJump_s = 60.0;
-  const std::vector<ShotSlot> slots = slots_of(session);
   const std::vector<std::size_t> order = by_name(card);
-  if (order.size() != slots.size()) return "";
-  const auto ahead_s = [&](std::size_t i) {
-    return seconds_of(card.shots[order[i]].time) - slots[i].from_s;
-  };
+  if (order.size() != times.slots.size()) return "";
   std::string jump;
   for (std::size_t i = 1; i < order.size(); ++i) {
-    const double step_s = ahead_s(i) - ahead_s(i - 1);
-    if (std::abs(step_s) < 2.0 + 2.0 * card.resolution_s + slots[i].to_s - slots[i].from_s)
-      continue;
+    const Slot& slot = times.slots[i];
+    const double step_s = times.pictures_s[order[i]] - times.pictures_s[order[i - 1]] -
+                          (slot.from_s - times.slots[i - 1].from_s);
+    if (std::abs(step_s) < 2.0 + 2.0 * card.resolution_s + slot.to_s - slot.from_s) continue;
     if (std::abs(step_s) < kLeastJump_s || !jump.empty()) return "";
     jump = fmt::format(
         "the camera's clock jumps by {:+.0f} s between {} and {}; if no picture is missing, "
@@ -77,95 +209,120 @@ std::string clock_jump(const SessionShots& session, const CardPictures& card) {
   return jump;
 }
 
-// The first slot to which the two alignments assign different pictures.
+// The first slot to which the two pairings assign different pictures.
 [[noreturn]] void throw_ambiguous(const SessionShots& session, const CardPictures& card,
-                                  const TimeAlignment& best, const TimeAlignment& rival) {
-  const std::string jump = clock_jump(session, card);
-  if (!jump.empty()) throw Error(jump);
-  const auto per_station = static_cast<std::size_t>(session.exposures);
-  for (std::size_t slot = 0; slot < best.picture_of_slot.size(); ++slot) {
-    const auto& one = best.picture_of_slot[slot];
-    const auto& other = rival.picture_of_slot[slot];
-    if (one == other) continue;
-    const std::string station = session.stations[slot / per_station].attempt.station;
-    const auto name = [&](const std::optional<std::size_t>& picture) {
-      return picture ? shot_name(card.shots[*picture]) : std::string("none");
-    };
-    throw Error(fmt::format(
-        "{} pictures for {}: the times do not determine the assignment ({} could have {} or {}); "
-        "add the missing pictures, remove those of no station, or assign them by their names with "
-        "--station",
-        card.shots.size(), best.picture_of_slot.size(), station, name(one), name(other)));
-  }
-  throw Error("the times do not determine which picture belongs to which station");
-}
-
-void require_same_session(const SessionShots& session, const CardPictures& card,
-                          const TimeAlignment& alignment) {
-  const std::size_t slots = alignment.picture_of_slot.size();
-  const std::size_t fewer = std::min(slots, card.shots.size());
-  if (2 * alignment.matched >= fewer && alignment.matched > 0) return;
-  const std::string jump = clock_jump(session, card);
+                                  const Pairing& best, const Pairing& rival) {
+  const auto differ = std::ranges::mismatch(best.picture_of_slot, rival.picture_of_slot);
+  const auto slot = static_cast<std::size_t>(differ.in1 - best.picture_of_slot.begin());
+  const auto name = [&](const std::optional<std::size_t>& picture) {
+    return picture ? shot_name(card.shots[*picture]) : std::string("none");
+  };
   throw Error(fmt::format(
-      "only {} of {} pictures match the {} expected of {} stations in order and time ({}); {}",
-      alignment.matched, card.shots.size(), slots, session.stations.size(), name_of(card.source),
-      jump.empty() ? "are they of another session?" : jump));
+      "{} pictures for {}: the times do not determine the assignment ({} could have {} or {}); "
+      "add the missing pictures, remove those of no station, or assign them by their names with "
+      "--station",
+      card.shots.size(), best.picture_of_slot.size(),
+      session.stations[slot / static_cast<std::size_t>(session.exposures)].attempt.station,
+      name(*differ.in1), name(*differ.in2)));
 }
 
-// The time of a picture by the session's clock, from the fitted offset and drift.
-double session_time(const CardShot& shot, const TimeAlignment& alignment, double first_slot_s) {
-  const double apart_s = seconds_of(shot.time) - alignment.offset_s - first_slot_s;
-  return first_slot_s + apart_s / (1.0 + alignment.drift);
-}
-
-bool is_from_failed(const SessionShots& session, double time_s, double tolerance_s) {
-  return std::any_of(session.failed.begin(), session.failed.end(),
-                     [&](const FailedAttempt& attempt) {
-                       return time_s >= seconds_of(attempt.from) - tolerance_s &&
-                              time_s <= seconds_of(attempt.to) + tolerance_s;
-                     });
-}
-
-void assign_stations(const SessionShots& session, const TimeAlignment& alignment,
-                     PictureMatch* match, std::vector<bool>* used) {
-  const auto per_station = static_cast<std::size_t>(session.exposures);
-  for (std::size_t station = 0; station < session.stations.size(); ++station) {
-    StationPictures pictures{station, {}};
-    for (std::size_t i = 0; i < per_station; ++i) {
-      const auto& shot = alignment.picture_of_slot[station * per_station + i];
-      if (!shot) continue;
-      pictures.shots.push_back(*shot);
-      (*used)[*shot] = true;
-    }
-    if (pictures.shots.size() == per_station) {
-      match->complete.push_back(std::move(pictures));
-    } else if (!session.stations[station].imported) {
-      match->incomplete.push_back(std::move(pictures));
-    }
+// The best pairing. Throws Error if another fits as well, or it is of another session.
+Pairing find_pairing(const SessionShots& session, const CardPictures& card, const Times& times) {
+  const auto is_better = [](const Pairing& one, const Pairing& other) {
+    return std::pair(one.unmatched, one.clock.rms_s) <
+           std::pair(other.unmatched, other.clock.rms_s);
+  };
+  const std::vector<double> offsets_s = likely_offsets(times);
+  Pairing best{.unmatched = SIZE_MAX};
+  for (const double offset_s : offsets_s) {
+    best = std::min(best, pair_up(times, offset_s), is_better);
   }
+  const std::string jump = clock_jump(session, card, times);
+  if (best.matched == 0 || 2 * best.matched < std::min(times.slots.size(), card.shots.size())) {
+    throw Error(fmt::format(
+        "only {} of {} pictures match the {} expected of {} stations in order and time ({}); {}",
+        best.matched, card.shots.size(), times.slots.size(), session.stations.size(),
+        card.time_source, jump.empty() ? "are they of another session?" : jump));
+  }
+  for (const double offset_s : offsets_s) {
+    const Pairing other = pair_up(times, offset_s);
+    if (other.picture_of_slot == best.picture_of_slot) continue;
+    if (rules_out(best, other, times.rms_floor_s)) continue;
+    if (!jump.empty()) throw Error(jump);
+    throw_ambiguous(session, card, best, other);
+  }
+  return best;
+}
+
+// Whether a picture was taken during an attempt that failed.
+bool is_of_failed(const SessionShots& session, const CardPictures& card, double picture_s,
+                  const CameraClock& clock) {
+  const double time_s = (picture_s - clock.offset_s) / (1.0 + clock.drift);
+  const WallTime first = session.stations.front().from;
+  return std::ranges::any_of(session.failed, [&](const FailedAttempt& attempt) {
+    const std::chrono::duration<double> from = attempt.from - first, to = attempt.to - first;
+    return time_s >= from.count() - card.resolution_s && time_s <= to.count() + card.resolution_s;
+  });
+}
+
+// "9 of 10 pictures belong to no station: R1.JPG, R2.JPG"; empty if there are no names.
+std::string mismatch_text(const std::string& what, const std::vector<std::string>& names) {
+  return names.empty() ? "" : what + ": " + name_list(names);
+}
+
+std::string unpaired_text(const CardPictures& card) {
+  std::vector<std::string> names;
+  for (const auto& file : card.unpaired) names.push_back(file.filename().string());
+  return mismatch_text("front without back or back without front", names);
 }
 
 }  // namespace
 
 PictureMatch match_pictures(const SessionShots& session, const CardPictures& card) {
-  const std::vector<ShotSlot> slots = slots_of(session);
-  const AlignmentResult result = align_times(slots, times_of(card), card.resolution_s);
-  require_same_session(session, card, result.best);
-  if (result.rival) throw_ambiguous(session, card, result.best, *result.rival);
-
-  PictureMatch match;
+  const Times times = times_of(session, card);
+  const Pairing pairing = find_pairing(session, card, times);
+  PictureMatch match{.clock = pairing.clock};
   // A time is the lower end of a clock step; the middle is an unbiased estimate.
-  match.clock_offset_s = result.best.offset_s + 0.5 * card.resolution_s;
-  match.clock_drift = result.best.drift;
-  match.rms_s = result.best.rms_s;
+  match.clock->offset_s += 0.5 * card.resolution_s;
+
+  const auto exposures = static_cast<std::size_t>(session.exposures);
   std::vector<bool> used(card.shots.size(), false);
-  assign_stations(session, result.best, &match, &used);
+  std::vector<std::string> lacking;
+  for (std::size_t station = 0; station < session.stations.size(); ++station) {
+    std::vector<std::size_t> shots;
+    for (std::size_t i = 0; i < exposures; ++i) {
+      const auto& shot = pairing.picture_of_slot[station * exposures + i];
+      if (!shot) continue;
+      shots.push_back(*shot);
+      used[*shot] = true;
+    }
+    const std::string& name = session.stations[station].attempt.station;
+    if (shots.size() == exposures) {
+      match.complete.push_back({station, std::move(shots)});
+    } else if (!session.stations[station].imported) {
+      lacking.push_back(
+          shots.empty() ? name : fmt::format("{} ({} of {})", name, shots.size(), exposures));
+    }
+  }
+  std::vector<std::string> surplus;
   for (std::size_t shot = 0; shot < card.shots.size(); ++shot) {
     if (used[shot]) continue;
-    const double time_s = session_time(card.shots[shot], result.best, slots.front().from_s);
-    const bool failed = is_from_failed(session, time_s, card.resolution_s);
-    (failed ? match.from_failed : match.unassigned).push_back(shot);
+    if (is_of_failed(session, card, times.pictures_s[shot], pairing.clock)) {
+      ++match.from_failed;
+    } else {
+      surplus.push_back(shot_name(card.shots[shot]));
+    }
   }
+  std::vector<std::string> parts{
+      mismatch_text(
+          fmt::format("{} of {} stations lack pictures", lacking.size(), session.stations.size()),
+          lacking),
+      mismatch_text(
+          fmt::format("{} of {} pictures belong to no station", surplus.size(), card.shots.size()),
+          surplus),
+      lacking.empty() ? "" : clock_jump(session, card, times), unpaired_text(card)};
+  std::erase(parts, "");
+  match.mismatches = fmt::format("{}", fmt::join(parts, "; "));
   return match;
 }
 
@@ -185,49 +342,13 @@ PictureMatch assign_by_name(const SessionShots& session, const CardPictures& car
                             card.shots.size(), session.stations.size() - first, first_station,
                             each));
   }
-  PictureMatch match;
-  match.by_name = true;
+  PictureMatch match{.mismatches = unpaired_text(card)};
   const std::vector<std::size_t> order = by_name(card);
   for (std::size_t i = 0; i < stations; ++i) {
     const auto begin = order.begin() + static_cast<std::ptrdiff_t>(i * each);
     match.complete.push_back({first + i, {begin, begin + static_cast<std::ptrdiff_t>(each)}});
   }
   return match;
-}
-
-bool is_complete(const PictureMatch& match, const CardPictures& card) {
-  return match.incomplete.empty() && match.unassigned.empty() && card.unpaired.empty();
-}
-
-std::string describe_mismatches(const PictureMatch& match, const SessionShots& session,
-                                const CardPictures& card) {
-  std::vector<std::string> lacking;
-  for (const StationPictures& each : match.incomplete) {
-    const std::string& name = session.stations[each.station].attempt.station;
-    const std::size_t found = each.shots.size();
-    lacking.push_back(found == 0 ? name
-                                 : fmt::format("{} ({} of {})", name, found, session.exposures));
-  }
-  std::vector<std::string> surplus;
-  for (const std::size_t shot : match.unassigned) surplus.push_back(shot_name(card.shots[shot]));
-  std::vector<std::string> single;
-  for (const auto& file : card.unpaired) single.push_back(file.filename().string());
-
-  std::vector<std::string> parts;
-  if (!lacking.empty()) {
-    parts.push_back(fmt::format("{} of {} stations lack pictures: {}", lacking.size(),
-                                session.stations.size(), list_of(lacking)));
-  }
-  if (!surplus.empty()) {
-    parts.push_back(fmt::format("{} of {} pictures belong to no station: {}", surplus.size(),
-                                card.shots.size(), list_of(surplus)));
-  }
-  const std::string jump = lacking.empty() ? "" : clock_jump(session, card);
-  if (!jump.empty()) parts.push_back(jump);
-  if (!single.empty()) {
-    parts.push_back(fmt::format("front without back or back without front: {}", list_of(single)));
-  }
-  return fmt::format("{}", fmt::join(parts, "; "));
 }
 
 }  // namespace raywalk::capture

@@ -2,18 +2,19 @@
 #pragma once
 
 #include <cstddef>
-#include <span>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "capture/import/card_pictures.h"
+#include "capture/session/session.h"
 
 namespace raywalk::capture {
 
 // A station whose pictures are on the card.
 struct ExposedStation {
-  AttemptId attempt;  // the attempt that took them
-  WallTime from{};    // its pictures were taken in [from, to] of the session's clock
+  AttemptId attempt{};  // the attempt that took them
+  WallTime from{};      // its pictures were taken in [from, to] of the session's clock
   WallTime to{};
   bool imported = false;  // by an earlier import
 };
@@ -25,9 +26,16 @@ struct FailedAttempt {
 };
 
 struct SessionShots {
-  std::vector<ExposedStation> stations;  // in order of time
-  std::vector<FailedAttempt> failed;     // in order of time
-  int exposures = 1;                     // pictures per station
+  std::vector<ExposedStation> stations{};  // in order of time
+  std::vector<FailedAttempt> failed{};
+  int exposures = 1;  // pictures per station
+};
+
+// The camera's clock against the session's.
+struct CameraClock {
+  double offset_s = 0.0;  // camera minus session, at the first station
+  double drift = 0.0;     // growth of the offset per second; under 1e-4 for a good quartz clock
+  double rms_s = 0.0;     // of the residuals
 };
 
 struct StationPictures {
@@ -36,19 +44,19 @@ struct StationPictures {
 };
 
 struct PictureMatch {
-  bool by_name = false;                     // not by time; nothing is known of the clocks
-  std::vector<StationPictures> complete;    // all exposures found
-  std::vector<StationPictures> incomplete;  // exposures missing, and not imported before
-  std::vector<std::size_t> from_failed;     // shots of failed attempts
-  std::vector<std::size_t> unassigned;      // shots that belong to no station
-  double clock_offset_s = 0.0;              // camera's clock minus the session's, at the start
-  double clock_drift = 0.0;                 // growth of the offset per second
-  double rms_s = 0.0;                       // of the residuals after offset and drift
+  std::vector<StationPictures> complete{};  // stations of which all exposures are on the card
+  std::size_t from_failed = 0;              // pictures of failed attempts
+  std::optional<CameraClock> clock{};       // none if assigned by name
+  // One line for the user: stations with missing pictures, unless imported before, and pictures
+  // without a station. Empty if there are none.
+  std::string mismatches{};
 };
 
-// Matches by count, order and time; the camera's clock may have any offset and a drift of up to
-// 1e-4 (align_times.h). Throws Error if the assignment is ambiguous, or if fewer than half of the
-// pictures and of the stations match, as with pictures of another session.
+// Matches by order and by the time between the pictures. The camera's clock may have any offset and
+// a drift of up to 1e-4; pictures may be missing or of no station. Throws Error if the times fit
+// several assignments, as those of an evenly timed line do whose first or last picture is missing;
+// or if fewer than half of the pictures and of the stations match, as with pictures of another
+// session, or of a camera whose clock was set meanwhile.
 PictureMatch match_pictures(const SessionShots& session, const CardPictures& card);
 
 // Assigns all pictures, in order of their names and whatever their times, to the stations from
@@ -56,13 +64,5 @@ PictureMatch match_pictures(const SessionShots& session, const CardPictures& car
 // card, a bracket is not complete, or the stations are fewer.
 PictureMatch assign_by_name(const SessionShots& session, const CardPictures& card,
                             const std::string& first_station);
-
-// Whether every picture and every station has a counterpart.
-bool is_complete(const PictureMatch& match, const CardPictures& card);
-
-// One line for the user: stations with missing pictures and pictures without a station. Empty if
-// the match is complete.
-std::string describe_mismatches(const PictureMatch& match, const SessionShots& session,
-                                const CardPictures& card);
 
 }  // namespace raywalk::capture
