@@ -133,7 +133,7 @@ class FakeChip final : public GpioChip {
  public:
   explicit FakeChip(FakeGpio* gpio) : gpio_(gpio) {}
 
-  std::string description() const override { return std::string(kPath) + " (fake, 8 lines)"; }
+  std::string description() const override { return "/dev/gpiochip-fake (fake, 8 lines)"; }
   std::unique_ptr<GpioLine> request(const GpioRequest& line) override {
     const bool is_taken = line.offset == gpio_->wiring.taken_line;
     if (line.offset >= kLines || is_taken || !gpio_->owned.insert(line.offset).second) {
