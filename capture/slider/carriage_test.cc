@@ -30,6 +30,10 @@ class CarriageTest : public ::testing::Test {
     carriage_.emplace(slider_->driver(), &clock_, kLimits, rules_);
   }
   void fail(const Fault& fault) { slider_->faults.add(fault); }
+  // One reading of the position.
+  void put_off(double by_mm, double after_ms) {
+    fail({.kind = RigFault::kCorruptedReply, .amount = by_mm, .after_ms = after_ms});
+  }
   SettledPosition go_to(double mm) { return carriage_->move_to(kLimits.require(mm, "test")); }
 
   void expect_fault(FaultKind kind, const std::string& message, double target_mm = 500.0) {
@@ -130,9 +134,9 @@ TEST_F(CarriageTest, LimitSwitchMayBeLeftButNotRunInto) {
 
 TEST_F(CarriageTest, OneWrongReadingNeitherStopsNorSettlesNorShiftsThePath) {
   use();
-  slider_->add(LineTrouble::kOutlier, 0.0, 0.0, 800.0);
-  slider_->add(LineTrouble::kOutlier, 1250.0, 0.0, 400.0);
-  slider_->add(LineTrouble::kOutlier, 1500.0, 0.0, -900.0);
+  put_off(800.0, 0.0);
+  put_off(400.0, 1250.0);
+  put_off(-900.0, 1500.0);
   EXPECT_NEAR(go_to(500.0).measured_mm, 500.0, 0.1);
   EXPECT_EQ(slider_->stops_commanded(), 0);
 }
@@ -141,7 +145,7 @@ TEST_F(CarriageTest, WrongReadingRestartsTheDwell) {
   use();
   const double undisturbed = go_to(500.0).settling_ms;
   use();
-  slider_->add(LineTrouble::kOutlier, 5700.0, 0.0, 0.5);
+  put_off(0.5, 5700.0);
   const SettledPosition settled = go_to(500.0);
   EXPECT_GT(settled.settling_ms, undisturbed + 150.0);
   EXPECT_NEAR(settled.measured_mm, 500.0, 1e-9);
@@ -149,7 +153,7 @@ TEST_F(CarriageTest, WrongReadingRestartsTheDwell) {
 
 TEST_F(CarriageTest, DrivesThatDoNotObeyAreReported) {
   use();
-  slider_->add(LineTrouble::kIgnore);
+  slider_->ignores_commands = true;
   expect_fault(FaultKind::kStall, "does not move");
   EXPECT_EQ(slider_->stops_commanded(), 1);
   use({.max_speed_mm_s = 20.0});
@@ -159,7 +163,7 @@ TEST_F(CarriageTest, DrivesThatDoNotObeyAreReported) {
 
 TEST_F(CarriageTest, StopAfterLossOfContactIsNotConfirmed) {
   use();
-  slider_->add(LineTrouble::kNoContact, 2250.0);
+  fail({.kind = RigFault::kCut, .after_ms = 2250.0});
   expect_fault(FaultKind::kNoContact, "NOT known to have stopped: switch the drive off");
 }
 
@@ -201,7 +205,7 @@ TEST_F(CarriageTest, StopThatHasNoEffectIsReported) {
   rules_.profile = {10.0, 200.0};
   rules_.settle_timeout_ms = 1000.0;
   use();
-  slider_->add(LineTrouble::kRunaway);
+  slider_->ignores_stop = true;
   fail({.kind = RigFault::kFeedbackJump, .amount = -500.0, .for_ms = 500.0, .after_ms = 1000.0});
   expect_fault(FaultKind::kLimitSwitch, "NOT known to have stopped", 900.0);
   EXPECT_THROW(carriage_->stop(), DeviceFault);
@@ -250,7 +254,7 @@ TEST_F(CarriageTest, FindsHomeWithAndWithoutFlagsAndAgain) {
 // A drive that has just been switched on shows 0.
 TEST_F(CarriageTest, ZeroWithoutMotionIsNoHome) {
   use({.start_mm = 321.0, .homed = false, .reports_flags = false});
-  slider_->add(LineTrouble::kIgnore);
+  slider_->ignores_commands = true;
   EXPECT_THROW(carriage_->home(), DeviceFault);
 }
 

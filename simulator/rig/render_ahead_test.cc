@@ -32,7 +32,7 @@ class RenderAheadTest : public ::testing::Test {
   std::atomic<int> rendered_{0};
 };
 
-TEST_F(RenderAheadTest, AnExpectedPoseIsRenderedOnceAndIsWhatTheViewIsFrom) {
+TEST_F(RenderAheadTest, TheLastExpectedPoseIsRenderedOnceAndIsWhatTheViewIsFrom) {
   RenderAhead ahead = this->ahead(0.1);
   ahead.expect(at_mm(20.0));
   for (const double x : {20.0, 20.09, 19.91}) {
@@ -41,31 +41,22 @@ TEST_F(RenderAheadTest, AnExpectedPoseIsRenderedOnceAndIsWhatTheViewIsFrom) {
     EXPECT_EQ(view.pose.position_m.x(), at_mm(20.0).position_m.x());
   }
   EXPECT_EQ(rendered_, 1);
+  for (int x = 1; x <= 50; ++x) ahead.expect(at_mm(x));
+  EXPECT_DOUBLE_EQ(x_mm(ahead.view(at_mm(50.05))), 50.0);
+  ahead.expect(at_mm(-1.0));
+  EXPECT_THROW(ahead.view(at_mm(-1.0)), Error) << "what cannot be rendered fails when it is seen";
 }
 
 TEST_F(RenderAheadTest, AnotherPoseIsRenderedWhenItIsSeen) {
   RenderAhead ahead = this->ahead(0.1);
   EXPECT_DOUBLE_EQ(x_mm(ahead.view(at_mm(5.0))), 5.0);
+  ahead.expect(at_mm(10.0));
   ahead.expect(at_mm(20.0));
-  for (const CameraPose& pose : {at_mm(20.11), at_mm(20.0, 1e-4)}) {
+  for (const CameraPose& pose : {at_mm(20.11), at_mm(20.0, 1e-4), at_mm(10.0)}) {
     const SceneView view = ahead.view(pose);
     EXPECT_DOUBLE_EQ(x_mm(view), 1e3 * pose.position_m.x());
     EXPECT_EQ(view.pose.attitude.yaw_rad, pose.attitude.yaw_rad);
   }
-}
-
-TEST_F(RenderAheadTest, TheLatestExpectationCounts) {
-  RenderAhead ahead = this->ahead(0.1);
-  for (int x = 1; x <= 50; ++x) ahead.expect(at_mm(x));
-  EXPECT_DOUBLE_EQ(x_mm(ahead.view(at_mm(50.05))), 50.0);
-  EXPECT_DOUBLE_EQ(x_mm(ahead.view(at_mm(10.05))), 10.05);
-}
-
-TEST_F(RenderAheadTest, WhatCannotBeRenderedFailsWhenItIsSeen) {
-  RenderAhead ahead = this->ahead(0.1);
-  ahead.expect(at_mm(-1.0));
-  EXPECT_THROW(ahead.view(at_mm(-1.0)), Error);
-  EXPECT_DOUBLE_EQ(x_mm(ahead.view(at_mm(1.0))), 1.0);
 }
 
 }  // namespace
