@@ -218,6 +218,7 @@ class OscClientTest : public testing::Test {
     client_.emplace(config.osc, clock_);
   }
   ~OscClientTest() override {
+    client_.reset();  // its connection, which the server would wait for
     while (!server_.is_running()) std::this_thread::yield();
     server_.stop();
     thread_.join();
