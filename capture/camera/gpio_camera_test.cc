@@ -1,73 +1,239 @@
 #include "capture/camera/gpio_camera.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <deque>
+#include <map>
+#include <set>
+#include <vector>
 
 #include "capture/base/manual_clock.h"
 #include "capture/base/test_fault.h"
-#include "capture/trigger/fake_gpio.h"
+#include "core/base/interrupt.h"
 
 namespace raywalk::capture {
 namespace {
 
 using std::chrono::milliseconds;
+using testing::ElementsAre;
 
-TriggerConfig wired() {
+constexpr const char* kPath = "/dev/gpiochip-fake";
+constexpr int kFocus = 0, kShutter = 1, kBusy = 2, kLines = 8;
+
+enum class Misbehaves { kNever, kNeverBusy, kBusyForEver };
+
+struct Wiring {
+  bool active_low = false;  // as wired, independent of the program's settings
+  double busy_delay_ms = 30.0;
+  double busy_ms = 400.0;
+  bool films = false;  // a press starts a film, the next one stops it
+  Misbehaves camera = Misbehaves::kNever;
+  int bad_press = 0;            // the only press, from 1, that misbehaves; 0: all
+  int taken_line = -1;          // owned by another program
+  int gone_after_changes = -1;  // the chip is removed after this many changes of outputs; -1: never
+};
+
+// A change of an output's voltage.
+struct Change {
+  int line;
+  bool high;
+  double ms;
+  friend bool operator==(const Change&, const Change&) = default;
+};
+
+// A chip and the camera that is wired to it, in simulated time. Outlives the chips that it opens.
+struct FakeGpio {
+  FakeGpio(const Wiring& wired, Clock* time) : wiring(wired), clock(time) {}
+
+  std::unique_ptr<GpioChip> open();
+
+  bool is_released() const {
+    return std::all_of(high.begin(), high.end(),
+                       [this](const auto& line) { return line.second == wiring.active_low; });
+  }
+  void set_voltage(int line, bool value) {
+    if (wiring.gone_after_changes == static_cast<int>(changes.size())) {
+      throw gpio_line_fault(kPath, line, ENODEV);
+    }
+    // The wiring holds a line that was never driven at the camera's inactive level.
+    bool& level = high.try_emplace(line, wiring.active_low).first->second;
+    if (level == value) return;
+    level = value;
+    changes.push_back({line, value, ms_from_duration(clock->now().time_since_epoch())});
+    if (line == kShutter && value != wiring.active_low) press();
+  }
+  void press() {
+    catch_up();
+    ++presses;
+    const bool misbehaves = wiring.bad_press == 0 || wiring.bad_press == presses;
+    const bool for_ever = misbehaves && wiring.camera == Misbehaves::kBusyForEver;
+    const bool is_end = wiring.films && busy;
+    if ((busy && !wiring.films) || (misbehaves && wiring.camera == Misbehaves::kNeverBusy)) return;
+    const SteadyTime change = clock->now() + duration_from_ms(wiring.busy_delay_ms);
+    if (!is_end) edges.push_back(change);
+    if (wiring.films ? is_end && !for_ever : !for_ever) {
+      edges.push_back(change + duration_from_ms(is_end ? 0.0 : wiring.busy_ms));
+    }
+  }
+  // Applies the edges of the busy line that are due.
+  void catch_up() {
+    for (; !edges.empty() && edges.front() <= clock->now(); edges.pop_front()) {
+      busy = !busy;
+      queued.push_back(edges.front());
+    }
+  }
+
+  Wiring wiring;
+  Clock* clock;
+  std::set<int> owned{};
+  std::map<int, bool> high{};  // outputs that were ever driven
+  std::vector<Change> changes{};
+  int presses = 0;  // also those that a busy camera ignored
+  bool busy = false;
+  std::deque<SteadyTime> edges{};   // of the busy line, to come
+  std::deque<SteadyTime> queued{};  // in the kernel's queue
+};
+
+class FakeLine final : public GpioLine {
+ public:
+  FakeLine(FakeGpio* gpio, const GpioRequest& line) : gpio_(gpio), line_(line) {
+    if (line.is_output) gpio_->set_voltage(line.offset, line.active_low);
+  }
+  ~FakeLine() override { gpio_->owned.erase(line_.offset); }
+
+  void set(bool active) override { gpio_->set_voltage(line_.offset, active != line_.active_low); }
+  bool is_active() override {
+    gpio_->catch_up();
+    return gpio_->busy != (line_.active_low != gpio_->wiring.active_low);
+  }
+  std::optional<SteadyTime> wait_edge(Duration timeout) override {
+    gpio_->catch_up();
+    if (gpio_->queued.empty()) {
+      const Duration next =
+          gpio_->edges.empty() ? timeout : gpio_->edges.front() - gpio_->clock->now();
+      gpio_->clock->sleep(std::min(timeout, next));
+      gpio_->catch_up();
+    }
+    if (gpio_->queued.empty()) return std::nullopt;
+    const SteadyTime edge = gpio_->queued.front();
+    gpio_->queued.pop_front();
+    return edge;
+  }
+
+ private:
+  FakeGpio* gpio_;
+  GpioRequest line_;
+};
+
+class FakeChip final : public GpioChip {
+ public:
+  explicit FakeChip(FakeGpio* gpio) : gpio_(gpio) {}
+
+  std::string description() const override { return "/dev/gpiochip-fake (fake, 8 lines)"; }
+  std::unique_ptr<GpioLine> request(const GpioRequest& line) override {
+    const bool is_taken = line.offset == gpio_->wiring.taken_line;
+    if (line.offset >= kLines || is_taken || !gpio_->owned.insert(line.offset).second) {
+      throw gpio_request_fault({.path = kPath,
+                                .offset = line.offset,
+                                .line_count = kLines,
+                                .error = EBUSY,
+                                .consumer = is_taken ? "lirc" : kGpioConsumer});
+    }
+    return std::make_unique<FakeLine>(gpio_, line);
+  }
+
+ private:
+  FakeGpio* gpio_;
+};
+
+std::unique_ptr<GpioChip> FakeGpio::open() { return std::make_unique<FakeChip>(this); }
+
+TriggerConfig wired(int focus_line = kFocus, int busy_line = kBusy) {
   TriggerConfig config;
-  config.shutter_line = 1;
-  config.busy_line = 2;
+  config.focus_line = focus_line;
+  config.shutter_line = kShutter;
+  config.busy_line = busy_line;
   return config;
 }
 
 struct CableRig {
-  explicit CableRig(const FakeGpioSettings& settings, const TriggerConfig& config = wired())
-      : gpio(settings, &clock), camera(config, gpio.open(), &clock) {}
+  explicit CableRig(const Wiring& wiring, const TriggerConfig& config = wired())
+      : gpio(wiring, &clock), camera(config, gpio.open(), &clock) {}
+
+  Shot shoot() { return camera.shoot(clock.now()); }
+  void expect_fault(FaultKind kind, const std::string& words) {
+    raywalk::capture::expect_fault(kind, words, [this] { shoot(); });
+    EXPECT_TRUE(gpio.is_released());
+  }
 
   ManualClock clock;
+  const WallTime start = clock.wall_now();
   FakeGpio gpio;
   GpioCamera camera;
 };
 
-ExposureSettings bracket(std::vector<double> ev) {
-  ExposureSettings settings;
-  settings.bracket_ev = std::move(ev);
-  return settings;
-}
-
-TEST(GpioCamera, ShotIsOnePressAndBringsNoPicture) {
-  CableRig rig({.busy_delay_ms = 30, .busy_ms = 400});
-  const WallTime start = rig.clock.wall_now();
-  rig.camera.prepare({}, "");
-  const Shot shot = rig.camera.shoot(rig.clock.now());
+TEST(GpioCamera, PressesHalfThenFullyThenReleasesAndBringsNoPicture) {
+  CableRig rig({});
+  const Shot shot = rig.shoot();
+  EXPECT_THAT(rig.gpio.changes,
+              ElementsAre(Change{kFocus, true, 0}, Change{kShutter, true, 300},
+                          Change{kShutter, false, 400}, Change{kFocus, false, 400}));
   EXPECT_TRUE(rig.camera.keeps_pictures());
   EXPECT_TRUE(shot.pictures.empty());
-  EXPECT_EQ(shot.triggered_at, start);
-  EXPECT_EQ(shot.exposed_at, start + milliseconds(30));
+  EXPECT_EQ(shot.triggered_at, rig.start + milliseconds(300));
+  EXPECT_EQ(shot.exposed_at, rig.start + milliseconds(330));
   EXPECT_DOUBLE_EQ(shot.exposing_ms, 430.0);
-  EXPECT_EQ(rig.gpio.presses(), 1);
+}
+
+TEST(GpioCamera, ActiveLowLinesAreHighBetweenPresses) {
+  TriggerConfig config = wired(-1);
+  config.active_low = config.busy_active_low = true;
+  CableRig rig({.active_low = true}, config);
+  EXPECT_EQ(rig.camera.report().state, "idle");
+  rig.shoot();
+  EXPECT_THAT(rig.gpio.changes,
+              ElementsAre(Change{kShutter, false, 0}, Change{kShutter, true, 100}));
+}
+
+TEST(GpioCamera, TimesFollowTheBusyLineIfThereIsOne) {
+  struct Case {
+    const char* what;
+    TriggerConfig config;
+    Wiring wiring;
+    double exposed_ms, done_ms;
+  };
+  for (const Case& each : {Case{"a pulse within the press", wired(), {false, 10, 1}, 10, 100},
+                           {"no focus line", wired(-1), {}, 30, 430},
+                           {"no busy line", wired(kFocus, -1), {}, 0, 2100}}) {
+    SCOPED_TRACE(each.what);
+    CableRig rig(each.wiring, each.config);
+    const Shot shot = rig.shoot();
+    EXPECT_EQ(shot.exposed_at - shot.triggered_at, duration_from_ms(each.exposed_ms));
+    EXPECT_DOUBLE_EQ(shot.exposing_ms, each.done_ms);
+  }
 }
 
 TEST(GpioCamera, NeverPressesBeforeTheCarriageSettled) {
-  CableRig rig({});
-  const SteadyTime settled = rig.clock.now() + milliseconds(700);
-  rig.camera.shoot(settled);
-  EXPECT_EQ(rig.gpio.changes().front().time, settled);
+  CableRig rig({}, wired(-1));
+  rig.camera.shoot(rig.clock.now() + milliseconds(700));
+  EXPECT_EQ(rig.gpio.changes.front().ms, 700.0);
 }
 
-TEST(GpioCamera, BracketIsAPressPerExposure) {
-  CableRig rig({});
-  rig.camera.prepare(bracket({-2.0, 0.0, 2.0}), "");
-  rig.camera.shoot(rig.clock.now());
-  rig.camera.shoot(rig.clock.now());
-  EXPECT_EQ(rig.gpio.presses(), 6);
-}
-
-TEST(GpioCamera, BracketIsOnePressIfTheCameraTakesAll) {
-  TriggerConfig config = wired();
-  config.press_per_exposure = false;
-  CableRig rig({}, config);
-  rig.camera.prepare(bracket({-2.0, 0.0, 2.0}), "");
-  rig.camera.shoot(rig.clock.now());
-  EXPECT_EQ(rig.gpio.presses(), 1);
+TEST(GpioCamera, BracketIsAPressPerExposureOrOneForAll) {
+  ExposureSettings bracket;
+  bracket.bracket_ev = {-2.0, 0.0, 2.0};
+  for (const bool per_exposure : {true, false}) {
+    TriggerConfig config = wired();
+    config.press_per_exposure = per_exposure;
+    CableRig rig({}, config);
+    rig.camera.prepare(bracket, "");
+    for (int station = 0; station < 100; ++station) rig.shoot();
+    EXPECT_EQ(rig.gpio.presses, per_exposure ? 300 : 100);
+  }
 }
 
 TEST(GpioCamera, RefusesExposureSettings) {
@@ -78,25 +244,119 @@ TEST(GpioCamera, RefusesExposureSettings) {
   EXPECT_EQ(rig.camera.prepare({}, ""), "");
 }
 
-TEST(GpioCamera, ReportsItsStateFromTheBusyLine) {
-  CableRig rig({.busy_delay_ms = 0, .films = true});
+TEST(GpioCamera, FilmIsAPressAtEachEndAndTheBusyLineIsReported) {
+  CableRig rig({.busy_delay_ms = 40, .films = true});
   EXPECT_EQ(rig.camera.report().identity, "camera on line 1 of /dev/gpiochip-fake (fake, 8 lines)");
-  EXPECT_EQ(rig.camera.report().state, "idle");
   rig.camera.start_film();
+  rig.clock.sleep(std::chrono::seconds(60));
   EXPECT_EQ(rig.camera.report().state, "busy");
   rig.camera.stop_film();
   EXPECT_EQ(rig.camera.report().state, "idle");
-  EXPECT_EQ(rig.gpio.presses(), 2);
-  TriggerConfig blind = wired();
-  blind.busy_line = -1;
-  CableRig other({}, blind);
-  EXPECT_EQ(other.camera.report().state, "unknown");
+  EXPECT_EQ(rig.gpio.presses, 2);
+  EXPECT_EQ(CableRig({}, wired(kFocus, -1)).camera.report().state, "unknown");
 }
 
-TEST(GpioCamera, MissedPictureIsWorthAnotherShot) {
-  CableRig rig({.camera = FakeGpioCamera::kNeverBusy, .bad_press = 1});
-  EXPECT_TRUE(fault_of([&] { rig.camera.shoot(rig.clock.now()); }).is_retryable());
-  EXPECT_NO_THROW(rig.camera.shoot(rig.clock.now()));
+TEST(GpioCamera, FilmThatDoesNotStartOrStopIsAFault) {
+  CableRig dead({.films = true, .camera = Misbehaves::kNeverBusy});
+  EXPECT_EQ(fault_of([&] { dead.camera.start_film(); }).kind(), FaultKind::kMissingPicture);
+  CableRig endless({.films = true, .camera = Misbehaves::kBusyForEver});
+  endless.camera.start_film();
+  EXPECT_EQ(fault_of([&] { endless.camera.stop_film(); }).kind(), FaultKind::kBusy);
+}
+
+TEST(GpioCamera, WaitsForACameraThatIsStillBusy) {
+  CableRig rig({.busy_delay_ms = 0, .busy_ms = 5000});
+  rig.camera.start_film();  // returns as soon as the camera is busy
+  EXPECT_EQ(rig.shoot().triggered_at, rig.start + milliseconds(300 + 5000 + 300));
+}
+
+TEST(GpioCamera, CameraThatNeverBecomesBusyTookNoPictureAndTheNextPressDoes) {
+  CableRig rig({.camera = Misbehaves::kNeverBusy, .bad_press = 1});
+  rig.expect_fault(FaultKind::kMissingPicture, "did not become busy within 2000 ms of the shutter");
+  EXPECT_EQ(rig.clock.wall_now(), rig.start + milliseconds(300 + 2000));
+  EXPECT_NO_THROW(rig.shoot());
+}
+
+TEST(GpioCamera, CameraThatStaysBusyIsAFault) {
+  CableRig rig({.camera = Misbehaves::kBusyForEver});
+  rig.expect_fault(FaultKind::kBusy, "stayed busy for 30000 ms after the shutter");
+  rig.expect_fault(FaultKind::kBusy, "before the shutter");
+  EXPECT_EQ(rig.gpio.presses, 1) << "pressed although the camera was busy";
+}
+
+TEST(GpioCamera, ChipRemovedDuringAPressIsNoContact) {
+  CableRig rig({.gone_after_changes = 2});
+  expect_fault(FaultKind::kNoContact, "line 1 of /dev/gpiochip-fake no longer answers",
+               [&] { rig.shoot(); });
+}
+
+TEST(GpioCamera, OwnsItsLinesUntilDestroyed) {
+  ManualClock clock;
+  FakeGpio gpio({}, &clock);
+  {
+    const GpioCamera camera(wired(), gpio.open(), &clock);
+    EXPECT_THAT(gpio.owned, ElementsAre(kFocus, kShutter, kBusy));
+    expect_fault(FaultKind::kNoContact, "in use by 'raywalk-capture'",
+                 [&] { const GpioCamera second(wired(), gpio.open(), &clock); });
+  }
+  EXPECT_TRUE(gpio.owned.empty());
+}
+
+TEST(GpioCamera, NamesWhatCannotBeUsed) {
+  expect_fault(FaultKind::kNoContact, "line 2 of /dev/gpiochip-fake is in use by 'lirc'",
+               [] { CableRig rig({.taken_line = 2}); });
+  expect_fault(FaultKind::kWrongDevice, "no line 8 of /dev/gpiochip-fake, which has 8 lines",
+               [] { CableRig rig({}, wired(kLines)); });
+  EXPECT_THROW(CableRig({}, TriggerConfig{}), UsageError) << "no shutter line";
+  EXPECT_EQ(gpio_open_fault(kPath, ENOENT).kind(), FaultKind::kNoContact);
+  EXPECT_THAT(gpio_open_fault(kPath, EACCES).what(), testing::HasSubstr("no permission"));
+  EXPECT_EQ(gpio_open_fault(kPath, ENOTTY).kind(), FaultKind::kWrongDevice);
+}
+
+// tests/kernel runs the lines themselves on real kernel drivers.
+TEST(GpioLines, WhatIsNoChipIsNamed) {
+  expect_fault(FaultKind::kNoContact,
+               "no GPIO chip /dev/gpiochip-missing; set trigger.chip to one that gpiodetect lists",
+               [] { open_gpio_chip("gpiochip-missing"); });
+  expect_fault(FaultKind::kWrongDevice, "/dev/null is not a GPIO chip",
+               [] { open_gpio_chip("/dev/null"); });
+}
+
+// Raises SIGINT at a time, as an operator might at any moment.
+class InterruptingClock final : public Clock {
+ public:
+  explicit InterruptingClock(double ms) : when_(duration_from_ms(ms)) {}
+  SteadyTime now() const override { return clock_.now(); }
+  WallTime wall_now() const override { return clock_.wall_now(); }
+  void sleep(Duration duration) override {
+    clock_.sleep(duration);
+    if (clock_.now() >= when_ && !interrupt_requested()) std::raise(SIGINT);
+  }
+
+ private:
+  ManualClock clock_;
+  SteadyTime when_;
+};
+
+// Exit code: 10 times the changes of lines before the interruption, plus 1 if all are released.
+void interrupt_picture_at(double ms) {
+  install_interrupt_handlers();
+  InterruptingClock clock(ms);
+  FakeGpio gpio({.camera = Misbehaves::kBusyForEver}, &clock);
+  GpioCamera camera(wired(), gpio.open(), &clock);
+  try {
+    camera.shoot(clock.now());
+  } catch (const Interrupted&) {
+    std::exit(10 * static_cast<int>(gpio.changes.size()) + (gpio.is_released() ? 1 : 0));
+  }
+  std::exit(0);
+}
+
+TEST(GpioCameraDeathTest, InterruptAtTheHalfPressTakesNoPictureAndAnyReleasesTheLines) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  for (const auto& [ms, code] : {std::pair{100.0, 21}, {300.0, 21}, {350.0, 41}, {5000.0, 41}}) {
+    EXPECT_EXIT(interrupt_picture_at(ms), testing::ExitedWithCode(code), "") << ms;
+  }
 }
 
 }  // namespace

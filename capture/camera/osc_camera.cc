@@ -18,8 +18,6 @@ using Json = nlohmann::json;
 // Ricoh, camera.setOptions: "Leave an interval of 1 second or more between changing the settings"
 // and camera.takePicture.
 constexpr double kPauseAfterSetting_ms = 1000.0;
-constexpr std::int64_t kLargestOscIso = 10'000'000;
-
 bool is_positive(const Json& object, const char* key) {
   return number_at(object, key).value_or(0.0) > 0.0;
 }
@@ -28,8 +26,12 @@ bool contains(const Json& list, const char* word) {
   return std::find(list.begin(), list.end(), word) != list.end();
 }
 
-std::string in_parentheses(const OscRefusal& refusal) {
-  return fmt::format(" ({}: {})", refusal.code(), refusal.what());
+// None if it is not a number from 0 to 2^53, truncated to a whole number.
+std::optional<std::int64_t> count_at(const Json& object, const char* key) {
+  constexpr double kLargest = 9007199254740992.0;  // 2^53
+  const double number = number_at(object, key).value_or(-1.0);
+  if (!(number >= 0.0 && number <= kLargest)) return std::nullopt;
+  return static_cast<std::int64_t>(number);
 }
 
 // The last part of a file's address.
@@ -106,21 +108,18 @@ void OscCamera::sleep_poll(SteadyTime until, const std::string& detail) {
   sleep_poll();
 }
 
-DeviceFault OscCamera::fault(FaultKind kind, const std::string& what) const {
-  return {kind, client_.url() + ": " + what};
-}
-
 // A refusal that waiting does not resolve.
 DeviceFault OscCamera::fault_of(const OscRefusal& refusal) const {
-  return fault(refusal.is_temporary() ? FaultKind::kBusy : FaultKind::kWrongDevice,
-               "the camera refuses the command" + in_parentheses(refusal) +
-                   "; check its display, and close other programs that use it");
+  return client_.fault(refusal.is_temporary() ? FaultKind::kBusy : FaultKind::kWrongDevice,
+                       "the camera refuses the command" + refusal.in_parentheses() +
+                           "; check its display, and close other programs that use it");
 }
 
 DeviceFault OscCamera::busy_fault(const std::string& detail) const {
-  return fault(FaultKind::kBusy, fmt::format("the camera is still busy after {:g} s{}; switch it "
-                                             "off and on, and close other programs that use it",
-                                             config_.osc.picture_timeout_ms / 1000.0, detail));
+  return client_.fault(FaultKind::kBusy,
+                       fmt::format("the camera is still busy after {:g} s{}; switch it "
+                                   "off and on, and close other programs that use it",
+                                   config_.osc.picture_timeout_ms / 1000.0, detail));
 }
 
 // --- Report -------------------------------------------------------------------------------------
@@ -155,7 +154,7 @@ CameraReport OscCamera::report() {
                       client_.options({"remainingPictures", "remainingSpace", "totalSpace"}));
   } catch (const OscRefusal& refusal) {
     CameraReport report = osc_report(info, state, Json::object());
-    report.state += in_parentheses(refusal);
+    report.state += refusal.in_parentheses();
     return report;
   }
 }
@@ -170,23 +169,14 @@ void OscCamera::set(const Json& options) {
       return;
     } catch (const OscRefusal& refusal) {
       if (!refusal.is_temporary()) {
-        throw fault(FaultKind::kExposure, "the camera refuses the settings " + options.dump() +
-                                              in_parentheses(refusal) +
-                                              "; change camera.exposure or set its lock to false");
+        throw client_.fault(FaultKind::kExposure,
+                            "the camera refuses the settings " + options.dump() +
+                                refusal.in_parentheses() +
+                                "; change camera.exposure or set its lock to false");
       }
-      sleep_poll(until, in_parentheses(refusal));
+      sleep_poll(until, refusal.in_parentheses());
     }
   }
-}
-
-// Insta360's cameras deliver panoramas or pairs of fisheye circles.
-void OscCamera::choose_stitching(const Json& options) {
-  const char* wanted = config_.frames == FrameKind::kPanorama ? "ondevice" : "none";
-  if (!contains(list_at(options, "photoStitchingSupport"), wanted) ||
-      text_at(options, "photoStitching") == wanted) {
-    return;
-  }
-  set({{"photoStitching", wanted}});
 }
 
 void OscCamera::choose_file_format() {
@@ -195,17 +185,22 @@ void OscCamera::choose_file_format() {
   if (text_at(options, "captureMode") != "image" && options.contains("captureMode")) {
     set({{"captureMode", "image"}});
   }
-  choose_stitching(options);
+  // Insta360's cameras deliver panoramas or pairs of fisheye circles.
+  const char* stitching = config_.frames == FrameKind::kPanorama ? "ondevice" : "none";
+  if (contains(list_at(options, "photoStitchingSupport"), stitching) &&
+      text_at(options, "photoStitching") != stitching) {
+    set({{"photoStitching", stitching}});
+  }
   const Json formats = list_at(options, "fileFormatSupport");
   if (config_.width_px <= 0 || formats.empty()) return;
   const Json wanted = {
       {"type", "jpeg"}, {"width", config_.width_px}, {"height", config_.height_px}};
   if (options.value("fileFormat", Json()) == wanted) return;
   if (std::find(formats.begin(), formats.end(), wanted) == formats.end()) {
-    throw fault(FaultKind::kWrongDevice,
-                fmt::format("the camera cannot take pictures of {}x{}, only of {}; change "
-                            "camera.width_px and camera.height_px",
-                            config_.width_px, config_.height_px, shown_sizes(formats)));
+    throw client_.fault(FaultKind::kWrongDevice,
+                        fmt::format("the camera cannot take pictures of {}x{}, only of {}; change "
+                                    "camera.width_px and camera.height_px",
+                                    config_.width_px, config_.height_px, shown_sizes(formats)));
   }
   set({{"fileFormat", wanted}});
 }
@@ -217,9 +212,10 @@ std::optional<ExifExposure> OscCamera::measured_exposure() {
   if (const auto exposure = exif_exposure(bytes)) return exposure;
   // Ricoh's options are 0 in automatic mode; Insta360's hold the current values.
   const Json options = client_.options({"shutterSpeed", "iso"});
+  constexpr double kLargestIso = 1e7;
   const double shutter_s = number_at(options, "shutterSpeed").value_or(0.0);
-  const std::int64_t iso = count_at(options, "iso").value_or(0);
-  if (shutter_s <= 0.0 || iso < 1 || iso > kLargestOscIso) return std::nullopt;
+  const double iso = number_at(options, "iso").value_or(0.0);
+  if (shutter_s <= 0.0 || iso < 1.0 || iso > kLargestIso) return std::nullopt;
   return ExifExposure{shutter_s, static_cast<int>(iso)};
 }
 
@@ -254,7 +250,7 @@ std::string OscCamera::prepare(const ExposureSettings& exposure, const std::stri
     set(options_->set);
     // Ricoh lists the shutter times and sensitivities of the current exposureProgram only.
     options_->supported = client_.options(exposure_option_names());
-    check_held_options();
+    check_exposure();
     return options_->lock.dump();
   } catch (const OscRefusal& refusal) {
     throw fault_of(refusal);
@@ -268,26 +264,21 @@ Json OscCamera::exposure_options(double ev) const {
   return {{"exposureCompensation", nearest_compensation(options_->supported, ev)}};
 }
 
-// Reads back the options that were set.
-void OscCamera::check_held_options() {
+// Reads back the options that were set, and what a picture says of its exposure.
+void OscCamera::check_exposure(const std::optional<ExifExposure>& taken) {
   if (options_->set.empty()) return;
   std::vector<std::string> names;
   for (const auto& item : options_->set.items()) names.push_back(item.key());
-  const std::string broken = first_difference(options_->set, client_.options(names));
+  std::string what = "the camera does not keep its exposure: ";
+  std::string broken = first_difference(options_->set, client_.options(names));
+  if (broken.empty() && taken && options_->set.contains("shutterSpeed")) {
+    what = "the picture is not exposed as set: ";
+    broken = first_difference(options_->set, *taken);
+  }
   if (broken.empty()) return;
-  throw fault(FaultKind::kExposure, "the camera does not keep its exposure: " + broken +
-                                        "; make sure that nobody changes its settings, then run "
-                                        "again");
-}
-
-void OscCamera::check_exif(const std::string& bytes) const {
-  const auto taken = exif_exposure(bytes);
-  if (!taken || !options_->set.contains("shutterSpeed")) return;
-  const std::string broken = first_difference(options_->set, *taken);
-  if (broken.empty()) return;
-  throw fault(FaultKind::kExposure, "the picture is not exposed as set: " + broken +
-                                        "; make sure that nobody changes its settings, then run "
-                                        "again");
+  throw client_.fault(
+      FaultKind::kExposure,
+      what + broken + "; make sure that nobody changes its settings, then run again");
 }
 
 // --- Shooting -----------------------------------------------------------------------------------
@@ -323,21 +314,18 @@ Picture OscCamera::expose(double ev, Shot* shot) {
   frame_ = checked.size;
   picture.extension = checked.extension;
   picture.size = checked.size;
-  check_held_options();
-  check_exif(picture.bytes);
-  picture.exposure = exposure_record(ev, picture.bytes);
-  return picture;
-}
-
-std::string OscCamera::exposure_record(double ev, const std::string& bytes) const {
+  const auto taken_with = exif_exposure(picture.bytes);
+  check_exposure(taken_with);
   Json record = options_->set;
-  if (const auto taken = exif_exposure(bytes); taken && !record.contains("shutterSpeed")) {
-    record["shutterSpeed"] = taken->shutter_s;
-    record["iso"] = taken->iso;
+  if (taken_with && !record.contains("shutterSpeed")) {
+    record["shutterSpeed"] = taken_with->shutter_s;
+    record["iso"] = taken_with->iso;
   }
-  if (record.empty()) return {};
-  record["ev"] = ev;
-  return record.dump();
+  if (!record.empty()) {
+    record["ev"] = ev;
+    picture.exposure = record.dump();
+  }
+  return picture;
 }
 
 OscCamera::Taken OscCamera::take_picture() {
@@ -353,7 +341,12 @@ OscCamera::Taken OscCamera::take_picture() {
       return taken;
     }
     if (!is_woken && is_idle()) {
-      wake();
+      // In standby a camera refuses to take pictures until its mode is set, even to the same.
+      try {
+        client_.set_options({{"captureMode", "image"}});
+      } catch (const OscRefusal&) {
+        // It is busy with something else, which is waited for.
+      }
       is_woken = true;
     }
     sleep_poll();
@@ -367,29 +360,21 @@ std::optional<OscCommand> OscCamera::begin_picture(SteadyTime until) {
   } catch (const OscRefusal& refusal) {
     throw_if_card_full();
     if (!refusal.is_temporary()) throw;
-    if (clock_.now() >= until) throw busy_fault(in_parentheses(refusal));
+    if (clock_.now() >= until) throw busy_fault(refusal.in_parentheses());
     return std::nullopt;
   } catch (const DeviceFault& lost) {
     if (lost.kind() != FaultKind::kNoContact) throw;
     while (!is_idle()) sleep_poll(until, "");
-    throw fault(FaultKind::kMissingPicture,
-                "the answer to the trigger was lost, and with it the name of the picture; the "
-                "station has to be shot again");
+    throw client_.fault(
+        FaultKind::kMissingPicture,
+        "the answer to the trigger was lost, and with it the name of the picture; the "
+        "station has to be shot again");
   }
 }
 
 bool OscCamera::is_idle() {
   const std::string status = text_at(client_.state(), "_captureStatus");
   return status.empty() || status == "idle";
-}
-
-// In standby a camera refuses to take pictures until its mode is set, even to the same.
-void OscCamera::wake() {
-  try {
-    client_.set_options({{"captureMode", "image"}});
-  } catch (const OscRefusal&) {
-    // It is busy with something else, which the caller waits for.
-  }
 }
 
 std::string OscCamera::finished_file(OscCommand command, SteadyTime until) {
@@ -399,8 +384,8 @@ std::string OscCamera::finished_file(OscCommand command, SteadyTime until) {
   }
   if (!command.file.empty()) return command.file;
   throw_if_card_full();
-  throw fault(FaultKind::kMissingPicture,
-              "the camera reports that it is done but took no picture; check its display");
+  throw client_.fault(FaultKind::kMissingPicture,
+                      "the camera reports that it is done but took no picture; check its display");
 }
 
 void OscCamera::throw_if_card_full() {
@@ -410,9 +395,10 @@ void OscCamera::throw_if_card_full() {
   } catch (const OscRefusal&) {
     return;  // busy; the caller reports that
   }
-  throw fault(FaultKind::kCardFull,
-              "the camera's card is full; copy and delete pictures on it or change the card, then "
-              "run again");
+  throw client_.fault(
+      FaultKind::kCardFull,
+      "the camera's card is full; copy and delete pictures on it or change the card, then "
+      "run again");
 }
 
 }  // namespace raywalk::capture

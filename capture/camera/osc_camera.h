@@ -46,24 +46,19 @@ class OscCamera final : public Camera {
     double exposing_ms = 0.0;
   };
 
-  DeviceFault fault(FaultKind kind, const std::string& what) const;
   DeviceFault fault_of(const OscRefusal& refusal) const;
   DeviceFault busy_fault(const std::string& detail) const;
-  void choose_stitching(const nlohmann::json& options);
   void choose_file_format();
   std::optional<ExifExposure> measured_exposure();
   nlohmann::json chosen_lock(const ExposureSettings& exposure);
   void set(const nlohmann::json& options);
   nlohmann::json exposure_options(double ev) const;
-  void check_held_options();
-  void check_exif(const std::string& bytes) const;
+  void check_exposure(const std::optional<ExifExposure>& taken = {});
   Picture expose(double ev, Shot* shot);
   Taken take_picture();
   std::optional<OscCommand> begin_picture(SteadyTime until);
   bool is_idle();
-  void wake();
   std::string finished_file(OscCommand command, SteadyTime until);
-  std::string exposure_record(double ev, const std::string& bytes) const;
   void throw_if_card_full();
   SteadyTime deadline() const;
   void sleep_poll(SteadyTime until, const std::string& detail);

@@ -5,7 +5,6 @@
 // github.com/Insta360Develop/Insta360_OSC.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -16,16 +15,19 @@
 #include <vector>
 
 #include "capture/base/clock.h"
+#include "capture/base/device_fault.h"
 #include "capture/camera/camera_config.h"
+
+namespace httplib {
+class Client;
+}  // namespace httplib
 
 namespace raywalk::capture {
 
 // Members of a JSON object from a camera, which may be missing or of any type: empty if it is not a
-// text; none if it is not a number; none if it is not a number from 0 to 2^53, truncated to a whole
-// number; an empty list if it is not a list.
+// text; none if it is not a number; an empty list if it is not a list.
 std::string text_at(const nlohmann::json& object, const char* key);
 std::optional<double> number_at(const nlohmann::json& object, const char* key);
-std::optional<std::int64_t> count_at(const nlohmann::json& object, const char* key);
 nlohmann::json list_at(const nlohmann::json& object, const std::string& key);
 
 // The camera rejected a command. what() is the API's message.
@@ -33,9 +35,10 @@ class OscRefusal : public std::runtime_error {
  public:
   OscRefusal(std::string code, const std::string& message)
       : std::runtime_error(message), code_(std::move(code)) {}
-  const std::string& code() const { return code_; }  // "disabledCommand", ...
   // Whether the same command may succeed later.
   bool is_temporary() const;
+  // " (disabledCommand: not in image mode)"
+  std::string in_parentheses() const { return " (" + code_ + ": " + what() + ")"; }
 
  private:
   std::string code_;
@@ -60,6 +63,8 @@ class OscClient {
   ~OscClient();
 
   const std::string& url() const { return config_.url; }
+  // A fault of this camera, whose message starts with its address and the path.
+  DeviceFault fault(FaultKind kind, const std::string& what, const std::string& path = "") const;
 
   nlohmann::json info();   // of /osc/info: manufacturer, model, ...
   nlohmann::json state();  // the state object of /osc/state: batteryLevel, _captureStatus, ...
@@ -77,19 +82,19 @@ class OscClient {
 
  private:
   enum class Repeat { kNever, kIfUnanswered };
-  class Http;
   struct Reply;
   struct Answer;
 
+  Reply send(const std::string& path, const std::string& body, bool for_picture);
   Reply ask(const std::string& path, const std::string& body, Repeat repeat, bool for_picture);
-  nlohmann::json object_from(const std::string& path, const std::string& body,
-                             Repeat repeat = Repeat::kIfUnanswered);
+  nlohmann::json object_from(const std::string& path, const std::string& body, Repeat repeat);
   Answer answer_from(const std::string& path, const nlohmann::json& request, Repeat repeat);
-  Answer execute(const std::string& name, nlohmann::json parameters, Repeat repeat);
+  Answer execute(const std::string& name, nlohmann::json parameters,
+                 Repeat repeat = Repeat::kIfUnanswered);
 
   OscConfig config_;
   Clock& clock_;
-  std::unique_ptr<Http> http_;
+  std::unique_ptr<httplib::Client> http_;
   std::set<std::string> unknown_options_;
   bool level_known_ = false;
   bool needs_session_ = false;

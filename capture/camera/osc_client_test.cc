@@ -29,95 +29,88 @@ namespace raywalk::capture {
 namespace {
 
 using std::chrono::milliseconds;
-using std::chrono::steady_clock;
 using Json = nlohmann::json;
 using testing::ElementsAre;
 
 // --- HTTP ----------------------------------------------------------------------------------------
 
-// A TCP server that runs the test's script on each connection after a request.
+// A TCP server that sends `head`, and then `part` again and again where there is an interval.
+struct Script {
+  std::string head;
+  std::string part{};
+  std::optional<milliseconds> interval{};
+  int signal = 0;  // raised before
+};
+
 class RawServer {
  public:
-  using Act = std::function<void(int socket, const std::atomic<bool>& ending)>;
-
-  explicit RawServer(Act act) : act_(std::move(act)), socket_(socket(AF_INET, SOCK_STREAM, 0)) {
+  explicit RawServer(Script script)
+      : script_(std::move(script)), socket_(socket(AF_INET, SOCK_STREAM, 0)) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     socklen_t size = sizeof(address);
-    if (bind(socket_, reinterpret_cast<sockaddr*>(&address), size) != 0 ||
-        listen(socket_, 8) != 0 ||
-        getsockname(socket_, reinterpret_cast<sockaddr*>(&address), &size) != 0) {
+    auto* const any = reinterpret_cast<sockaddr*>(&address);
+    if (bind(socket_, any, size) != 0 || listen(socket_, 8) != 0 ||
+        getsockname(socket_, any, &size) != 0) {
       throw std::runtime_error("no loopback");
     }
-    config_.url = "http://127.0.0.1:" + std::to_string(ntohs(address.sin_port));
-    config_.connect_timeout_ms = 200.0;
-    config_.picture_timeout_ms = 500.0;
-    thread_ = std::thread([this] { serve(); });
+    config.url = "http://127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+    config.connect_timeout_ms = 200.0;
+    config.picture_timeout_ms = 500.0;
+    thread_ = std::jthread([this](const std::stop_token& token) { serve(token); });
   }
   ~RawServer() {
-    ending_ = true;
-    thread_.join();
+    thread_ = {};
     close(socket_);
   }
   RawServer(const RawServer&) = delete;
   RawServer& operator=(const RawServer&) = delete;
 
-  const OscConfig& config() const { return config_; }
+  OscConfig config{};
 
  private:
-  static bool readable(int socket) {
-    pollfd entry{socket, POLLIN, 0};
-    return poll(&entry, 1, 10) > 0;
-  }
-
-  void serve() {
-    while (!ending_) {
-      if (!readable(socket_)) continue;
+  void serve(const std::stop_token& token) {
+    const auto is_readable = [](int socket) {
+      pollfd entry{socket, POLLIN, 0};
+      return poll(&entry, 1, 10) > 0;
+    };
+    while (!token.stop_requested()) {
+      if (!is_readable(socket_)) continue;
       const int client = accept(socket_, nullptr, nullptr);
-      while (!ending_ && !readable(client)) {
+      while (!token.stop_requested() && !is_readable(client)) {
       }
       std::array<char, 4096> request{};
-      if (recv(client, request.data(), request.size(), 0) > 0) act_(client, ending_);
+      if (recv(client, request.data(), request.size(), 0) > 0) {
+        if (script_.signal != 0) std::raise(script_.signal);
+        bool sent = send_text(client, script_.head);
+        while (script_.interval && sent && !token.stop_requested()) {
+          sent = send_text(client, script_.part);
+          std::this_thread::sleep_for(*script_.interval);
+        }
+      }
       close(client);
     }
   }
+  static bool send_text(int socket, const std::string& text) {
+    return send(socket, text.data(), text.size(), MSG_NOSIGNAL) >= 0;
+  }
 
-  Act act_;
+  Script script_;
   int socket_;
-  OscConfig config_;
-  std::atomic<bool> ending_ = false;
-  std::thread thread_;
+  std::jthread thread_;
 };
 
-bool send_text(int socket, const std::string& text) {
-  return send(socket, text.data(), text.size(), MSG_NOSIGNAL) > 0;
-}
-
-RawServer::Act says(const std::string& text) {
-  return [text](int socket, const std::atomic<bool>&) { send_text(socket, text); };
-}
-
-RawServer::Act http(const std::string& status, const std::string& body) {
-  return says("HTTP/1.1 " + status + "\r\nContent-Length: " + std::to_string(body.size()) +
-              "\r\nConnection: close\r\n\r\n" + body);
-}
-
-// Sends `head`, and then `part` again and again, at intervals.
-RawServer::Act endless(const std::string& head, const std::string& part, milliseconds interval) {
-  return [=](int socket, const std::atomic<bool>& ending) {
-    send_text(socket, head);
-    while (!ending && (part.empty() || send_text(socket, part))) {
-      std::this_thread::sleep_for(interval);
-    }
-  };
+Script http(const std::string& status, const std::string& body) {
+  return {"HTTP/1.1 " + status + "\r\nContent-Length: " + std::to_string(body.size()) +
+          "\r\nConnection: close\r\n\r\n" + body};
 }
 
 TEST(OscHttp, ServersThatAreNoCameraAreNamed) {
   struct Case {
     FaultKind kind;
     std::string words;
-    RawServer::Act act;
+    Script script;
   };
   constexpr FaultKind kWrong = FaultKind::kWrongDevice;
   constexpr FaultKind kNone = FaultKind::kNoContact;
@@ -131,29 +124,28 @@ TEST(OscHttp, ServersThatAreNoCameraAreNamed) {
            {kWrong, "neither manufacturer nor model", http("200 OK", "{\"uptime\": 7}")},
            {kWrong, "HTTP 404", http("404 Not Found", "<h1>?</h1>")},
            {kNone, "HTTP 500", http("500 Oops", "<h1>!</h1>")},
-           {kNone, "no complete reply", says("")},
-           {kNone, "no complete reply", says("\x01\x02\x03 garbage\r\n\r\n")},
-           {kNone, "no complete reply", says(ok + "Content-")},
-           {kNone, "no complete reply", says(ok + "Content-Length: 100\r\n\r\n{\"model\": \"T\"}")},
-           {kWrong, "longer than",
-            endless(ok + "\r\n", std::string(1 << 16, ' '), milliseconds(0))},
-           {kNone, "within 200 ms", endless("", "", milliseconds(5))},
+           {kNone, "no complete reply", {""}},
+           {kNone, "no complete reply", {"\x01\x02\x03 garbage\r\n\r\n"}},
+           {kNone, "no complete reply", {ok + "Content-"}},
+           {kNone, "no complete reply", {ok + "Content-Length: 100\r\n\r\n{\"model\": \"T\"}"}},
+           {kWrong, "longer than", {ok + "\r\n", std::string(1 << 16, ' '), milliseconds(0)}},
+           {kNone, "within 200 ms", {"", "", milliseconds(5)}},
            // Each byte arrives within the timeout of a read; the whole reply never ends.
-           {kNone, "within 400 ms", endless(ok + "X: ", "y", milliseconds(20))}}) {
+           {kNone, "within 400 ms", {ok + "X: ", "y", milliseconds(20)}}}) {
     SCOPED_TRACE(each.words);
-    RawServer server(each.act);
+    RawServer server(each.script);
     ManualClock clock;
-    OscClient client(server.config(), clock);
-    expect_fault(each.kind, server.config().url + "/osc/info: ", [&] { client.info(); });
+    OscClient client(server.config, clock);
+    expect_fault(each.kind, server.config.url + "/osc/info: ", [&] { client.info(); });
     expect_fault(each.kind, each.words, [&] { client.info(); });
   }
 }
 
 TEST(OscHttp, PicturesAreFetchedWholeOrNotAtAll) {
-  const auto fetched = [](const std::string& file, RawServer::Act act) {
-    RawServer server(std::move(act));
+  const auto fetched = [](const std::string& file, const Script& script) {
+    RawServer server(script);
     ManualClock clock;
-    return OscClient(server.config(), clock).fetch(file);
+    return OscClient(server.config, clock).fetch(file);
   };
   // The address in the reply may differ from the configured one.
   for (const char* file : {"http://192.0.2.1:80/files/R0010001.JPG", "files/R0010001.JPG"}) {
@@ -162,7 +154,7 @@ TEST(OscHttp, PicturesAreFetchedWholeOrNotAtAll) {
   expect_fault(FaultKind::kBadPicture, "/files/R0010001.JPG: HTTP 404",
                [&] { fetched("/files/R0010001.JPG", http("404 Not Found", "no")); });
   expect_fault(FaultKind::kNoContact, "no complete reply", [&] {
-    fetched("/files/R0010001.JPG", says("HTTP/1.1 200 OK\r\nContent-Length: 1000\r\n\r\nonly"));
+    fetched("/files/R0010001.JPG", {"HTTP/1.1 200 OK\r\nContent-Length: 1000\r\n\r\nonly"});
   });
 }
 
@@ -171,15 +163,11 @@ TEST(OscHttpDeathTest, InterruptEndsADownload) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto interrupted_download = [] {
     install_interrupt_handlers();
-    RawServer server([](int socket, const std::atomic<bool>& ending) {
-      std::raise(SIGTERM);
-      endless("HTTP/1.1 200 OK\r\nContent-Length: 100000000\r\n\r\n", "y", milliseconds(5))(socket,
-                                                                                            ending);
-    });
+    RawServer server(
+        {"HTTP/1.1 200 OK\r\nContent-Length: 100000000\r\n\r\n", "y", milliseconds(5), SIGTERM});
     ManualClock clock;
-    OscConfig config = server.config();
-    config.picture_timeout_ms = 60000.0;
-    OscClient client(config, clock);
+    server.config.picture_timeout_ms = 60000.0;
+    OscClient client(server.config, clock);
     try {
       client.fetch("/files/R0010001.JPG");
     } catch (const Interrupted&) {
@@ -192,159 +180,147 @@ TEST(OscHttpDeathTest, InterruptEndsADownload) {
 
 // --- The API -------------------------------------------------------------------------------------
 
-// A camera with scripted replies that records the commands.
-class ScriptedCamera {
- public:
+Json error(const std::string& code, const std::string& message) {
+  return {{"state", "error"}, {"error", {{"code", code}, {"message", message}}}};
+}
+Json done(const Json& results) { return {{"state", "done"}, {"results", results}}; }
+
+// A client and a camera with canned answers, which records commands and their parameters.
+class OscClientTest : public testing::Test {
+ protected:
   using Answer = std::function<Json(const Json& parameters)>;
 
-  ScriptedCamera() : port_(server_.bind_to_any_port("127.0.0.1")) {
-    server_.Get("/osc/info", [this](const auto&, auto& response) { reply(info, response); });
+  OscClientTest() {
+    server_.Get("/osc/info", [this](const auto&, auto& response) { reply(info, &response); });
     server_.Post("/osc/state", [this](const auto&, auto& response) {
-      reply(Json{{"fingerprint", "1"}, {"state", state}}, response);
+      reply({{"fingerprint", "1"}, {"state", state}}, &response);
     });
     server_.Post("/osc/commands/execute", [this](const auto& request, auto& response) {
       const Json command = Json::parse(request.body);
       const std::string name = command.at("name");
-      {
-        const std::lock_guard lock(mutex_);
-        commands_.push_back(name);
-        headers_ = request.headers;
-      }
+      const std::lock_guard lock(mutex_);
+      commands_.push_back(name);
+      asked_[name].push_back(command.value("parameters", Json::object()));
+      headers_ = request.headers;
       const auto answer = answers.find(name);
       reply(answer == answers.end() ? error("unknownCommand", "No such command.")
-                                    : answer->second(command.value("parameters", Json::object())),
-            response);
+                                    : answer->second(asked_[name].back()),
+            &response);
     });
     server_.Post("/osc/commands/status", [this](const auto& request, auto& response) {
-      reply(answers.at("status")(Json::parse(request.body)), response);
+      reply(answers.at("status")(Json::parse(request.body)), &response);
     });
     server_.Get(".*\\.jpg", [this](const auto&, auto& response) {
       response.set_content(picture, "image/jpeg");
     });
+    config.osc.url = "http://127.0.0.1:" + std::to_string(server_.bind_to_any_port("127.0.0.1"));
     thread_ = std::thread([this] { server_.listen_after_bind(); });
+    client_.emplace(config.osc, clock_);
   }
-  ~ScriptedCamera() {
+  ~OscClientTest() override {
+    client_.reset();  // its connection, which the server would wait for
     while (!server_.is_running()) std::this_thread::yield();
     server_.stop();
     thread_.join();
   }
-  ScriptedCamera(const ScriptedCamera&) = delete;
-  ScriptedCamera& operator=(const ScriptedCamera&) = delete;
 
-  static Json error(const std::string& code, const std::string& message) {
-    return {{"state", "error"}, {"error", {{"code", code}, {"message", message}}}};
+  void answer(const std::string& command, const Json& with) {
+    answers[command] = [with](const Json&) { return with; };
   }
-  static Json done(const Json& results) { return {{"state", "done"}, {"results", results}}; }
-
-  OscConfig config() const {
-    OscConfig config;
-    config.url = "http://127.0.0.1:" + std::to_string(port_);
-    return config;
+  // Holds a set of options and refuses requests with any other, as Ricoh and Insta360 do.
+  void hold_options(const Json& known) {
+    answers["camera.getOptions"] = [known](const Json& parameters) {
+      Json options = Json::object();
+      for (const std::string name : parameters.at("optionNames")) {
+        if (!known.contains(name)) return error("invalidParameterName ", "is not supported.");
+        options[name] = known.at(name);
+      }
+      return done({{"options", options}});
+    };
   }
   std::vector<std::string> commands() const {
     const std::lock_guard lock(mutex_);
     return commands_;
   }
-  httplib::Headers headers() const {
+  std::vector<Json> asked(const std::string& command) {
     const std::lock_guard lock(mutex_);
-    return headers_;
+    return asked_[command];
+  }
+  std::string header(const std::string& name) const {
+    const std::lock_guard lock(mutex_);
+    return headers_.find(name)->second;
+  }
+  // The refusal of a call, and whether it is temporary.
+  static std::pair<std::string, bool> refusal_of(const std::function<void()>& call) {
+    try {
+      call();
+    } catch (const OscRefusal& refusal) {
+      return {refusal.in_parentheses(), refusal.is_temporary()};
+    }
+    return {"accepted", false};
   }
 
   Json info = {{"model", "Scripted"}, {"apiLevel", {2}}};
   Json state = Json::object();
   std::string picture;                    // at any path that ends in .jpg
   std::map<std::string, Answer> answers;  // by the command; and "status"
+  CameraConfig config;
+  ManualClock clock_;
+  std::optional<OscClient> client_;
+
+  // Held while a command is answered.
+  mutable std::mutex mutex_;
+  std::map<std::string, std::vector<Json>> asked_;  // parameters, by the command
 
  private:
-  static void reply(const Json& json, httplib::Response& response) {
-    if (json.contains("error")) response.status = 400;
-    response.set_content(json.is_null() ? "" : json.dump(), "application/json");
+  static void reply(const Json& json, httplib::Response* response) {
+    if (json.contains("error")) response->status = 400;
+    response->set_content(json.is_null() ? "" : json.dump(), "application/json");
   }
 
   httplib::Server server_;
-  int port_;
-  mutable std::mutex mutex_;
   std::vector<std::string> commands_;
   httplib::Headers headers_;
   std::thread thread_;
 };
 
-// Holds a set of options and refuses requests with any other, as Ricoh and Insta360 do.
-ScriptedCamera::Answer options_from(const Json& known) {
-  return [known](const Json& parameters) {
-    Json options = Json::object();
-    for (const std::string name : parameters.at("optionNames")) {
-      if (!known.contains(name)) {
-        return ScriptedCamera::error("invalidParameterName ", "parameter is not supported.");
-      }
-      options[name] = known.at(name);
-    }
-    return ScriptedCamera::done({{"options", options}});
-  };
-}
-
-class OscClientTest : public testing::Test {
- protected:
-  void answer(const std::string& command, const Json& with) {
-    camera_.answers[command] = [with](const Json&) { return with; };
-  }
-  // The refusal of a call: "code: message", and whether it is temporary.
-  static std::pair<std::string, bool> refusal_of(const std::function<void()>& call) {
-    try {
-      call();
-    } catch (const OscRefusal& refusal) {
-      return {refusal.code() + ": " + refusal.what(), refusal.is_temporary()};
-    }
-    return {"accepted", false};
-  }
-
-  ManualClock clock_;
-  ScriptedCamera camera_;
-  OscClient client_{camera_.config(), clock_};
-};
-
 TEST_F(OscClientTest, UnknownOptionsAreLeftOutAndNotRequestedAgain) {
-  camera_.answers["camera.getOptions"] = options_from({{"iso", 100}, {"shutterSpeed", 0.5}});
+  hold_options({{"iso", 100}, {"shutterSpeed", 0.5}});
   const Json expected = {{"iso", 100}, {"shutterSpeed", 0.5}};
-  EXPECT_EQ(client_.options({"iso", "remainingPictures", "shutterSpeed"}), expected);
-  const std::size_t requests = camera_.commands().size();
-  EXPECT_EQ(client_.options({"iso", "remainingPictures", "shutterSpeed"}), expected);
-  EXPECT_EQ(camera_.commands().size(), requests + 1);
-  EXPECT_EQ(client_.options({"remainingPictures"}), Json::object());
+  EXPECT_EQ(client_->options({"iso", "remainingPictures", "shutterSpeed"}), expected);
+  const std::size_t requests = commands().size();
+  EXPECT_EQ(client_->options({"iso", "remainingPictures", "shutterSpeed"}), expected);
+  EXPECT_EQ(commands().size(), requests + 1);
+  EXPECT_EQ(client_->options({"remainingPictures"}), Json::object());
   // The headers that the API requires.
-  const httplib::Headers headers = camera_.headers();
-  EXPECT_EQ(headers.find("X-XSRF-Protected")->second, "1");
-  EXPECT_EQ(headers.find("Content-Type")->second, "application/json;charset=utf-8");
+  EXPECT_EQ(header("X-XSRF-Protected"), "1");
+  EXPECT_EQ(header("Content-Type"), "application/json;charset=utf-8");
 }
 
 TEST_F(OscClientTest, AnEmptyAnswerIsAskedForAgainExceptOfATrigger) {
-  int asked = 0;
-  camera_.answers["camera.getOptions"] = [&](const Json& parameters) {
-    return ++asked == 1 ? Json() : options_from({{"iso", 100}})(parameters);
+  bool is_first = true;
+  answers["camera.getOptions"] = [&](const Json&) {
+    return std::exchange(is_first, false) ? Json() : done({{"options", {{"iso", 100}}}});
   };
   answer("camera.takePicture", Json());
-  EXPECT_EQ(client_.options({"iso"}), (Json{{"iso", 100}}));
+  EXPECT_EQ(client_->options({"iso"}), (Json{{"iso", 100}}));
   expect_fault(FaultKind::kNoContact, "/osc/commands/execute: the camera answers with nothing",
-               [&] { client_.begin_picture(); });
-  EXPECT_THAT(camera_.commands(),
+               [&] { client_->begin_picture(); });
+  EXPECT_THAT(commands(),
               ElementsAre("camera.getOptions", "camera.getOptions", "camera.takePicture"));
 }
 
 // In standby, a Theta and an Insta360 refuse pictures until they are told their mode again.
 TEST_F(OscClientTest, ACameraInStandbyIsWokenAndAskedForPanoramas) {
-  std::vector<Json> set;
-  camera_.answers["camera.getOptions"] =
-      options_from({{"captureMode", "image"},
-                    {"photoStitching", "none"},
-                    {"photoStitchingSupport", {"none", "ondevice"}}});
-  camera_.answers["camera.setOptions"] = [&](const Json& parameters) {
-    set.push_back(parameters.at("options"));
-    return Json{{"name", "camera.setOptions"}, {"state", "done"}};
-  };
+  hold_options({{"captureMode", "image"},
+                {"photoStitching", "none"},
+                {"photoStitchingSupport", {"none", "ondevice"}}});
+  const Json wake = {{"options", {{"captureMode", "image"}}}};
+  answer("camera.setOptions", {{"name", "camera.setOptions"}, {"state", "done"}});
   // As Insta360 documents it; Ricoh's answers have less in them.
-  camera_.answers["camera.takePicture"] = [&](const Json&) {
-    if (set.back() != Json{{"captureMode", "image"}}) {
-      return ScriptedCamera::error("disabledCommand", "in standby");
+  answers["camera.takePicture"] = [&](const Json&) {
+    if (asked_["camera.setOptions"].back() != wake) {
+      return error("disabledCommand", "in standby");
     }
     return Json{{"name", "camera.takePicture"},
                 {"state", "inProgress"},
@@ -352,21 +328,19 @@ TEST_F(OscClientTest, ACameraInStandbyIsWokenAndAskedForPanoramas) {
                 {"progress", {{"completion", 0}}}};
   };
   int polls = 0;
-  camera_.answers["status"] = [&](const Json& asked) {
-    if (asked.at("id") != "001996") return ScriptedCamera::error("invalidParameterValue", "id");
+  answers["status"] = [&](const Json& of) {
+    if (of.at("id") != "001996") return error("invalidParameterValue", "id");
     if (++polls == 1) {
       return Json{{"state", "inProgress"}, {"id", "001996"}, {"progress", {{"completion", 0.5}}}};
     }
     const std::string path = "/DCIM/Camera01/IMG_20260101_051113_00_042.jpg";
-    return ScriptedCamera::done({{"_fileGroup", {"http://192.168.42.1:80" + path}},
-                                 {"_localFileGroup", {path}},
-                                 {"fileUrl", "http://192.168.42.1:80" + path}});
+    return done({{"_fileGroup", {"http://192.168.42.1:80" + path}},
+                 {"_localFileGroup", {path}},
+                 {"fileUrl", "http://192.168.42.1:80" + path}});
   };
   std::vector<unsigned char> bytes;
   cv::imencode(".jpg", cv::Mat(32, 64, CV_8UC3, cv::Scalar::all(90)), bytes);
-  camera_.picture.assign(bytes.begin(), bytes.end());
-  CameraConfig config;
-  config.osc = camera_.config();
+  picture.assign(bytes.begin(), bytes.end());
   OscCamera camera(config, clock_);
   ExposureSettings automatic;
   automatic.lock = false;
@@ -374,83 +348,78 @@ TEST_F(OscClientTest, ACameraInStandbyIsWokenAndAskedForPanoramas) {
   const Shot shot = camera.shoot(clock_.now());
   ASSERT_EQ(shot.pictures.size(), 1U);
   EXPECT_EQ(shot.pictures[0].camera_name, "IMG_20260101_051113_00_042.jpg");
-  EXPECT_THAT(set,
-              ElementsAre(Json{{"photoStitching", "ondevice"}}, Json{{"captureMode", "image"}}));
+  EXPECT_THAT(asked("camera.setOptions"),
+              ElementsAre(Json{{"options", {{"photoStitching", "ondevice"}}}}, wake));
 }
 
 TEST_F(OscClientTest, CameraOfLevel2NeedsNoSession) {
-  camera_.answers["camera.getOptions"] = options_from({{"iso", 100}});
-  client_.open_session();
-  client_.options({"iso"});
-  EXPECT_THAT(camera_.commands(), ElementsAre("camera.getOptions"));
+  hold_options({{"iso", 100}});
+  client_->open_session();
+  client_->options({"iso"});
+  EXPECT_THAT(commands(), ElementsAre("camera.getOptions"));
 }
 
 // A Ricoh Theta S has both levels and starts with the first.
 TEST_F(OscClientTest, CameraOfBothLevelsIsSwitchedToTheSecondOnce) {
-  camera_.info["apiLevel"] = {1, 2};
-  camera_.state["_apiVersion"] = 1;
-  answer("camera.startSession",
-         ScriptedCamera::done({{"sessionId", "SID_0001"}, {"timeout", 180}}));
-  Json raised, asked;
-  camera_.answers["camera.setOptions"] = [&](const Json& parameters) {
-    raised = parameters;
-    return Json{{"name", "camera.setOptions"}, {"state", "done"}};
-  };
-  camera_.answers["camera.getOptions"] = [&](const Json& parameters) {
-    asked = parameters;
-    return ScriptedCamera::done({{"options", {{"iso", 100}}}});
-  };
-  client_.open_session();
-  client_.open_session();
-  client_.options({"iso"});
-  EXPECT_THAT(camera_.commands(),
+  info["apiLevel"] = {1, 2};
+  state["_apiVersion"] = 1;
+  answer("camera.startSession", done({{"sessionId", "SID_0001"}, {"timeout", 180}}));
+  answer("camera.setOptions", {{"name", "camera.setOptions"}, {"state", "done"}});
+  hold_options({{"iso", 100}});
+  client_->open_session();
+  client_->open_session();
+  client_->options({"iso"});
+  EXPECT_THAT(commands(),
               ElementsAre("camera.startSession", "camera.setOptions", "camera.getOptions"));
-  EXPECT_EQ(raised, (Json{{"sessionId", "SID_0001"}, {"options", {{"clientVersion", 2}}}}));
-  EXPECT_FALSE(asked.contains("sessionId"));
+  EXPECT_EQ(asked("camera.setOptions")[0],
+            (Json{{"sessionId", "SID_0001"}, {"options", {{"clientVersion", 2}}}}));
+  EXPECT_FALSE(asked("camera.getOptions")[0].contains("sessionId"));
 }
 
 TEST_F(OscClientTest, CameraOfLevel1IsUsedWithinASession) {
-  camera_.info.erase("apiLevel");
+  info.erase("apiLevel");
   int sessions = 0;
-  camera_.answers["camera.startSession"] = [&](const Json&) {
+  answers["camera.startSession"] = [&](const Json&) {
     return Json{{"results", {{"sessionId", "S" + std::to_string(++sessions)}, {"timeout", 60}}}};
   };
-  answer("camera.setOptions", ScriptedCamera::error("invalidParameterName", "clientVersion"));
-  camera_.answers["camera.takePicture"] = [](const Json& parameters) {
+  answer("camera.setOptions", error("invalidParameterName", "clientVersion"));
+  answers["camera.takePicture"] = [](const Json& parameters) {
     return Json{{"results", {{"fileUri", parameters.at("sessionId").get<std::string>() + ".JPG"}}}};
   };
-  Json fetched;
-  camera_.answers["camera.getImage"] = [&](const Json& parameters) {
-    fetched = parameters;
-    return Json{{"the", "picture"}};
-  };
-  client_.open_session();
-  client_.open_session();
-  const OscCommand command = client_.begin_picture();
+  answer("camera.getImage", {{"the", "picture"}});
+  client_->open_session();
+  client_->open_session();
+  const OscCommand command = client_->begin_picture();
   EXPECT_TRUE(command.done);
   EXPECT_EQ(command.file, "S2.JPG");
-  EXPECT_EQ(client_.fetch("S2.JPG"), "{\"the\":\"picture\"}");
-  EXPECT_EQ(fetched, (Json{{"fileUri", "S2.JPG"}}));
+  EXPECT_EQ(client_->fetch("S2.JPG"), "{\"the\":\"picture\"}");
+  EXPECT_EQ(asked("camera.getImage")[0], (Json{{"fileUri", "S2.JPG"}}));
 }
 
 TEST_F(OscClientTest, CameraInUseByAnotherProgramIsBusy) {
-  camera_.info.erase("apiLevel");
-  answer("camera.startSession", ScriptedCamera::error("cameraInExclusiveUse", "In use."));
-  expect_fault(FaultKind::kBusy, "cameraInExclusiveUse", [&] { client_.open_session(); });
+  info.erase("apiLevel");
+  answer("camera.startSession", error("cameraInExclusiveUse", "In use."));
+  expect_fault(FaultKind::kBusy, "cameraInExclusiveUse", [&] { client_->open_session(); });
 }
 
-// Insta360's errors may have no state.
 TEST_F(OscClientTest, RefusalsCarryCodeAndMessage) {
-  answer("camera.setOptions",
-         {{"error", {{"code", "invalidParameterName"}, {"message", "unsupported\noption"}}}});
-  EXPECT_EQ(refusal_of([&] {
-              client_.set_options({{"iso", 100}});
-            }),
-            std::pair(std::string("invalidParameterName: unsupported option"), false));
-  answer("camera.takePicture", ScriptedCamera::error("disabledCommand", "not in image mode"));
-  EXPECT_TRUE(refusal_of([&] { client_.begin_picture(); }).second);
-  answer("camera.takePicture", {{"state", "error"}, {"error", "unknown"}});
-  EXPECT_EQ(refusal_of([&] { client_.begin_picture(); }), std::pair(std::string(": "), false));
+  struct Case {
+    Json reply;
+    std::string said;
+    bool is_temporary;
+  };
+  for (const Case& each : std::vector<Case>{
+           // Insta360's errors may have no state.
+           {{{"error", {{"code", "invalidParameterName"}, {"message", "unsupported\noption"}}}},
+            " (invalidParameterName: unsupported option)",
+            false},
+           {error("disabledCommand", "not in image mode"), " (disabledCommand: not in image mode)",
+            true},
+           {{{"state", "error"}, {"error", "unknown"}}, " (: )", false}}) {
+    answer("camera.takePicture", each.reply);
+    EXPECT_EQ(refusal_of([&] { client_->begin_picture(); }),
+              std::pair(each.said, each.is_temporary));
+  }
 }
 
 TEST_F(OscClientTest, IncompleteRepliesAreAWrongDevice) {
@@ -460,10 +429,10 @@ TEST_F(OscClientTest, IncompleteRepliesAreAWrongDevice) {
         {Json{{"state", 7}}, "neither done nor in progress"},
         {Json::object(), "neither done nor in progress"}}) {
     answer("camera.takePicture", reply);
-    expect_fault(FaultKind::kWrongDevice, words, [&] { client_.begin_picture(); });
+    expect_fault(FaultKind::kWrongDevice, words, [&] { client_->begin_picture(); });
   }
-  camera_.state = "fine";
-  EXPECT_THROW(client_.state(), DeviceFault);
+  state = "fine";
+  EXPECT_THROW(client_->state(), DeviceFault);
 }
 
 // With members missing, of other types, or unknown.
@@ -475,11 +444,11 @@ TEST_F(OscClientTest, ResultsNameAFileOrNone) {
         {Json{{"fileUrl", nullptr}}, ""},
         {Json{{"_fileUri", "100RICOH/R1.JPG"}}, "100RICOH/R1.JPG"},
         {Json{{"fileUrl", "http://a/b.JPG"}, {"_dngFileUrls", {1}}}, "http://a/b.JPG"}}) {
-    answer("camera.takePicture", ScriptedCamera::done(results));
-    EXPECT_EQ(client_.begin_picture().file, file) << results;
+    answer("camera.takePicture", done(results));
+    EXPECT_EQ(client_->begin_picture().file, file) << results;
   }
   answer("camera.takePicture", {{"state", "inProgress"}, {"id", 2792}});
-  EXPECT_EQ(client_.begin_picture().id, "2792");
+  EXPECT_EQ(client_->begin_picture().id, "2792");
 }
 
 }  // namespace

@@ -18,18 +18,26 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr int kManual = 1;                    // exposureProgram
-constexpr double kHeldTolerance = 0.02;       // 0.01666666 for 1/60
+constexpr double kHeldTolerance_ev = 0.029;   // 2 %: 0.01666666 for 1/60
 constexpr double kExifTolerance_ev = 0.2;     // a camera's steps are 1/3 EV
 constexpr double kTemperatureStep_k = 100.0;  // Theta: 2500 to 10000 "in 100-Kelvin units"
 constexpr double kLargestTemperature_k = 100000.0;
 constexpr const char* kByTemperature = "_colorTemperature";
 
-std::vector<double> supported_numbers(const Json& options, const std::string& name) {
-  std::vector<double> numbers;
+// The number in the list `<name>Support` that is least distant from `wanted`; `wanted` itself if
+// there is none at a finite distance.
+double nearest(const Json& options, const std::string& name, double wanted,
+               double (*distance)(double, double)) {
+  double best = wanted;
+  double best_distance = std::numeric_limits<double>::infinity();
   for (const Json& value : list_at(options, name + "Support")) {
-    if (value.is_number()) numbers.push_back(value.get<double>());
+    if (!value.is_number()) continue;
+    const double away = distance(value.get<double>(), wanted);
+    if (!(away < best_distance)) continue;
+    best = value.get<double>();
+    best_distance = away;
   }
-  return numbers;
+  return best;
 }
 
 // Cameras expect whole numbers for iso.
@@ -62,10 +70,19 @@ Json white_balance_options(int wanted_k, const Json& options) {
 
 std::string shown(const Json& value) { return value.is_null() ? "unknown" : value.dump(); }
 
-bool holds(const Json& set, const Json& held) {
-  if (!set.is_number() || !held.is_number()) return set == held;
-  const double wanted = set.get<double>();
-  return std::abs(held.get<double>() - wanted) <= kHeldTolerance * std::abs(wanted);
+// The first option of `set` that differs in `held` by more than the tolerance of numbers in EV.
+std::string difference(const Json& set, const Json& held, double tolerance_ev) {
+  for (const auto& [name, value] : set.items()) {
+    const Json present = held.value(name, Json());
+    if (present == value) continue;
+    const bool are_numbers = value.is_number() && present.is_number();
+    if (are_numbers &&
+        std::abs(std::log2(present.get<double>() / value.get<double>())) <= tolerance_ev) {
+      continue;
+    }
+    return fmt::format("{} is {} instead of {}", name, shown(present), shown(value));
+  }
+  return {};
 }
 
 }  // namespace
@@ -88,24 +105,13 @@ const std::vector<std::string>& exposure_option_names() {
 }
 
 double nearest_supported(const Json& options, const std::string& name, double wanted) {
-  double best = wanted;
-  double best_distance = std::numeric_limits<double>::infinity();
-  for (const double value : supported_numbers(options, name)) {
-    if (value <= 0.0) continue;
-    const double distance = std::abs(std::log(value / wanted));
-    if (distance >= best_distance) continue;
-    best = value;
-    best_distance = distance;
-  }
-  return best;
+  return nearest(options, name, wanted,
+                 [](double a, double b) { return std::abs(std::log(a / b)); });
 }
 
 double nearest_compensation(const Json& options, double wanted_ev) {
-  const std::vector<double> values = supported_numbers(options, "exposureCompensation");
-  if (values.empty()) return wanted_ev;
-  return *std::min_element(values.begin(), values.end(), [&](double a, double b) {
-    return std::abs(a - wanted_ev) < std::abs(b - wanted_ev);
-  });
+  return nearest(options, "exposureCompensation", wanted_ev,
+                 [](double a, double b) { return std::abs(a - b); });
 }
 
 ExifExposure chosen_exposure(const ExposureSettings& wanted,
@@ -143,25 +149,12 @@ Json bracketed(const Json& locking, double ev, const Json& options) {
 }
 
 std::string first_difference(const Json& set, const Json& held) {
-  for (const auto& [name, value] : set.items()) {
-    const Json present = held.value(name, Json());
-    if (!holds(value, present)) {
-      return fmt::format("{} is {} instead of {}", name, shown(present), shown(value));
-    }
-  }
-  return {};
+  return difference(set, held, kHeldTolerance_ev);
 }
 
 std::string first_difference(const Json& set, const ExifExposure& taken) {
-  const auto shutter_s = set.at("shutterSpeed").get<double>();
-  const auto iso = set.at("iso").get<double>();
-  if (std::abs(std::log2(taken.shutter_s / shutter_s)) > kExifTolerance_ev) {
-    return fmt::format("it exposed {:.5g} s instead of {:.5g} s", taken.shutter_s, shutter_s);
-  }
-  if (std::abs(std::log2(taken.iso / iso)) > kExifTolerance_ev) {
-    return fmt::format("it exposed at ISO {} instead of ISO {:g}", taken.iso, iso);
-  }
-  return {};
+  return difference({{"shutterSpeed", set.at("shutterSpeed")}, {"iso", set.at("iso")}},
+                    {{"shutterSpeed", taken.shutter_s}, {"iso", taken.iso}}, kExifTolerance_ev);
 }
 
 }  // namespace raywalk::capture

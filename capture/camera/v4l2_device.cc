@@ -86,53 +86,26 @@ VideoFormat format_of(const v4l2_pix_format& pixels) {
       .colour = colour_of(pixels)};
 }
 
-class FileDescriptor {
- public:
-  explicit FileDescriptor(int fd) : fd_(fd) {}
-  ~FileDescriptor() {
-    if (fd_ >= 0) close(fd_);
-  }
-  FileDescriptor(FileDescriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  FileDescriptor& operator=(FileDescriptor&&) = delete;
-
-  int get() const { return fd_; }
-
- private:
-  int fd_;
-};
-
-// A buffer of the driver, mapped into this process.
-class MappedBuffer {
- public:
-  MappedBuffer(int fd, const v4l2_buffer& buffer)
-      : size_(buffer.length),
-        data_(mmap(nullptr, size_, PROT_READ, MAP_SHARED, fd, buffer.m.offset)) {}
-  ~MappedBuffer() {
-    if (is_mapped()) munmap(data_, size_);
-  }
-  MappedBuffer(MappedBuffer&& other) noexcept
-      : size_(other.size_), data_(std::exchange(other.data_, MAP_FAILED)) {}
-  MappedBuffer& operator=(MappedBuffer&&) = delete;
-
-  bool is_mapped() const { return data_ != MAP_FAILED; }
-  // Never beyond the buffer, whatever size the driver reports.
-  std::span<const std::byte> first(std::size_t bytes) const {
-    return {static_cast<const std::byte*>(data_), std::min(bytes, size_)};
-  }
-
- private:
-  std::size_t size_;
-  void* data_;
-};
-
 class V4l2Device final : public VideoDevice {
  public:
-  V4l2Device(FileDescriptor fd, std::string path, const v4l2_capability& capability)
-      : fd_(std::move(fd)), path_(std::move(path)), capability_(capability) {}
-  // The members are then destroyed in reverse order: mappings, then the descriptor.
+  // Owns the descriptor.
+  V4l2Device(int fd, std::string path) : fd_(fd), path_(std::move(path)) {}
   ~V4l2Device() override {
     v4l2_buf_type type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
     if (is_streaming_) call(VIDIOC_STREAMOFF, &type);
+    for (const auto& [data, size] : buffers_) munmap(data, size);
+    close(fd_);
+  }
+
+  // Whether it is a camera that streams.
+  bool is_camera() {
+    if (call(VIDIOC_QUERYCAP, &capability_) != 0) return false;
+    // device_caps describes this node; `capabilities` the whole device with its metadata nodes.
+    const __u32 abilities = (capability_.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
+                                ? capability_.device_caps
+                                : capability_.capabilities;
+    constexpr __u32 kNeeded = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
+    return (abilities & kNeeded) == kNeeded;
   }
 
   std::string path() const override { return path_; }
@@ -188,8 +161,9 @@ class V4l2Device final : public VideoDevice {
     for (__u32 index = 0; index < request.count; ++index) {
       v4l2_buffer buffer = buffer_at(index);
       if (call(VIDIOC_QUERYBUF, &buffer) != 0) throw fault("describe its buffers");
-      buffers_.emplace_back(fd_.get(), buffer);
-      if (!buffers_.back().is_mapped()) throw fault("map its buffers");
+      void* const data = mmap(nullptr, buffer.length, PROT_READ, MAP_SHARED, fd_, buffer.m.offset);
+      if (data == MAP_FAILED) throw fault("map its buffers");
+      buffers_.emplace_back(data, buffer.length);
       queue(index);
     }
     v4l2_buf_type type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -214,7 +188,7 @@ class V4l2Device final : public VideoDevice {
   int call(unsigned long request, void* argument) {
     int result = 0;
     do {
-      result = ioctl(fd_.get(), request, argument);
+      result = ioctl(fd_, request, argument);
     } while (result != 0 && errno == EINTR);
     return result;
   }
@@ -275,13 +249,16 @@ class V4l2Device final : public VideoDevice {
     const Duration patience = std::max(timeout, Duration::zero());
     const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(patience);
     const timespec limit{seconds.count(), (patience - seconds).count()};
-    pollfd frames{.fd = fd_.get(), .events = POLLIN, .revents = 0};
+    pollfd frames{.fd = fd_, .events = POLLIN, .revents = 0};
     return ppoll(&frames, 1, &limit, nullptr) > 0;
   }
 
   VideoFrame frame_of(const v4l2_buffer& buffer) const {
     VideoFrame frame;
-    frame.bytes = buffers_.at(buffer.index).first(buffer.bytesused);
+    // Never beyond the buffer, whatever size the driver reports.
+    const auto& [data, size] = buffers_.at(buffer.index);
+    frame.bytes = {static_cast<const std::byte*>(data),
+                   std::min<std::size_t>(buffer.bytesused, size)};
     frame.is_damaged = (buffer.flags & V4L2_BUF_FLAG_ERROR) != 0;
     if ((buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) {
       frame.stamped_at = SteadyTime{std::chrono::seconds(buffer.timestamp.tv_sec) +
@@ -290,11 +267,11 @@ class V4l2Device final : public VideoDevice {
     return frame;
   }
 
-  FileDescriptor fd_;
+  int fd_;
   std::string path_;
-  v4l2_capability capability_;
-  std::vector<MappedBuffer> buffers_;
-  std::optional<__u32> lent_;  // the buffer of the frame returned last
+  v4l2_capability capability_{};
+  std::vector<std::pair<void*, std::size_t>> buffers_;  // of the driver, mapped: address and size
+  std::optional<__u32> lent_;                           // the buffer of the frame returned last
   bool is_streaming_ = false;
 };
 
@@ -319,22 +296,14 @@ DeviceFault open_fault(const std::string& path, int error) {
 }  // namespace
 
 std::unique_ptr<VideoDevice> open_video_device(const std::string& path) {
-  FileDescriptor fd(open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
-  if (fd.get() < 0) throw open_fault(path, errno);
-  v4l2_capability capability{};
-  const bool is_video = ioctl(fd.get(), VIDIOC_QUERYCAP, &capability) == 0;
-  // device_caps describes this node; `capabilities` the whole device with its metadata nodes.
-  const __u32 abilities = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
-                              ? capability.device_caps
-                              : capability.capabilities;
-  constexpr __u32 kNeeded = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
-  if (!is_video || (abilities & kNeeded) != kNeeded) {
-    throw DeviceFault(FaultKind::kWrongDevice,
-                      path +
-                          " is not a camera that streams; set camera.v4l2.device to one that "
-                          "v4l2-ctl --list-devices names (of several, usually the first)");
-  }
-  return std::make_unique<V4l2Device>(std::move(fd), path, capability);
+  const int fd = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  if (fd < 0) throw open_fault(path, errno);
+  auto device = std::make_unique<V4l2Device>(fd, path);
+  if (device->is_camera()) return device;
+  throw DeviceFault(FaultKind::kWrongDevice,
+                    path +
+                        " is not a camera that streams; set camera.v4l2.device to one that "
+                        "v4l2-ctl --list-devices names (of several, usually the first)");
 }
 
 }  // namespace raywalk::capture

@@ -72,7 +72,7 @@ void Carriage::home() {
   const SliderState start = ready_to_move();
   supervise([&] {
     slider_->start_homing();
-    HomingWatch watch(slider_->description(), start, rules_, clock_->now());
+    HomingWatch watch({slider_->description(), start, rules_, clock_->now()});
     for (;;) {
       throw_if_interrupted();
       const SliderState state = read();
@@ -97,7 +97,7 @@ SettledPosition Carriage::move_to(SafePosition target, const MotionProfile& prof
   latest_profile_ = profile;
   return supervise([&] {
     slider_->start_move(target, profile);
-    MotionWatch watch(slider_->description(), start, target.mm(), limits_, rules, clock_->now());
+    MotionWatch watch({slider_->description(), start, rules, clock_->now()}, target.mm(), limits_);
     for (;;) {
       throw_if_interrupted();
       SliderState state = read();

@@ -85,7 +85,8 @@ TEST(CarriagePropertyTest, OutliersNeverStopAMoveNorSettleItElsewhere) {
     for (int outlier = 0; outlier < 10; ++outlier) {
       after_ms += rig.uniform(2.0, 10.0) * (rules.poll_ms + 60.0);  // never two in a row
       const double size_mm = (rig.chance(0.5) ? 1.0 : -1.0) * rig.log_uniform(0.01, 1e5);
-      slider.add(LineTrouble::kOutlier, after_ms, 0.0, size_mm);
+      slider.faults.add(
+          {.kind = RigFault::kCorruptedReply, .amount = size_mm, .after_ms = after_ms});
     }
     Carriage carriage(slider.driver(), &clock, rig.limits, rules);
     const SafePosition target = rig.target();
@@ -99,10 +100,9 @@ TEST(CarriagePropertyTest, OutliersNeverStopAMoveNorSettleItElsewhere) {
 // that the stop is not confirmed.
 TEST(CarriagePropertyTest, FaultsNeverGiveAWrongPositionNorUnreportedMotion) {
   RandomRig rig(13);
-  const std::vector<RigFault> of_drive{RigFault::kStall, RigFault::kAlarm, RigFault::kLowLimit,
-                                       RigFault::kHighLimit, RigFault::kFeedbackDrift};
-  const std::vector<LineTrouble> of_line{LineTrouble::kIgnore, LineTrouble::kNoContact,
-                                         LineTrouble::kRunaway};
+  const std::vector<RigFault> kinds{RigFault::kStall,         RigFault::kAlarm,
+                                    RigFault::kLowLimit,      RigFault::kHighLimit,
+                                    RigFault::kFeedbackDrift, RigFault::kCut};
   int faults = 0;
   for (int i = 0; i < 2000; ++i) {
     ManualClock clock;
@@ -110,17 +110,15 @@ TEST(CarriagePropertyTest, FaultsNeverGiveAWrongPositionNorUnreportedMotion) {
     TestSlider slider(rig.slider(rules), &clock);
     const double after_ms = rig.fault_after_ms();
     const double for_ms = rig.chance(0.5) ? 0.0 : rig.log_uniform(10.0, 10000.0);
-    const std::size_t kind = static_cast<std::size_t>(i) % (of_drive.size() + of_line.size());
-    bool drifts = false;
-    if (kind < of_drive.size()) {
-      drifts = of_drive[kind] == RigFault::kFeedbackDrift;
-      slider.faults.add({.kind = of_drive[kind],
-                         .amount = rig.uniform(20.0, 200.0),
-                         .for_ms = of_drive[kind] == RigFault::kAlarm ? 0.0 : for_ms,
-                         .after_ms = after_ms});
-    } else {
-      slider.add(of_line[kind - of_drive.size()], after_ms, for_ms);
-    }
+    // Every fourth drive ignores a move or a stop besides.
+    slider.ignores_commands = i % 8 == 3;
+    slider.ignores_stop = i % 8 == 7;
+    const RigFault kind = kinds[static_cast<std::size_t>(i) % kinds.size()];
+    const bool drifts = kind == RigFault::kFeedbackDrift;
+    slider.faults.add({.kind = kind,
+                       .amount = rig.uniform(20.0, 200.0),
+                       .for_ms = kind == RigFault::kAlarm ? 0.0 : for_ms,
+                       .after_ms = after_ms});
     const double start_mm = slider.true_position_mm();
     Carriage carriage(slider.driver(), &clock, rig.limits, rules);
     const SafePosition target = rig.target();

@@ -30,10 +30,22 @@ class CarriageTest : public ::testing::Test {
     carriage_.emplace(slider_->driver(), &clock_, kLimits, rules_);
   }
   void fail(const Fault& fault) { slider_->faults.add(fault); }
+  // One reading of the position.
+  void put_off(double by_mm, double after_ms) {
+    fail({.kind = RigFault::kCorruptedReply, .amount = by_mm, .after_ms = after_ms});
+  }
   SettledPosition go_to(double mm) { return carriage_->move_to(kLimits.require(mm, "test")); }
 
   void expect_fault(FaultKind kind, const std::string& message, double target_mm = 500.0) {
     raywalk::capture::expect_fault(kind, message, [&] { go_to(target_mm); });
+  }
+  void expect_not_home(FaultKind kind, const std::string& message) {
+    raywalk::capture::expect_fault(kind, message, [this] { carriage_->home(); });
+    EXPECT_FALSE(slider_->is_moving());
+  }
+  void start_move(double mm, double for_ms) {
+    slider_->driver()->start_move(kLimits.require(mm, "test"), MotionProfile{});
+    clock_.sleep(duration_from_ms(for_ms));
   }
 
   ManualClock clock_;
@@ -54,12 +66,6 @@ TEST_F(CarriageTest, SettlesAtTheTarget) {
   EXPECT_EQ(slider_->stops_commanded(), 0);
 }
 
-TEST_F(CarriageTest, SettlesWithoutFlagsFromTheDrive) {
-  use({.reports_flags = false});
-  EXPECT_NEAR(go_to(20.0).measured_mm, 20.0, 0.1);
-  EXPECT_NEAR(go_to(20.05).measured_mm, 20.05, 0.1);
-}
-
 TEST_F(CarriageTest, EveryReadingIsWatched) {
   use();
   std::vector<double> seen;
@@ -70,11 +76,13 @@ TEST_F(CarriageTest, EveryReadingIsWatched) {
   EXPECT_EQ(seen.back(), 10.0);
 }
 
-TEST_F(CarriageTest, SlowPassIsNoStall) {
+TEST_F(CarriageTest, SettlesWithoutFlagsFromTheDriveAndOnSlowPasses) {
+  use({.reports_flags = false});
+  EXPECT_NEAR(go_to(20.0).measured_mm, 20.0, 0.1);
+  EXPECT_NEAR(go_to(20.05).measured_mm, 20.05, 0.1);
   use();
-  const SettledPosition settled =
-      carriage_->move_to(kLimits.require(1.0, "test"), MotionProfile{0.05, 200.0});
-  EXPECT_NEAR(settled.measured_mm, 1.0, 0.1);
+  EXPECT_NEAR(carriage_->move_to(kLimits.require(1.0, "test"), {0.05, 200.0}).measured_mm, 1.0,
+              0.1);
 }
 
 TEST_F(CarriageTest, AlarmStops) {
@@ -124,38 +132,30 @@ TEST_F(CarriageTest, LimitSwitchMayBeLeftButNotRunInto) {
   EXPECT_NEAR(go_to(100.0).measured_mm, 100.0, 0.1);
 }
 
-TEST_F(CarriageTest, IgnoredCommandIsAStall) {
+TEST_F(CarriageTest, OneWrongReadingNeitherStopsNorSettlesNorShiftsThePath) {
   use();
-  slider_->add(LineTrouble::kIgnore);
-  expect_fault(FaultKind::kStall, "does not move");
-  EXPECT_EQ(slider_->stops_commanded(), 1);
-}
-
-TEST_F(CarriageTest, OneWrongReadingNeitherStopsNorSettles) {
-  use();
-  slider_->add(LineTrouble::kOutlier, 1250.0, 0.0, 400.0);
-  slider_->add(LineTrouble::kOutlier, 1500.0, 0.0, -900.0);
+  put_off(800.0, 0.0);
+  put_off(400.0, 1250.0);
+  put_off(-900.0, 1500.0);
   EXPECT_NEAR(go_to(500.0).measured_mm, 500.0, 0.1);
+  EXPECT_EQ(slider_->stops_commanded(), 0);
 }
 
 TEST_F(CarriageTest, WrongReadingRestartsTheDwell) {
   use();
   const double undisturbed = go_to(500.0).settling_ms;
   use();
-  slider_->add(LineTrouble::kOutlier, 5700.0, 0.0, 0.5);
+  put_off(0.5, 5700.0);
   const SettledPosition settled = go_to(500.0);
   EXPECT_GT(settled.settling_ms, undisturbed + 150.0);
   EXPECT_NEAR(settled.measured_mm, 500.0, 1e-9);
 }
 
-TEST_F(CarriageTest, WrongFirstReadingDoesNotShiftThePath) {
+TEST_F(CarriageTest, DrivesThatDoNotObeyAreReported) {
   use();
-  slider_->add(LineTrouble::kOutlier, 0.0, 0.0, 800.0);
-  EXPECT_NEAR(go_to(100.0).measured_mm, 100.0, 0.1);
-}
-
-TEST_F(CarriageTest, SlowDriveTimesOut) {
-  rules_.profile = {100.0, 200.0};
+  slider_->ignores_commands = true;
+  expect_fault(FaultKind::kStall, "does not move");
+  EXPECT_EQ(slider_->stops_commanded(), 1);
   use({.max_speed_mm_s = 20.0});
   expect_fault(FaultKind::kTimeout, "has not arrived");
   EXPECT_FALSE(slider_->is_moving());
@@ -163,7 +163,7 @@ TEST_F(CarriageTest, SlowDriveTimesOut) {
 
 TEST_F(CarriageTest, StopAfterLossOfContactIsNotConfirmed) {
   use();
-  slider_->add(LineTrouble::kNoContact, 2250.0);
+  fail({.kind = RigFault::kCut, .after_ms = 2250.0});
   expect_fault(FaultKind::kNoContact, "NOT known to have stopped: switch the drive off");
 }
 
@@ -205,7 +205,7 @@ TEST_F(CarriageTest, StopThatHasNoEffectIsReported) {
   rules_.profile = {10.0, 200.0};
   rules_.settle_timeout_ms = 1000.0;
   use();
-  slider_->add(LineTrouble::kRunaway);
+  slider_->ignores_stop = true;
   fail({.kind = RigFault::kFeedbackJump, .amount = -500.0, .for_ms = 500.0, .after_ms = 1000.0});
   expect_fault(FaultKind::kLimitSwitch, "NOT known to have stopped", 900.0);
   EXPECT_THROW(carriage_->stop(), DeviceFault);
@@ -224,8 +224,7 @@ TEST_F(CarriageTest, ExceptionOfTheWatchStopsAndPassesThrough) {
 
 TEST_F(CarriageTest, StopWaitsForStandstill) {
   use();
-  slider_->driver()->start_move(kLimits.require(500.0, "test"), MotionProfile{});
-  clock_.sleep(duration_from_ms(1000.0));
+  start_move(500.0, 1000.0);
   carriage_->stop();
   EXPECT_FALSE(slider_->is_moving());
   EXPECT_NEAR(slider_->true_position_mm(), 76.0, 1.0);  // 75 mm and 1 mm of deceleration
@@ -233,55 +232,40 @@ TEST_F(CarriageTest, StopWaitsForStandstill) {
 
 TEST_F(CarriageTest, MotionStartedByAnotherProgramIsStoppedFirst) {
   use();
-  slider_->driver()->start_move(kLimits.require(900.0, "test"), MotionProfile{});
-  clock_.sleep(duration_from_ms(2000.0));
+  start_move(900.0, 2000.0);
   EXPECT_NEAR(go_to(50.0).measured_mm, 50.0, 0.1);
   EXPECT_EQ(slider_->stops_commanded(), 1);
 }
 
-TEST_F(CarriageTest, FindsHome) {
-  use({.start_mm = 321.0, .homed = false});
-  expect_fault(FaultKind::kAlarm, "home first");
-  EXPECT_EQ(slider_->moves_commanded(), 0);
-  carriage_->home();
-  EXPECT_NEAR(slider_->true_position_mm(), 0.0, 1e-9);
-  EXPECT_NEAR(go_to(10.0).measured_mm, 10.0, 0.1);
-}
-
-TEST_F(CarriageTest, FindsHomeWithoutFlagsFromTheDrive) {
-  use({.start_mm = 321.0, .homed = false, .reports_flags = false});
-  carriage_->home();
-  EXPECT_NEAR(slider_->true_position_mm(), 0.0, 1e-9);
-}
-
-TEST_F(CarriageTest, HomesAgain) {
-  use({.start_mm = 400.0});
-  carriage_->home();
-  carriage_->home();
-  EXPECT_NEAR(slider_->true_position_mm(), 0.0, 1e-9);
+TEST_F(CarriageTest, FindsHomeWithAndWithoutFlagsAndAgain) {
+  for (const bool flags : {true, false}) {
+    use({.start_mm = 321.0, .homed = false, .reports_flags = flags});
+    if (flags) expect_fault(FaultKind::kAlarm, "home first");
+    EXPECT_EQ(slider_->moves_commanded(), 0);
+    carriage_->home();
+    EXPECT_NEAR(slider_->true_position_mm(), 0.0, 1e-9);
+    EXPECT_NEAR(go_to(10.0).measured_mm, 10.0, 0.1);
+    carriage_->home();
+    if (flags) carriage_->home();
+    EXPECT_NEAR(slider_->true_position_mm(), 0.0, 1e-9);
+  }
 }
 
 // A drive that has just been switched on shows 0.
 TEST_F(CarriageTest, ZeroWithoutMotionIsNoHome) {
   use({.start_mm = 321.0, .homed = false, .reports_flags = false});
-  slider_->add(LineTrouble::kIgnore);
+  slider_->ignores_commands = true;
   EXPECT_THROW(carriage_->home(), DeviceFault);
 }
 
-TEST_F(CarriageTest, HomingThatStallsStops) {
+TEST_F(CarriageTest, HomingThatStallsOrTakesTooLongStops) {
   use({.start_mm = 321.0, .homed = false});
   fail({.kind = RigFault::kStall, .after_ms = 1200.0});
-  raywalk::capture::expect_fault(FaultKind::kStall, "without having found home",
-                                 [&] { carriage_->home(); });
+  expect_not_home(FaultKind::kStall, "without having found home");
   EXPECT_EQ(slider_->stops_commanded(), 1);
-}
-
-TEST_F(CarriageTest, HomingThatTakesTooLongStops) {
   rules_.homing_timeout_ms = 2000.0;
   use({.start_mm = 900.0, .homed = false});
-  raywalk::capture::expect_fault(FaultKind::kTimeout, "not home after 2 s",
-                                 [&] { carriage_->home(); });
-  EXPECT_FALSE(slider_->is_moving());
+  expect_not_home(FaultKind::kTimeout, "not home after 2 s");
 }
 
 // In a separate process: the interrupt flag is never cleared.

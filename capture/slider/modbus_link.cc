@@ -309,36 +309,39 @@ std::string ModbusLink::description() const {
 std::vector<std::uint16_t> ModbusLink::read(RegisterKind kind, int address, int count) {
   const bool input = kind == RegisterKind::kInput;
   std::vector<std::uint16_t> words(static_cast<std::size_t>(count));
-  for (int failures = 0;;) {
-    const Attempt last = attempt(words.size(), [&](Connection& connection) {
-      return (input ? modbus_read_input_registers : modbus_read_registers)(
-          connection.context(), address, count, words.data());
-    });
-    if (last.outcome == Outcome::kDone) return words;
-    require_not_refused(last, input ? 4 : 3, address);
-    if (++failures >= config_.tries) fail_without_contact(last);
-    if (last.outcome != Outcome::kUnanswered) wait_before_retry(failures);
-  }
+  exchange(input ? 4 : 3, address, count, [&](modbus_t* context) {
+    return (input ? modbus_read_input_registers : modbus_read_registers)(context, address, count,
+                                                                         words.data());
+  });
+  return words;
 }
 
 bool ModbusLink::write(int address, std::span<const std::uint16_t> words) {
-  const bool single = words.size() == 1;
+  const auto count = static_cast<int>(words.size());
+  return exchange(count == 1 ? 6 : 16, address, count, [&](modbus_t* context) {
+    return count == 1 ? modbus_write_register(context, address, words.front())
+                      : modbus_write_registers(context, address, count, words.data());
+  });
+}
+
+// Sends the request until it is answered. False: a write that may or may not have been executed.
+bool ModbusLink::exchange(int function, int address, int count, const Request& request) {
+  const bool is_write = function > 4;
   for (int failures = 0;;) {
-    const Attempt last = attempt(words.size(), [&](Connection& connection) {
-      return single ? modbus_write_register(connection.context(), address, words.front())
-                    : modbus_write_registers(connection.context(), address,
-                                             static_cast<int>(words.size()), words.data());
-    });
+    const Attempt last = attempt(count, request);
     if (last.outcome == Outcome::kDone) return true;
-    require_not_refused(last, single ? 6 : 16, address);
+    require_not_refused(last, function, address);
     const bool surely_not_done = !last.sent || last.outcome == Outcome::kBusy;
-    if (!surely_not_done) return false;
+    if (is_write && !surely_not_done) return false;
     if (++failures >= config_.tries) fail_without_contact(last);
-    wait_before_retry(failures);
+    // Recovering from an unanswered read has taken its time.
+    if (is_write || last.outcome != Outcome::kUnanswered) {
+      clock_->sleep(duration_from_ms(kFirstPause_ms * (1 << std::min(failures - 1, 5))));
+    }
   }
 }
 
-ModbusLink::Attempt ModbusLink::attempt(std::size_t count, const Request& request) {
+ModbusLink::Attempt ModbusLink::attempt(int count, const Request& request) {
   if (!connection_) {
     try {
       connection_ = std::make_unique<Connection>(config_);
@@ -350,18 +353,14 @@ ModbusLink::Attempt ModbusLink::attempt(std::size_t count, const Request& reques
   Attempt attempt = connection_->before_request();
   if (attempt.outcome == Outcome::kDone) {
     attempt.sent = true;
-    const int result = request(*connection_);
-    if (result == static_cast<int>(count)) return attempt;
+    const int result = request(connection_->context());
+    if (result == count) return attempt;
     attempt.error = result < 0 ? errno : EMBBADDATA;
     attempt.outcome = outcome_of(attempt.error);
     attempt.reason = modbus_strerror(attempt.error);
   }
   if (!connection_->recover(attempt.outcome)) connection_.reset();
   return attempt;
-}
-
-void ModbusLink::wait_before_retry(int failures) {
-  clock_->sleep(duration_from_ms(kFirstPause_ms * (1 << std::min(failures - 1, 5))));
 }
 
 void ModbusLink::require_not_refused(const Attempt& attempt, int function, int address) const {

@@ -3,6 +3,8 @@
 // connections.
 #pragma once
 
+#include <modbus/modbus.h>
+
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -60,10 +62,10 @@ class ModbusLink final : public RegisterLink {
   class Connection;
   struct Attempt;
   // Sends one request, once; the number of its registers, or -1 and an error of libmodbus in errno.
-  using Request = std::function<int(Connection&)>;
+  using Request = std::function<int(modbus_t* context)>;
 
-  Attempt attempt(std::size_t count, const Request& request);
-  void wait_before_retry(int failures);
+  bool exchange(int function, int address, int count, const Request& request);
+  Attempt attempt(int count, const Request& request);
   void require_not_refused(const Attempt& attempt, int function, int address) const;
   [[noreturn]] void fail_without_contact(const Attempt& last);
 

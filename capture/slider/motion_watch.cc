@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "capture/base/device_fault.h"
 
@@ -32,37 +31,27 @@ void require_able_to_move(const SliderState& state, const std::string& slider) {
   }
 }
 
-HomingWatch::HomingWatch(std::string slider, const SliderState& start, const MotionRules& rules,
-                         SteadyTime now)
-    : slider_(std::move(slider)),
-      rules_(rules),
-      deadline_(now + duration_from_ms(rules.homing_timeout_ms)),
-      dwell_time_(duration_from_ms(start.homed ? rules.settle_ms
-                                               : std::max(rules.settle_ms, rules.stall_ms))),
-      resting_mm_(start.position_mm),
-      start_mm_(start.position_mm),
-      resting_since_(now),
-      dwell_(dwell_time_, 2.0 * rules.settle_tolerance_mm) {}
-
 void HomingWatch::take(const SliderState& state, SteadyTime now) {
-  require_able_to_move(state, slider_);
-  if (std::abs(state.position_mm - start_mm_) > rules_.following_error_mm) has_moved_ = true;
-  if (std::abs(state.position_mm - resting_mm_) > rules_.settle_tolerance_mm) {
+  require_able_to_move(state, command_.slider);
+  if (command_.moved_mm(state) > command_.rules.following_error_mm) has_moved_ = true;
+  if (std::abs(state.position_mm - resting_mm_) > command_.rules.settle_tolerance_mm) {
     resting_mm_ = state.position_mm;
     resting_since_ = now;
   }
-  const double zero_mm = state.homed ? rules_.following_error_mm : rules_.settle_tolerance_mm;
+  const double zero_mm =
+      state.homed ? command_.rules.following_error_mm : command_.rules.settle_tolerance_mm;
   const bool at_home = state.homed.value_or(has_moved_) && !state.moving.value_or(false) &&
                        std::abs(state.position_mm) <= zero_mm;
   dwell_.take(at_home, now, state.position_mm);
   if (is_home()) return;
   // Longer than the dwell, so that a drive at home without a home flag is not reported as stalled.
-  if (now - resting_since_ > dwell_time_ + duration_from_ms(rules_.stall_ms)) fail_at_rest(state);
-  if (now > deadline_) {
+  if (now - resting_since_ > dwell_time_ + duration_from_ms(command_.rules.stall_ms))
+    fail_at_rest(state);
+  if (now - command_.at > duration_from_ms(command_.rules.homing_timeout_ms)) {
     throw DeviceFault(FaultKind::kTimeout,
                       fmt::format("{}: not home after {:g} s; check the home switch, or raise "
                                   "homing_timeout_ms",
-                                  slider_, rules_.homing_timeout_ms / 1e3));
+                                  command_.slider, command_.rules.homing_timeout_ms / 1e3));
   }
 }
 
@@ -72,40 +61,20 @@ void HomingWatch::fail_at_rest(const SliderState& state) const {
                            : "check what blocks the carriage; if it is on its home switch and the "
                              "drive has no home flag, jog it away first";
   throw DeviceFault(FaultKind::kStall,
-                    fmt::format("{}: at rest at {:.3f} mm without having found home; {}", slider_,
-                                state.position_mm, remedy));
+                    fmt::format("{}: at rest at {:.3f} mm without having found home; {}",
+                                command_.slider, state.position_mm, remedy));
 }
 
-// The deadline allows the duration of the move's trapezoid. Progress by one tolerance takes at most
-// the duration of a trapezoid of that length from rest; the stall time is added to it, so that a
-// slow pass is not taken for a stall.
-MotionWatch::MotionWatch(std::string slider, const SliderState& start, double target_mm,
-                         const SoftLimits& limits, const MotionRules& rules, SteadyTime now)
-    : slider_(std::move(slider)),
-      start_mm_(start.position_mm),
-      target_mm_(target_mm),
-      limits_(limits),
-      rules_(rules),
-      low_{"low", start.at_low_limit.value_or(false) && target_mm >= start.position_mm},
-      high_{"high", start.at_high_limit.value_or(false) && target_mm <= start.position_mm},
-      commanded_at_(now),
-      deadline_(now + duration_from_ms(rules.profile.moving_ms(std::abs(target_mm - start_mm_)) +
-                                       rules.settle_ms + rules.settle_timeout_ms)),
-      stall_time_(
-          duration_from_ms(rules.stall_ms + rules.profile.moving_ms(rules.settle_tolerance_mm))),
-      nearest_mm_(std::abs(target_mm - start_mm_)),
-      previous_distance_mm_(nearest_mm_),
-      progress_at_(now),
-      dwell_(duration_from_ms(rules.settle_ms)) {}
-
 bool MotionWatch::is_outside(double position_mm) const {
-  return distance_to_range(position_mm, std::min(start_mm_, limits_.low_mm()),
-                           std::max(start_mm_, limits_.high_mm())) > rules_.settle_tolerance_mm;
+  return distance_to_range(position_mm, std::min(command_.start.position_mm, limits_.low_mm()),
+                           std::max(command_.start.position_mm, limits_.high_mm())) >
+         command_.rules.settle_tolerance_mm;
 }
 
 bool MotionWatch::is_off_path(double position_mm) const {
-  return distance_to_range(position_mm, std::min(start_mm_, target_mm_),
-                           std::max(start_mm_, target_mm_)) > rules_.following_error_mm;
+  return distance_to_range(position_mm, std::min(command_.start.position_mm, target_mm_),
+                           std::max(command_.start.position_mm, target_mm_)) >
+         command_.rules.following_error_mm;
 }
 
 bool MotionWatch::is_off_course(const SliderState& state) const {
@@ -114,20 +83,23 @@ bool MotionWatch::is_off_course(const SliderState& state) const {
 
 void MotionWatch::take(const SliderState& state, SteadyTime now) {
   latest_ = now;
-  require_able_to_move(state, slider_);
+  require_able_to_move(state, command_.slider);
   check_switch(&low_, state.at_low_limit, state.position_mm);
   check_switch(&high_, state.at_high_limit, state.position_mm);
   check_path(state.position_mm);
   follow_dwell(state, now);
   if (dwell_.is_over()) return;
   follow_progress(state, now);
-  if (now > deadline_) fail_late(state, now);
+  // The duration of the move's trapezoid, its dwell and some more.
+  const double most_ms =
+      command_.rules.profile.moving_ms(std::abs(target_mm_ - command_.start.position_mm)) +
+      command_.rules.settle_ms + command_.rules.settle_timeout_ms;
+  if (now - command_.at > duration_from_ms(most_ms)) fail_late(state, now);
 }
 
 std::optional<SettledPosition> MotionWatch::settled() const {
   if (!dwell_.is_over()) return std::nullopt;
-  return SettledPosition{target_mm_, dwell_.mean_mm(),
-                         ms_from_duration(*arrived_at_ - commanded_at_),
+  return SettledPosition{target_mm_, dwell_.mean_mm(), ms_from_duration(*arrived_at_ - command_.at),
                          ms_from_duration(latest_ - *arrived_at_), latest_};
 }
 
@@ -142,7 +114,7 @@ void MotionWatch::check_switch(LimitSwitch* limit, std::optional<bool> on,
       FaultKind::kLimitSwitch,
       fmt::format("{}: {} limit switch at {:.3f} mm on the way to {:.3f} mm; check the "
                   "rail, then home again",
-                  slider_, limit->name, position_mm, target_mm_));
+                  command_.slider, limit->name, position_mm, target_mm_));
 }
 
 void MotionWatch::check_path(double position_mm) const {
@@ -151,18 +123,19 @@ void MotionWatch::check_path(double position_mm) const {
         FaultKind::kLimitSwitch,
         fmt::format("{}: at {:.3f} mm, outside the soft limits {:g} to {:g} mm; check "
                     "the rail, then home again",
-                    slider_, position_mm, limits_.low_mm(), limits_.high_mm()));
+                    command_.slider, position_mm, limits_.low_mm(), limits_.high_mm()));
   }
   if (is_off_path(position_mm)) {
-    throw DeviceFault(FaultKind::kFollowingError,
-                      fmt::format("{}: at {:.3f} mm, off the path from {:.3f} to {:.3f} mm; check "
-                                  "the rail and the belt, then home again",
-                                  slider_, position_mm, start_mm_, target_mm_));
+    throw DeviceFault(
+        FaultKind::kFollowingError,
+        fmt::format("{}: at {:.3f} mm, off the path from {:.3f} to {:.3f} mm; check "
+                    "the rail and the belt, then home again",
+                    command_.slider, position_mm, command_.start.position_mm, target_mm_));
   }
 }
 
 bool MotionWatch::is_at_target(double position_mm) const {
-  return std::abs(position_mm - target_mm_) <= rules_.settle_tolerance_mm;
+  return std::abs(position_mm - target_mm_) <= command_.rules.settle_tolerance_mm;
 }
 
 void MotionWatch::follow_dwell(const SliderState& state, SteadyTime now) {
@@ -173,18 +146,22 @@ void MotionWatch::follow_dwell(const SliderState& state, SteadyTime now) {
 }
 
 // Progress is the lesser of two consecutive readings: otherwise one wrong reading near the target
-// would make all later ones look like no progress.
+// would make all later ones look like no progress. A step by one tolerance takes at most the
+// duration of a trapezoid of that length from rest; the stall time is added to it, so that a slow
+// pass is not taken for a stall.
 void MotionWatch::follow_progress(const SliderState& state, SteadyTime now) {
   const double distance_mm = std::abs(state.position_mm - target_mm_);
   const double reached_mm = std::max(distance_mm, previous_distance_mm_);
   previous_distance_mm_ = distance_mm;
-  if (reached_mm <= nearest_mm_ - rules_.settle_tolerance_mm) {
+  if (reached_mm <= nearest_mm_ - command_.rules.settle_tolerance_mm) {
     nearest_mm_ = reached_mm;
     progress_at_ = now;
     has_moved_ = true;
   }
   if (is_at_target(state.position_mm)) progress_at_ = now;
-  if (now - progress_at_ > stall_time_) fail_without_progress(state);
+  const double most_ms = command_.rules.stall_ms +
+                         command_.rules.profile.moving_ms(command_.rules.settle_tolerance_mm);
+  if (now - progress_at_ > duration_from_ms(most_ms)) fail_without_progress(state);
 }
 
 void MotionWatch::fail_without_progress(const SliderState& state) const {
@@ -194,13 +171,13 @@ void MotionWatch::fail_without_progress(const SliderState& state) const {
         FaultKind::kFollowingError,
         fmt::format("{}: stopped at {:.3f} mm, {:.3f} mm off its target {:.3f} mm; check what "
                     "blocks the carriage, then home again",
-                    slider_, state.position_mm, std::abs(state.position_mm - target_mm_),
+                    command_.slider, state.position_mm, std::abs(state.position_mm - target_mm_),
                     target_mm_));
   }
   throw DeviceFault(FaultKind::kStall,
                     fmt::format("{}: {} at {:.3f} mm on the way to {:.3f} mm; check what blocks "
                                 "the carriage, then home again",
-                                slider_, has_moved_ ? "stalled" : "does not move",
+                                command_.slider, has_moved_ ? "stalled" : "does not move",
                                 state.position_mm, target_mm_));
 }
 
@@ -212,7 +189,7 @@ void MotionWatch::fail_late(const SliderState& state, SteadyTime now) const {
   throw DeviceFault(FaultKind::kTimeout,
                     fmt::format("{}: {} {:.1f} s after the command to go to {:.3f} mm, at {:.3f} "
                                 "mm; check speeds and tuning, or raise settle_timeout_ms",
-                                slider_, lacking, ms_from_duration(now - commanded_at_) / 1e3,
+                                command_.slider, lacking, ms_from_duration(now - command_.at) / 1e3,
                                 target_mm_, state.position_mm));
 }
 

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "capture/base/clock.h"
 #include "capture/slider/carriage.h"
@@ -52,13 +54,23 @@ class Dwell {
   int readings_ = 0;
 };
 
+// A command, and what it was given for.
+struct Commanded {
+  std::string slider{};  // for messages
+  SliderState start{};   // the reading before the command
+  MotionRules rules{};
+  SteadyTime at{};  // the time of the command
+
+  double moved_mm(const SliderState& state) const {
+    return std::abs(state.position_mm - start.position_mm);
+  }
+};
+
 // Positions are not valid before home is found, and a limit switch may serve as home switch, so
 // neither is checked here.
 class HomingWatch {
  public:
-  // `start` is the reading before the command, `now` the time of the command.
-  HomingWatch(std::string slider, const SliderState& start, const MotionRules& rules,
-              SteadyTime now);
+  explicit HomingWatch(Commanded command) : command_(std::move(command)) {}
 
   // Takes one reading. Throws DeviceFault: kAlarm, kStall (at rest away from home), kTimeout.
   void take(const SliderState& state, SteadyTime now);
@@ -71,22 +83,20 @@ class HomingWatch {
  private:
   [[noreturn]] void fail_at_rest(const SliderState& state) const;
 
-  std::string slider_;
-  MotionRules rules_;
-  SteadyTime deadline_;
-  Duration dwell_time_;
-  double resting_mm_;
-  double start_mm_;
+  Commanded command_;
+  Duration dwell_time_ = duration_from_ms(
+      command_.start.homed ? command_.rules.settle_ms
+                           : std::max(command_.rules.settle_ms, command_.rules.stall_ms));
+  double resting_mm_ = command_.start.position_mm;
+  SteadyTime resting_since_ = command_.at;
   bool has_moved_ = false;
-  SteadyTime resting_since_;
-  Dwell dwell_;
+  Dwell dwell_{dwell_time_, 2.0 * command_.rules.settle_tolerance_mm};
 };
 
 class MotionWatch {
  public:
-  // `start` is the reading before the command, `now` the time of the command.
-  MotionWatch(std::string slider, const SliderState& start, double target_mm,
-              const SoftLimits& limits, const MotionRules& rules, SteadyTime now);
+  MotionWatch(Commanded command, double target_mm, const SoftLimits& limits)
+      : command_(std::move(command)), target_mm_(target_mm), limits_(limits) {}
 
   // Whether the position is off the path from start to target by more than the following error, or
   // outside the soft limits by more than the tolerance (a move from outside back in is allowed). A
@@ -117,22 +127,21 @@ class MotionWatch {
   [[noreturn]] void fail_without_progress(const SliderState& state) const;
   [[noreturn]] void fail_late(const SliderState& state, SteadyTime now) const;
 
-  std::string slider_;
-  double start_mm_;
+  Commanded command_;
   double target_mm_;
   SoftLimits limits_;
-  MotionRules rules_;
-  LimitSwitch low_;
-  LimitSwitch high_;
-  SteadyTime commanded_at_;
-  SteadyTime deadline_;
-  Duration stall_time_;
-  double nearest_mm_;  // least distance to the target so far, at the last progress
-  double previous_distance_mm_;
-  SteadyTime progress_at_;
+  // At the start of a move away from it, a switch may be closed.
+  LimitSwitch low_{"low", command_.start.at_low_limit.value_or(false) &&
+                              target_mm_ >= command_.start.position_mm};
+  LimitSwitch high_{"high", command_.start.at_high_limit.value_or(false) &&
+                                target_mm_ <= command_.start.position_mm};
+  // Least distance to the target so far, at the last progress.
+  double nearest_mm_ = std::abs(target_mm_ - command_.start.position_mm);
+  double previous_distance_mm_ = nearest_mm_;
+  SteadyTime progress_at_ = command_.at;
   bool has_moved_ = false;
   std::optional<SteadyTime> arrived_at_{};
-  Dwell dwell_;
+  Dwell dwell_{duration_from_ms(command_.rules.settle_ms)};
   SteadyTime latest_{};
 };
 

@@ -213,15 +213,16 @@ bool DriveServer::serve(modbus_t* context, int line) {
   }
   const auto fault = faults_->next_exchange();
   if (fault == RigFault::kLostRequest || faults_->lasting(RigFault::kCut)) return true;
-  Bytes reply = reply_to(context, request.data(), length);
-  if (fault == RigFault::kLostReply || reply.empty()) return true;
-  if (fault == RigFault::kCorruptedReply) corrupt(&reply, is_tcp);
-  if (fault == RigFault::kLate) {
-    const auto due = std::chrono::steady_clock::now() + duration_from_ms(faults_->link().late_ms);
-    while (!over_ && std::chrono::steady_clock::now() < due) pause(1);
-  }
-  for (int copy = 0; copy < (fault == RigFault::kDuplicated ? 2 : 1); ++copy) {
-    send_bytes(line, reply);
+  const Bytes reply = reply_to(context, request.data(), length);
+  if (reply.empty()) return true;
+  const auto now = std::chrono::steady_clock::now();
+  for (const TimedBytes& sent :
+       settings_.line ? settings_.line({request.begin(), request.begin() + length}, reply)
+                      : sent_for(fault, reply, is_tcp)) {
+    while (!over_ && std::chrono::steady_clock::now() < now + duration_from_ms(sent.after_ms)) {
+      pause(1);
+    }
+    if (!over_) send_bytes(line, sent.bytes);
   }
   return true;
 }
@@ -253,17 +254,23 @@ DriveServer::Bytes DriveServer::taken_reply() const {
   return reply;
 }
 
-// On the serial line a bit is flipped or the last byte is missing. TCP has its own checksum: there
-// the reply is that of a gateway that mixes up replies, with a wrong transaction number.
-void DriveServer::corrupt(Bytes* reply, bool is_tcp) {
-  if (is_tcp) {
-    reply->front() ^= 0x80;
-  } else if (damage_.chance(0.25)) {
-    reply->pop_back();
-  } else {
-    const int bit = damage_.below(static_cast<int>(8 * reply->size()));
-    (*reply)[static_cast<std::size_t>(bit / 8)] ^= static_cast<std::uint8_t>(1U << (bit % 8));
+// Corrupted on the serial line, a bit is flipped or the last byte is missing. TCP has its own
+// checksum: there the reply is that of a gateway that mixes up replies, with a wrong transaction
+// number.
+std::vector<TimedBytes> DriveServer::sent_for(std::optional<RigFault> fault, Bytes reply,
+                                              bool is_tcp) {
+  if (fault == RigFault::kLostReply) return {};
+  if (fault == RigFault::kLate) return {{faults_->link().late_ms, reply}};
+  if (fault == RigFault::kDuplicated) return {{0.0, reply}, {0.0, reply}};
+  if (fault == RigFault::kCorruptedReply && is_tcp) {
+    reply.front() ^= 0x80;
+  } else if (fault == RigFault::kCorruptedReply && damage_.chance(0.25)) {
+    reply.pop_back();
+  } else if (fault == RigFault::kCorruptedReply) {
+    const int bit = damage_.below(static_cast<int>(8 * reply.size()));
+    reply[static_cast<std::size_t>(bit / 8)] ^= static_cast<std::uint8_t>(1U << (bit % 8));
   }
+  return {{0.0, std::move(reply)}};
 }
 
 }  // namespace raywalk::simulator

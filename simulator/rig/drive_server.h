@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -19,10 +20,20 @@
 
 namespace raywalk::simulator {
 
+// Bytes that are sent `after_ms` after a request.
+struct TimedBytes {
+  double after_ms = 0.0;
+  std::vector<std::uint8_t> bytes{};
+};
+
 struct DriveServerSettings {
   int unit = 1;                         // Modbus address, 1 to 247
   std::filesystem::path serial_link{};  // symbolic link to the pseudo-terminal; empty: no RTU
   std::optional<int> tcp_port{};        // 0: any free port; empty: no TCP
+  // For tests: what is sent instead of the correct reply to a request, in order of time.
+  std::function<std::vector<TimedBytes>(const std::vector<std::uint8_t>& request,
+                                        const std::vector<std::uint8_t>& reply)>
+      line{};
 };
 
 // Serves from construction to destruction, in its own thread, one request after the other. Requests
@@ -60,7 +71,7 @@ class DriveServer {
   bool serve(modbus_t* context, int line);
   Bytes reply_to(modbus_t* context, const std::uint8_t* request, int length);
   Bytes taken_reply() const;
-  void corrupt(Bytes* reply, bool is_tcp);
+  std::vector<TimedBytes> sent_for(std::optional<RigFault> fault, Bytes reply, bool is_tcp);
   void close_lines();
 
   const DriveServerSettings settings_;

@@ -80,13 +80,9 @@ Faults::Faults(const Clock* clock, const LinkSettings& link)
 
 void Faults::add(const Fault& fault) {
   const std::lock_guard lock(mutex_);
-  Entry entry{fault, std::nullopt};
-  if (fault.at_s >= 0.0) {
-    entry.since = made_at_ + duration_from_ms(1e3 * fault.at_s + fault.after_ms);
-  } else if (triggers_of(fault) == 0) {
-    entry.since = clock_->now() + duration_from_ms(fault.after_ms);
-  }
-  entries_.push_back(std::move(entry));
+  entries_.push_back({fault});
+  if (fault.at_s >= 0.0) begin(&entries_.back(), made_at_ + duration_from_ms(1e3 * fault.at_s));
+  if (triggers_of(fault) == 0) begin(&entries_.back(), clock_->now());
 }
 
 void Faults::clear() {
@@ -94,11 +90,18 @@ void Faults::clear() {
   entries_.clear();
 }
 
+void Faults::begin(Entry* entry, SteadyTime trigger) {
+  entry->begin = trigger + duration_from_ms(entry->fault.after_ms);
+  if (entry->fault.for_ms > 0.0) {
+    entry->end = entry->begin + duration_from_ms(entry->fault.for_ms);
+  }
+}
+
 template <typename Condition>
 void Faults::begin_where(const Condition& condition) {
   for (Entry& entry : entries_) {
-    if (entry.since || !condition(entry.fault)) continue;
-    entry.since = clock_->now() + duration_from_ms(entry.fault.after_ms);
+    const bool waits = entry.begin == SteadyTime::max();
+    if (waits && condition(entry.fault)) begin(&entry, clock_->now());
   }
 }
 
@@ -149,23 +152,12 @@ std::optional<RigFault> Faults::random_fault() {
   return std::nullopt;
 }
 
-std::optional<SteadyTime> Faults::end_of(const Entry& entry) const {
-  if (!entry.since || entry.fault.for_ms == 0.0) return std::nullopt;
-  return *entry.since + duration_from_ms(entry.fault.for_ms);
-}
-
-bool Faults::has_begun(const Entry& entry, RigFault kind, SteadyTime at) const {
-  if (entry.fault.kind != kind || !entry.since || *entry.since > at) return false;
-  const auto end = end_of(entry);
-  return !end || at < *end;
-}
-
 std::optional<Faults::Lasting> Faults::lasting(RigFault kind, std::optional<SteadyTime> at) const {
   const std::lock_guard lock(mutex_);
   const SteadyTime time = at.value_or(clock_->now());
   for (const Entry& entry : entries_) {
-    if (occurs_once(entry.fault) || !has_begun(entry, kind, time)) continue;
-    return Lasting{*entry.since, entry.fault.amount};
+    if (occurs_once(entry.fault) || !entry.is_on(kind, time)) continue;
+    return Lasting{entry.begin, entry.fault.amount};
   }
   return std::nullopt;
 }
@@ -177,7 +169,7 @@ std::optional<double> Faults::occurs(RigFault kind, std::optional<SteadyTime> by
 
 std::optional<double> Faults::take(RigFault kind, SteadyTime by) {
   const auto due = std::find_if(entries_.begin(), entries_.end(),
-                                [&](const Entry& entry) { return has_begun(entry, kind, by); });
+                                [&](const Entry& entry) { return entry.is_on(kind, by); });
   if (due == entries_.end()) return std::nullopt;
   ++occurred_;
   const double amount = due->fault.amount;
@@ -187,13 +179,13 @@ std::optional<double> Faults::take(RigFault kind, SteadyTime by) {
 
 std::optional<SteadyTime> Faults::next_change(SteadyTime time) const {
   const std::lock_guard lock(mutex_);
-  std::optional<SteadyTime> next;
+  SteadyTime next = SteadyTime::max();
   for (const Entry& entry : entries_) {
-    for (const auto& change : {entry.since, end_of(entry)}) {
-      if (change && *change > time && (!next || *change < *next)) next = change;
+    for (const SteadyTime change : {entry.begin, entry.end}) {
+      if (change > time) next = std::min(next, change);
     }
   }
-  return next;
+  return next == SteadyTime::max() ? std::nullopt : std::optional(next);
 }
 
 std::uint64_t Faults::exchanges() const {

@@ -117,12 +117,16 @@ class Faults {
  private:
   struct Entry {
     Fault fault{};
-    std::optional<SteadyTime> since{};  // empty: waits for its trigger
+    SteadyTime begin = SteadyTime::max();  // max: waits for its trigger
+    SteadyTime end = SteadyTime::max();    // max: until it is mended or used up
+
+    bool is_on(RigFault kind, SteadyTime at) const {
+      return fault.kind == kind && begin <= at && at < end;
+    }
   };
+  static void begin(Entry* entry, SteadyTime trigger);
   template <typename Condition>
   void begin_where(const Condition& condition);
-  std::optional<SteadyTime> end_of(const Entry& entry) const;
-  bool has_begun(const Entry& entry, RigFault kind, SteadyTime at) const;
   std::optional<double> take(RigFault kind, SteadyTime by);
   std::optional<RigFault> random_fault();
 

@@ -98,19 +98,16 @@ void OscServer::add_camera() {
 }
 
 void OscServer::answer(const std::function<OscReply()>& reply, httplib::Response* response) {
-  if (disconnects(response)) return;
+  if (faults_->occurs(RigFault::kDown)) return send_truncated(response);
   const OscReply made = reply();
-  if (stays_silent(response)) return;
+  if (stays_silent()) return send_truncated(response);
   response->status = made.http_status;
   response->set_content(made.json.dump(), kJson);
 }
 
 void OscServer::send_file(const std::string& name, httplib::Response* response) {
-  if (disconnects(response) || stays_silent(response)) return;
-  if (faults_->occurs(RigFault::kWebPage)) {
-    response->set_content(kWebPage, "text/html");
-    return;
-  }
+  if (faults_->occurs(RigFault::kDown) || stays_silent()) return send_truncated(response);
+  if (faults_->occurs(RigFault::kWebPage)) return response->set_content(kWebPage, "text/html");
   try {
     response->set_content(camera_->file(name), "image/jpeg");
   } catch (const Error&) {
@@ -118,15 +115,8 @@ void OscServer::send_file(const std::string& name, httplib::Response* response) 
   }
 }
 
-bool OscServer::disconnects(httplib::Response* response) {
-  if (!faults_->occurs(RigFault::kDown)) return false;
-  send_truncated(response);
-  return true;
-}
-
-// Keeps the client waiting, for the duration of the fault if it has one, then closes without a
-// reply.
-bool OscServer::stays_silent(httplib::Response* response) {
+// Keeps the client waiting, for the duration of the fault if it has one.
+bool OscServer::stays_silent() {
   const bool lasts = faults_->lasting(RigFault::kSilent).has_value();
   if (!faults_->occurs(RigFault::kSilent)) return false;
   const auto end = std::chrono::steady_clock::now() + kSilentReply;
@@ -135,7 +125,6 @@ bool OscServer::stays_silent(httplib::Response* response) {
                  : std::chrono::steady_clock::now() < end;
   };
   while (!ending_ && waits()) std::this_thread::sleep_for(kStep);
-  send_truncated(response);
   return true;
 }
 

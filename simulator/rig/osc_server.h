@@ -44,8 +44,7 @@ class OscServer {
   void add_camera();
   void answer(const std::function<OscReply()>& reply, httplib::Response* response);
   void send_file(const std::string& name, httplib::Response* response);
-  bool disconnects(httplib::Response* response);
-  bool stays_silent(httplib::Response* response);
+  bool stays_silent();
 
   SimulatedCamera* camera_;
   Faults* faults_;

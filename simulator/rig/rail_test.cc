@@ -56,12 +56,14 @@ TEST(RailTest, SagsBetweenItsSupportsAndBowsToTheLeft) {
   settings.sag_mm = 2.0;
   settings.bow_mm = 1.0;
   const Rail rail(settings, cross_plan(), kSpan);
-  EXPECT_NEAR(rail.carriage_pose("x0", 0.0, kLong).position_m.y(), 0.0, 1e-12);
-  EXPECT_NEAR(rail.carriage_pose("x0", 600.0, kLong).position_m.y(), -0.002, 1e-12);
-  // (1 - 0.5^2) of the sag at a quarter of the span.
-  EXPECT_NEAR(rail.carriage_pose("x0", 300.0, kLong).position_m.y(), -0.0015, 1e-12);
-  EXPECT_NEAR(rail.carriage_pose("x0", 600.0, kLong).position_m.z(), 0.001, 1e-12);
-  EXPECT_NEAR(rail.carriage_pose("z0", 600.0, kLong).position_m.x(), -0.001, 1e-12);
+  const auto at = [&](const char* line, double mm) {
+    return rail.carriage_pose(line, mm, kLong).position_m;
+  };
+  EXPECT_NEAR(at("x0", 0.0).y(), 0.0, 1e-12);
+  EXPECT_NEAR(at("x0", 600.0).y(), -0.002, 1e-12);
+  EXPECT_NEAR(at("x0", 300.0).y(), -0.0015, 1e-12) << "(1 - 0.5^2) of it at a quarter of the span";
+  EXPECT_NEAR(at("x0", 600.0).z(), 0.001, 1e-12);
+  EXPECT_NEAR(at("z0", 600.0).x(), -0.001, 1e-12);
 }
 
 // Along x the camera's right side points along the rail, along z its front does.

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "capture/base/units.h"
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
@@ -69,6 +71,16 @@ json range_of(const Extremes& extremes) {
   return extremes.any ? json{extremes.low_mm, extremes.high_mm} : json(nullptr);
 }
 
+bool is_near(const CameraPose& a, const CameraPose& b, double within_mm) {
+  // A hundredth of a pixel in a panorama 16384 wide. Poses of different lines that cross differ
+  // more.
+  constexpr double kSameAttitude_rad = 4e-6;
+  return kMillimetresPerMetre * (a.position_m - b.position_m).norm() <= within_mm &&
+         std::abs(a.attitude.yaw_rad - b.attitude.yaw_rad) <= kSameAttitude_rad &&
+         std::abs(a.attitude.pitch_rad - b.attitude.pitch_rad) <= kSameAttitude_rad &&
+         std::abs(a.attitude.roll_rad - b.attitude.roll_rad) <= kSameAttitude_rad;
+}
+
 }  // namespace
 
 Rig::Rig(const RigConfig& config, const fs::path& directory, Clock* clock)
@@ -81,8 +93,6 @@ Rig::Rig(const RigConfig& config, const fs::path& directory, Clock* clock)
       room_(room_settings(config, capture_, plan_)),
       rail_(config.rail, plan_, {config.slider.low_switch_mm, config.slider.high_switch_mm}),
       optics_(config.camera, frame_, config.dolly, -room_.extent().min_m.y(), config.scene.seed),
-      ahead_([this](const CameraPose& pose) { return optics_.scene(room_, pose); },
-             config.camera.render_ahead_within_mm),
       line_(plan_.lines.front().id),
       faults_(clock, config.link),
       drive_(config.slider, clock, &faults_),
@@ -120,7 +130,17 @@ void Rig::add_fault(const Fault& fault) {
 
 void Rig::move_commanded(double target_mm) {
   const std::string placed_at = line();
-  ahead_.expect(rail_.carriage_pose(placed_at, target_mm, Duration::max()));
+  if (config_.camera.render_ahead_within_mm > 0.0) {
+    const CameraPose pose = rail_.carriage_pose(placed_at, target_mm, Duration::max());
+    const std::lock_guard lock(mutex_);
+    // What is not complete yet is kept, as releasing it would wait for it.
+    std::erase_if(ahead_, [](const RenderedAhead& ahead) {
+      return ahead.image.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+    });
+    ahead_.push_back({pose, std::async(std::launch::async, [this, pose] {
+                              return optics_.scene(room_, pose);
+                            }).share()});
+  }
   for (const CaptureLine& placement : placements_) {
     if (capture::placement_id(placement) != placed_at) continue;
     for (const CaptureStation& station : placement.stations) {
@@ -179,11 +199,25 @@ std::string Rig::line() const {
   return line_;
 }
 
+// What the camera sees. What was rendered ahead serves if it is near enough; its pose is then the
+// true one.
+cv::Mat Rig::scene_from(CameraPose* pose) {
+  std::unique_lock lock(mutex_);
+  const RenderedAhead ahead = ahead_.empty() ? RenderedAhead{} : ahead_.back();
+  lock.unlock();
+  const double within_mm = config_.camera.render_ahead_within_mm;
+  if (!ahead.image.valid() || !is_near(ahead.pose, *pose, within_mm)) {
+    return optics_.scene(room_, *pose);
+  }
+  *pose = ahead.pose;
+  return ahead.image.get();
+}
+
 std::string Rig::take_picture(const ExposureNow& exposure) {
   const std::string placed_at = line();
   const DriveTruth slider = drive_.truth();
-  const auto [pose, scene] =
-      ahead_.view(rail_.carriage_pose(placed_at, slider.carriage_mm, slider.still_for));
+  CameraPose pose = rail_.carriage_pose(placed_at, slider.carriage_mm, slider.still_for);
+  const cv::Mat scene = scene_from(&pose);
   const auto jpeg = encode_jpeg(optics_.picture(scene, exposure), config_.camera.jpeg_quality);
   record_truth(exposure, placed_at, pose);
   return {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()};

@@ -4,9 +4,11 @@
 
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <map>
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
+#include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,7 +17,6 @@
 #include "simulator/rig/faults.h"
 #include "simulator/rig/osc_server.h"
 #include "simulator/rig/rail.h"
-#include "simulator/rig/render_ahead.h"
 #include "simulator/rig/rig_config.h"
 #include "simulator/rig/rig_optics.h"
 #include "simulator/room/virtual_room.h"
@@ -66,8 +67,15 @@ class Rig {
   nlohmann::json state();
 
  private:
+  // What the camera will see at the end of a move, rendered while the carriage is on its way.
+  struct RenderedAhead {
+    CameraPose pose{};
+    std::shared_future<cv::Mat> image{};
+  };
+
   void add_fault(const Fault& fault);
   void move_commanded(double target_mm);
+  cv::Mat scene_from(CameraPose* pose);
   std::string take_picture(const ExposureNow& exposure);
   void begin_truth();
   void record_truth(const ExposureNow& exposure, const std::string& placed_at,
@@ -83,10 +91,10 @@ class Rig {
   const VirtualRoom room_;
   const Rail rail_;
   const RigOptics optics_;
-  RenderAhead ahead_;
   std::ofstream true_poses_;
-  mutable std::mutex mutex_;
+  mutable std::mutex mutex_;  // of the next two
   std::string line_;
+  std::vector<RenderedAhead> ahead_;
   Faults faults_;
   SimulatedDrive drive_;
   SimulatedCamera camera_;

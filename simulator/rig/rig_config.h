@@ -26,7 +26,7 @@ struct RigCameraSettings {
   LensLightSettings light{};     // likewise
   int width_px = 1024;           // of a frame, a multiple of 4; it is half as high
   int jpeg_quality = 95;
-  double render_ahead_within_mm = 0.0;  // see RenderAhead; 0: never
+  double render_ahead_within_mm = 0.0;  // of the expected pose; 0: never
   double exposure_ms = 200.0;
   double clock_offset_s = 0.0;
   double card_mb = 32000.0;

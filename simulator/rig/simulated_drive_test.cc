@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <random>
 
 #include "capture/base/manual_clock.h"
@@ -16,91 +17,71 @@ using namespace capture;
 
 constexpr MotionBounds kDriveBounds{100.0, 200.0, 200.0};
 
-DriveSettings exact_drive() {
-  DriveSettings settings;
-  settings.backlash_mm = 0.0;
-  return settings;
-}
-
 class SimulatedDriveTest : public ::testing::Test {
  protected:
-  void pass(double ms) { clock_.sleep(duration_from_ms(ms)); }
-  void home(SimulatedDrive* drive) {
+  SimulatedDriveTest() { use({.backlash_mm = 0.0}); }
+
+  // A homed drive of these settings.
+  void use(const DriveSettings& settings) {
+    drive.emplace(settings, &clock_, &faults_);
     drive->home();
     pass(60000.0);
-    ASSERT_TRUE(drive->state().homed);
   }
+  void pass(double ms) { clock_.sleep(duration_from_ms(ms)); }
   // Commands a move and lets time pass.
-  void move(SimulatedDrive* drive, double target_mm, double ms) {
+  void move(double target_mm, double ms) {
     drive->move_to(target_mm, kDriveBounds);
     pass(ms);
   }
+  void expect_at(double feedback_mm, bool moving, double carriage_mm) {
+    const DriveState state = drive->state();
+    EXPECT_NEAR(state.feedback_mm, feedback_mm, 1e-6);
+    EXPECT_EQ(state.moving, moving);
+    EXPECT_EQ(state.in_position, !moving);
+    EXPECT_NEAR(drive->truth().carriage_mm, carriage_mm, 1e-6);
+  }
+  void expect_at(double mm, bool moving = false) { expect_at(mm, moving, mm); }
 
   ManualClock clock_;
   Faults faults_{&clock_};
+  std::optional<SimulatedDrive> drive;
 };
 
-class HomedDriveTest : public SimulatedDriveTest {
- protected:
-  void SetUp() override { home(&drive); }
-
-  SimulatedDrive drive{exact_drive(), &clock_, &faults_};
-};
-
-TEST_F(SimulatedDriveTest, HomingMakesTheSwitchZero) {
-  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
-  EXPECT_FALSE(drive.state().homed);
-  EXPECT_EQ(drive.state().feedback_mm, 0.0);  // the drive does not know yet that it is at 300
-  EXPECT_EQ(drive.truth().carriage_mm, 300.0);
-  drive.home();
-  pass(100.0);
-  EXPECT_TRUE(drive.state().moving);
-  EXPECT_FALSE(drive.state().homed);
-  pass(60000.0);
-  EXPECT_TRUE(drive.state().homed);
-  EXPECT_NEAR(drive.truth().carriage_mm, 0.0, 1e-9);
-  EXPECT_NEAR(drive.state().feedback_mm, 0.0, 1e-9);
+TEST_F(SimulatedDriveTest, HomingMakesTheSwitchZeroFromBothOfItsSides) {
+  for (const double power_on_mm : {300.0, -10.0}) {
+    drive.emplace(DriveSettings{.power_on_mm = power_on_mm, .backlash_mm = 0.0}, &clock_, &faults_);
+    EXPECT_FALSE(drive->state().homed);
+    expect_at(0.0, false, power_on_mm);  // the drive does not know yet where it is
+    drive->home();
+    pass(100.0);
+    EXPECT_TRUE(drive->state().moving);
+    EXPECT_FALSE(drive->state().homed);
+    pass(60000.0);
+    EXPECT_TRUE(drive->state().homed);
+    expect_at(0.0);
+  }
 }
 
-TEST_F(SimulatedDriveTest, HomingFromBelowTheSwitchLeavesItFirst) {
-  DriveSettings settings = exact_drive();
-  settings.power_on_mm = -10.0;
-  SimulatedDrive drive(settings, &clock_, &faults_);
-  home(&drive);
-  EXPECT_NEAR(drive.truth().carriage_mm, 0.0, 1e-9);
-}
-
-TEST_F(HomedDriveTest, FollowsTheMotionProfile) {
-  ASSERT_TRUE(drive.move_to(400.0, kDriveBounds));
-  pass(500.0);
-  EXPECT_NEAR(drive.state().feedback_mm, 25.0, 1e-6);
-  EXPECT_TRUE(drive.state().moving);
-  EXPECT_FALSE(drive.state().in_position);
-  EXPECT_FALSE(drive.truth().still_for);
+TEST_F(SimulatedDriveTest, FollowsTheMotionProfile) {
+  move(400.0, 500.0);
+  expect_at(25.0, true);
+  EXPECT_FALSE(drive->truth().still_for);
   pass(4000.0 + 70.0);
-  EXPECT_FALSE(drive.state().moving);
-  EXPECT_TRUE(drive.state().in_position);
-  EXPECT_NEAR(drive.truth().carriage_mm, 400.0, 1e-9);
-  ASSERT_TRUE(drive.truth().still_for);
-  EXPECT_NEAR(ms_from_duration(*drive.truth().still_for), 70.0, 1e-3);
-}
-
-TEST_F(SimulatedDriveTest, SpeedIsLimitedToTheDrivesMaximum) {
-  DriveSettings settings = exact_drive();
-  settings.max_speed_mm_s = 10.0;
-  SimulatedDrive drive(settings, &clock_, &faults_);
-  home(&drive);
-  drive.move_to(1000.0, {1e6, 1e6, 1e6});
+  expect_at(400.0);
+  ASSERT_TRUE(drive->truth().still_for);
+  EXPECT_NEAR(ms_from_duration(*drive->truth().still_for), 70.0, 1e-3);
+  use({.max_speed_mm_s = 10.0});
+  drive->move_to(1000.0, {1e6, 1e6, 1e6});
   pass(10000.0);
-  EXPECT_LT(drive.state().feedback_mm, 100.0);
+  EXPECT_LT(drive->state().feedback_mm, 100.0);
 }
 
 // A reversal between two readings counts for the visited positions.
-TEST_F(HomedDriveTest, ExtremesIncludeUnobservedReversals) {
-  move(&drive, 1000.0, 1500.0);  // at 125 mm, 100 mm/s: halts at 150 mm
-  move(&drive, 50.0, 60000.0);
-  const DriveTruth truth = drive.truth();
-  EXPECT_NEAR(truth.carriage_mm, 50.0, 1e-9);
+TEST_F(SimulatedDriveTest, ExtremesIncludeUnobservedReversals) {
+  move(1000.0, 1500.0);  // at 125 mm, 100 mm/s: halts at 150 mm
+  move(50.0, 60000.0);
+  expect_at(50.0);
+  const DriveTruth truth = drive->truth();
   EXPECT_NEAR(truth.visited.high_mm, 150.0, 1e-6);
   EXPECT_NEAR(truth.visited.low_mm, 0.0, 1e-9);
   EXPECT_EQ(truth.commanded.high_mm, 1000.0);
@@ -109,26 +90,20 @@ TEST_F(HomedDriveTest, ExtremesIncludeUnobservedReversals) {
 }
 
 TEST_F(SimulatedDriveTest, CarriageLagsTheMotorByTheBacklash) {
-  DriveSettings settings;
-  settings.backlash_mm = 0.4;
-  SimulatedDrive drive(settings, &clock_, &faults_);
-  home(&drive);
-  EXPECT_NEAR(drive.truth().carriage_mm, 0.0, 1e-9);
-  move(&drive, 100.0, 60000.0);
-  EXPECT_NEAR(drive.state().feedback_mm, 100.0, 1e-9);
-  EXPECT_NEAR(drive.truth().carriage_mm, 99.6, 1e-9);
-  move(&drive, 50.0, 60000.0);
-  EXPECT_NEAR(drive.truth().carriage_mm, 50.0, 1e-9);
+  use({.backlash_mm = 0.4});
+  move(100.0, 60000.0);
+  expect_at(100.0, false, 99.6);
+  move(50.0, 60000.0);
+  expect_at(50.0);
 }
 
 TEST_F(SimulatedDriveTest, NoiseHasTheGivenDeviationAndIsSeeded) {
-  DriveSettings settings = exact_drive();
-  settings.feedback_noise_mm = 0.05;
-  SimulatedDrive drive(settings, &clock_, &faults_), again(settings, &clock_, &faults_);
+  const DriveSettings settings{.backlash_mm = 0.0, .feedback_noise_mm = 0.05};
+  SimulatedDrive noisy(settings, &clock_, &faults_), again(settings, &clock_, &faults_);
   double sum = 0.0, squares = 0.0;
   constexpr int kReadings = 4000;
   for (int i = 0; i < kReadings; ++i) {
-    const double reading = drive.state().feedback_mm;
+    const double reading = noisy.state().feedback_mm;
     EXPECT_EQ(again.state().feedback_mm, reading);
     sum += reading;
     squares += reading * reading;
@@ -137,109 +112,96 @@ TEST_F(SimulatedDriveTest, NoiseHasTheGivenDeviationAndIsSeeded) {
   EXPECT_NEAR(std::sqrt(squares / kReadings), 0.05, 0.003);
 }
 
-TEST_F(HomedDriveTest, StopDeceleratesAndStays) {
-  move(&drive, 1000.0, 2000.0);
-  drive.stop();
+TEST_F(SimulatedDriveTest, StopDeceleratesAndStays) {
+  move(1000.0, 2000.0);
+  drive->stop();
   pass(60000.0);
-  // 175 mm, then 100^2 / (2 * 2000) of braking.
-  EXPECT_NEAR(drive.truth().carriage_mm, 177.5, 1e-6);
-  EXPECT_FALSE(drive.state().moving);
+  expect_at(177.5);  // 175 mm, then 100^2 / (2 * 2000) of braking
 }
 
-TEST_F(HomedDriveTest, LimitSwitchStopsTheMotorButAllowsReturning) {
-  move(&drive, 5000.0, 60000.0);
-  EXPECT_EQ(drive.truth().carriage_mm, 2000.0);
-  EXPECT_TRUE(drive.state().at_high_limit);
-  EXPECT_FALSE(drive.state().moving);
-  move(&drive, 6000.0, 1000.0);
-  EXPECT_EQ(drive.truth().carriage_mm, 2000.0);
-  move(&drive, 1900.0, 60000.0);
-  EXPECT_NEAR(drive.truth().carriage_mm, 1900.0, 1e-9);
-  EXPECT_FALSE(drive.state().at_high_limit);
+TEST_F(SimulatedDriveTest, LimitSwitchesStopTheMotorButAllowReturning) {
+  move(5000.0, 60000.0);
+  expect_at(2000.0);
+  EXPECT_TRUE(drive->state().at_high_limit);
+  move(6000.0, 1000.0);
+  expect_at(2000.0);
+  move(1900.0, 60000.0);
+  expect_at(1900.0);
+  EXPECT_FALSE(drive->state().at_high_limit);
+  // A fault of the switch refuses its side only.
+  faults_.add({.kind = RigFault::kHighLimit, .for_ms = 10000.0});
+  EXPECT_TRUE(drive->state().at_high_limit);
+  move(1950.0, 2000.0);
+  expect_at(1900.0);
+  move(1800.0, 9000.0);
+  expect_at(1800.0);
+  EXPECT_FALSE(drive->state().at_high_limit);
 }
 
-TEST_F(HomedDriveTest, StalledMotorIsReportedAsMoving) {
-  move(&drive, 400.0, 1000.0);
+TEST_F(SimulatedDriveTest, StalledMotorIsReportedAsMovingAndGoesOnWhenFreed) {
+  move(400.0, 1000.0);
   faults_.add({.kind = RigFault::kStall, .for_ms = 3000.0});
   pass(2000.0);
-  EXPECT_NEAR(drive.state().feedback_mm, 75.0, 1e-6);
-  EXPECT_TRUE(drive.state().moving);
-  pass(60000.0);  // resumes when freed after one more second
-  EXPECT_NEAR(drive.state().feedback_mm, 400.0, 1e-9);
-  EXPECT_FALSE(drive.state().moving);
-}
-
-TEST_F(HomedDriveTest, MoveCommandedWhileStalledStartsWhenFreed) {
-  faults_.add({.kind = RigFault::kStall});
-  move(&drive, 10.0, 60000.0);
-  EXPECT_NEAR(drive.state().feedback_mm, 0.0, 1e-9);
-  faults_.clear();
-  drive.state();
+  expect_at(75.0, true);
   pass(60000.0);
-  EXPECT_NEAR(drive.state().feedback_mm, 10.0, 1e-9);
+  expect_at(400.0);
+  faults_.add({.kind = RigFault::kStall});
+  move(10.0, 60000.0);
+  expect_at(400.0, true);
+  faults_.clear();
+  drive->state();
+  pass(60000.0);
+  expect_at(10.0);
 }
 
-TEST_F(HomedDriveTest, AlarmHaltsUntilItIsReset) {
-  move(&drive, 400.0, 1000.0);
+TEST_F(SimulatedDriveTest, AlarmHaltsUntilItIsReset) {
+  move(400.0, 1000.0);
   faults_.add({.kind = RigFault::kAlarm, .amount = 0x210});
   pass(5000.0);
-  const DriveState state = drive.state();
+  const DriveState state = drive->state();
   EXPECT_TRUE(state.alarm);
   EXPECT_EQ(state.alarm_code, 0x210);
   EXPECT_FALSE(state.enabled);
   EXPECT_FALSE(state.moving);
-  move(&drive, 300.0, 5000.0);
-  EXPECT_EQ(drive.state().feedback_mm, state.feedback_mm);
-  drive.reset_alarm();
-  EXPECT_FALSE(drive.state().alarm);
-  move(&drive, 300.0, 60000.0);
-  EXPECT_NEAR(drive.state().feedback_mm, 300.0, 1e-9);
+  move(300.0, 5000.0);
+  EXPECT_EQ(drive->state().feedback_mm, state.feedback_mm);
+  drive->reset_alarm();
+  EXPECT_FALSE(drive->state().alarm);
+  move(300.0, 60000.0);
+  expect_at(300.0);
 }
 
-TEST_F(HomedDriveTest, InjectedLimitStopsAndRefusesItsSideOnly) {
-  move(&drive, 400.0, 1000.0);
-  faults_.add({.kind = RigFault::kHighLimit, .for_ms = 10000.0});
-  EXPECT_TRUE(drive.state().at_high_limit);
-  move(&drive, 400.0, 2000.0);
-  EXPECT_NEAR(drive.state().feedback_mm, 75.0, 1e-6);
-  move(&drive, 50.0, 7000.0);
-  EXPECT_NEAR(drive.state().feedback_mm, 50.0, 1e-9);
-  pass(2000.0);
-  EXPECT_FALSE(drive.state().at_high_limit);
-}
-
-TEST_F(HomedDriveTest, FeedbackFaultsDoNotMoveTheCarriage) {
+TEST_F(SimulatedDriveTest, FeedbackFaultsDoNotMoveTheCarriage) {
   faults_.add({.kind = RigFault::kFeedbackJump, .amount = 3.0, .for_ms = 1000.0});
-  EXPECT_NEAR(drive.state().feedback_mm, 3.0, 1e-9);
-  EXPECT_NEAR(drive.truth().carriage_mm, 0.0, 1e-9);
+  expect_at(3.0, false, 0.0);
   pass(1000.0);
-  EXPECT_NEAR(drive.state().feedback_mm, 0.0, 1e-9);
+  expect_at(0.0);
   faults_.add({.kind = RigFault::kFeedbackDrift, .amount = 2.0});
   pass(500.0);
-  EXPECT_NEAR(drive.state().feedback_mm, 1.0, 1e-6);
+  expect_at(1.0, false, 0.0);
   faults_.clear();
-  EXPECT_NEAR(drive.state().feedback_mm, 0.0, 1e-9);
+  expect_at(0.0);
 }
 
-TEST_F(HomedDriveTest, FaultCanBeDelayed) {
+TEST_F(SimulatedDriveTest, FaultCanBeDelayed) {
   // Blocked from 1 s to 2 s into the move, without a reading in between.
-  drive.on_move([&](double target_mm) {
+  drive->on_move([&](double target_mm) {
     EXPECT_EQ(target_mm, 400.0);
     faults_.add({.kind = RigFault::kStall, .for_ms = 1000.0, .after_ms = 1000.0});
   });
-  move(&drive, 400.0, 2500.0);
+  move(400.0, 2500.0);
   // 75 mm before it, 25 mm in half a second from rest after it.
-  EXPECT_NEAR(drive.state().feedback_mm, 100.0, 1e-6);
+  expect_at(100.0, true);
 }
 
 TEST_F(SimulatedDriveTest, InvalidCommandsAreRefused) {
-  SimulatedDrive drive(exact_drive(), &clock_, &faults_);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(drive.move_to(nan, kDriveBounds));
-  EXPECT_FALSE(drive.move_to(1.0, {0.0, 200.0, 200.0}));
-  EXPECT_FALSE(drive.move_to(1.0, {100.0, -1.0, 200.0}));
-  EXPECT_FALSE(drive.move_to(1.0, {100.0, 200.0, nan}));
-  EXPECT_EQ(drive.truth().moves, 0);
+  EXPECT_FALSE(drive->move_to(nan, kDriveBounds));
+  for (const MotionBounds& bounds :
+       {MotionBounds{0.0, 200.0, 200.0}, {100.0, -1.0, 200.0}, {100.0, 200.0, nan}}) {
+    EXPECT_FALSE(drive->move_to(1.0, bounds));
+  }
+  EXPECT_EQ(drive->truth().moves, 0);
 }
 
 double log_uniform(std::mt19937* random, double min, double max) {

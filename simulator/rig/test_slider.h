@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "capture/base/device_fault.h"
@@ -24,16 +22,10 @@ using simulator::Faults;
 using simulator::RigFault;
 using simulator::SimulatedDrive;
 
-// What goes wrong between driver and drive.
-enum class LineTrouble {
-  kIgnore,     // commands other than stop have no effect
-  kNoContact,  // every request fails, the carriage keeps moving
-  kOutlier,    // one reading of the position is off
-  kRunaway,    // stop has no effect
-};
-
 // A drive whose carriage is at `start_mm`, homed or not, and its driver. Time passes while it is
-// homed, before the constructor returns.
+// homed, before the constructor returns. Of the faults of the link there are two here: kCut, while
+// which every request fails and the carriage keeps moving, and kCorruptedReply, which puts one
+// reading of the position off by `amount` millimetres.
 class TestSlider {
  public:
   struct Setup {
@@ -48,7 +40,7 @@ class TestSlider {
   };
 
   TestSlider(const Setup& setup, ManualClock* clock)
-      : faults(clock), drive(settings_of(setup), clock, &faults), clock_(clock) {
+      : faults(clock), drive(settings_of(setup), clock, &faults) {
     auto link = std::make_unique<Link>(this, map_of(setup.reports_flags));
     driver_ = std::make_unique<ModbusSlider>(std::move(link), map_of(setup.reports_flags), 1);
     if (setup.homed) {
@@ -62,13 +54,6 @@ class TestSlider {
   }
 
   Slider* driver() { return driver_.get(); }
-  // From `after_ms` from now on, for `for_ms`; 0: without end. An outlier is off by `size_mm`.
-  void add(LineTrouble kind, double after_ms = 0.0, double for_ms = 0.0, double size_mm = 0.0) {
-    const SteadyTime since = clock_->now() + duration_from_ms(after_ms);
-    const SteadyTime until = for_ms > 0.0 ? since + duration_from_ms(for_ms) : SteadyTime::max();
-    troubles_.push_back({kind, since, until, size_mm});
-  }
-
   double true_position_mm() { return drive.truth().carriage_mm; }
   bool is_moving() { return !drive.truth().still_for; }
   int moves_commanded() { return drive.truth().moves - moves_before_; }
@@ -78,15 +63,10 @@ class TestSlider {
 
   Faults faults;
   SimulatedDrive drive;
+  bool ignores_commands = false;  // other than stop
+  bool ignores_stop = false;
 
  private:
-  struct Trouble {
-    LineTrouble kind;
-    SteadyTime since;
-    SteadyTime until;
-    double size_mm;
-  };
-
   class Link final : public RegisterLink {
    public:
     Link(TestSlider* owner, const RegisterMap& map)
@@ -100,15 +80,13 @@ class TestSlider {
       const modbus_mapping_t* mapping = registers_.refreshed();
       const std::uint16_t* first = mapping->tab_registers + address;
       std::vector<std::uint16_t> words(first, first + count);
-      auto& troubles = owner_->troubles_;
-      const auto outlier = owner_->active(LineTrouble::kOutlier);
-      if (outlier != troubles.end() && address == map_.status_address) {
+      if (address != map_.status_address) return words;
+      if (const auto off_mm = owner_->faults.occurs(RigFault::kCorruptedReply)) {
         const auto steps = static_cast<std::uint32_t>(words[1]) << 16 | words[2];
-        const auto off = steps + static_cast<std::uint32_t>(static_cast<std::int32_t>(
-                                     outlier->size_mm * map_.steps_per_mm));
+        const auto off = steps + static_cast<std::uint32_t>(
+                                     static_cast<std::int32_t>(*off_mm * map_.steps_per_mm));
         words[1] = static_cast<std::uint16_t>(off >> 16);
         words[2] = static_cast<std::uint16_t>(off & 0xffff);
-        troubles.erase(outlier);
       }
       return words;
     }
@@ -117,8 +95,7 @@ class TestSlider {
       require_contact();
       const bool is_stop = address == map_.stop.address;
       if (is_stop) ++owner_->stops_;
-      const auto trouble = is_stop ? LineTrouble::kRunaway : LineTrouble::kIgnore;
-      if (owner_->active(trouble) != owner_->troubles_.end()) return true;
+      if (is_stop ? owner_->ignores_stop : owner_->ignores_commands) return true;
       const modbus_mapping_t* mapping = registers_.refreshed();
       std::copy(words.begin(), words.end(), mapping->tab_registers + address);
       return registers_.execute(address, static_cast<int>(words.size()));
@@ -126,7 +103,7 @@ class TestSlider {
 
    private:
     void require_contact() const {
-      if (owner_->active(LineTrouble::kNoContact) == owner_->troubles_.end()) return;
+      if (!owner_->faults.lasting(RigFault::kCut)) return;
       throw DeviceFault(FaultKind::kNoContact, "the drive does not answer; check its cable");
     }
     TestSlider* owner_;
@@ -170,19 +147,11 @@ class TestSlider {
     return map;
   }
 
-  std::vector<Trouble>::iterator active(LineTrouble kind) {
-    const SteadyTime now = clock_->now();
-    return std::find_if(troubles_.begin(), troubles_.end(), [&](const Trouble& trouble) {
-      return trouble.kind == kind && trouble.since <= now && now <= trouble.until;
-    });
-  }
   void track() {
     lowest_mm_ = std::min(lowest_mm_, true_position_mm());
     highest_mm_ = std::max(highest_mm_, true_position_mm());
   }
 
-  ManualClock* clock_;
-  std::vector<Trouble> troubles_;
   std::unique_ptr<ModbusSlider> driver_;
   int moves_before_ = 0;
   int stops_ = 0;

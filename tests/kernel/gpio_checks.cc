@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "capture/camera/gpio_camera.h"
-#include "capture/trigger/shutter.h"
 #include "tests/kernel/gpio_sim.h"
 
 namespace raywalk::capture {
@@ -60,24 +59,27 @@ void check_times(const GpioSim& lines) {
   SystemClock clock;
   WiredCamera far_side(lines, false);
   const TriggerConfig config = wired(lines);
-  Shutter shutter(config, open_gpio_chip(config.chip), &clock);
-  const ShutterTimes times = shutter.take_picture();
+  GpioCamera camera(config, open_gpio_chip(config.chip), &clock);
+  const Shot shot = camera.shoot(clock.now());
+  const SteadyTime done = clock.now();
   const std::vector<SeenPress> presses = far_side.presses();
   require(presses.size() == 1, "not one press");
-  require(times.pressed <= presses[0].pressed, "pressed later than the line rose");
-  require(times.exposed >= presses[0].busy_from && times.exposed <= presses[0].busy_until,
+  require(shot.triggered_at <= wall_time_of(clock, presses[0].pressed),
+          "pressed later than the line rose");
+  require(shot.exposed_at >= wall_time_of(clock, presses[0].busy_from) &&
+              shot.exposed_at <= wall_time_of(clock, presses[0].busy_until),
           "the kernel's stamp of the busy edge is not of this clock");
-  require(times.done >= presses[0].busy_until, "done before the camera was");
+  require(done >= presses[0].busy_until, "done before the camera was");
 }
 
 void check_active_low(const GpioSim& lines) {
   SystemClock clock;
   TriggerConfig config = wired(lines);
   config.active_low = true;
-  Shutter shutter(config, open_gpio_chip(config.chip), &clock);
+  GpioCamera camera(config, open_gpio_chip(config.chip), &clock);
   require(lines.level(kShutterLine) && lines.level(kFocusLine), "not high at rest");
   WiredCamera far_side(lines, true);
-  shutter.take_picture();
+  camera.shoot(clock.now());
   require(far_side.presses().size() == 1, "not one press");
   require_press(far_side.presses()[0], config);
   require(lines.level(kShutterLine) && lines.level(kFocusLine), "not high afterwards");
@@ -87,8 +89,8 @@ void check_silent_camera(const GpioSim& lines) {
   SystemClock clock;
   TriggerConfig config = wired(lines);
   config.busy_start_timeout_ms = 300.0;
-  Shutter shutter(config, open_gpio_chip(config.chip), &clock);
-  require_fault(FaultKind::kMissingPicture, "did not become busy", [&] { shutter.take_picture(); });
+  GpioCamera camera(config, open_gpio_chip(config.chip), &clock);
+  require_fault(FaultKind::kMissingPicture, "did not become busy", [&] { camera.shoot(clock.now()); });
   require_released(lines);
 }
 
@@ -108,9 +110,9 @@ void check_busy_camera(const GpioSim& lines) {
 void check_second_owner(const GpioSim& lines) {
   SystemClock clock;
   const TriggerConfig config = wired(lines);
-  const Shutter owner(config, open_gpio_chip(config.chip), &clock);
+  const GpioCamera owner(config, open_gpio_chip(config.chip), &clock);
   require_fault(FaultKind::kNoContact, "in use by 'raywalk-capture'",
-                [&] { const Shutter other(config, open_gpio_chip(config.chip), &clock); });
+                [&] { const GpioCamera other(config, open_gpio_chip(config.chip), &clock); });
 }
 
 void check_wrong_lines(const GpioSim& lines) {
@@ -118,7 +120,7 @@ void check_wrong_lines(const GpioSim& lines) {
   TriggerConfig config = wired(lines);
   config.shutter_line = 8;
   require_fault(FaultKind::kWrongDevice, "there is no line 8",
-                [&] { const Shutter shutter(config, open_gpio_chip(config.chip), &clock); });
+                [&] { const GpioCamera camera(config, open_gpio_chip(config.chip), &clock); });
   require_fault(FaultKind::kNoContact, "no GPIO chip", [] { open_gpio_chip("gpiochip99"); });
   require_fault(FaultKind::kWrongDevice, "is not a GPIO chip", [] { open_gpio_chip("/dev/null"); });
 }
@@ -126,9 +128,9 @@ void check_wrong_lines(const GpioSim& lines) {
 void check_unplugged_chip(const GpioSim& lines) {
   SystemClock clock;
   const TriggerConfig config = wired(lines);
-  Shutter shutter(config, open_gpio_chip(config.chip), &clock);
+  GpioCamera camera(config, open_gpio_chip(config.chip), &clock);
   lines.unplug();
-  require_fault(FaultKind::kNoContact, "no longer answers", [&] { shutter.take_picture(); });
+  require_fault(FaultKind::kNoContact, "no longer answers", [&] { camera.shoot(clock.now()); });
 }
 
 }  // namespace

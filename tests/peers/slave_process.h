@@ -1,17 +1,15 @@
 // Runs the pymodbus slave in a separate process, for tests that kill it.
 #pragma once
 
+#include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <csignal>
 #include <cstdio>
-#include <optional>
 #include <stdexcept>
 #include <string>
-
-#include "capture/slider/test_modbus_peer.h"
 
 namespace raywalk::capture {
 
@@ -41,9 +39,15 @@ class SlaveProcess {
           "needs");
     }
     where_ = where.data();
-    if (where_.starts_with("/dev/")) reservation_.emplace(where_);
+    // Once both sides of a terminal are closed, the kernel reuses its number. A link that
+    // reconnects after a hang-up would then reach the device of another test.
+    if (where_.starts_with("/dev/"))
+      terminal_ = open(where_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
   }
-  ~SlaveProcess() { end(); }
+  ~SlaveProcess() {
+    end();
+    if (terminal_ >= 0) close(terminal_);
+  }
   SlaveProcess(const SlaveProcess&) = delete;
   SlaveProcess& operator=(const SlaveProcess&) = delete;
 
@@ -61,7 +65,7 @@ class SlaveProcess {
   pid_t pid_ = -1;
   FILE* output_ = nullptr;
   std::string where_;
-  std::optional<TerminalReservation> reservation_;
+  int terminal_ = -1;
 };
 
 }  // namespace raywalk::capture

@@ -1,12 +1,12 @@
+#include "capture/camera/gpio_lines.h"
+
 #include <cerrno>
 #include <system_error>
-
-#include "capture/trigger/gpio_lines.h"
 
 namespace raywalk::capture {
 namespace {
 
-std::string reason(int error) { return std::generic_category().message(error); }
+std::string errno_text(int error) { return std::generic_category().message(error); }
 
 std::string permission_advice(const std::string& path) {
   return "no permission for " + path + "; add this user to the group that owns it (ls -l " + path +
@@ -38,7 +38,7 @@ DeviceFault gpio_open_fault(const std::string& path, int error) {
               path + " is not a GPIO chip; set trigger.chip to one that gpiodetect lists"};
     default:
       return {FaultKind::kNoContact,
-              "cannot open GPIO chip " + path + " (" + reason(error) + "); see gpiodetect"};
+              "cannot open GPIO chip " + path + " (" + errno_text(error) + "); see gpiodetect"};
   }
 }
 
@@ -60,12 +60,13 @@ DeviceFault gpio_request_fault(const GpioRequestFailure& failure) {
       return {FaultKind::kNoContact, permission_advice(failure.path)};
     default:
       return {FaultKind::kNoContact,
-              "cannot request " + line + " (" + reason(failure.error) + "); see gpioinfo"};
+              "cannot request " + line + " (" + errno_text(failure.error) + "); see gpioinfo"};
   }
 }
 
 DeviceFault gpio_line_fault(const std::string& path, int offset, int error) {
-  return {FaultKind::kNoContact, line_name(path, offset) + " no longer answers (" + reason(error) +
+  return {FaultKind::kNoContact, line_name(path, offset) + " no longer answers (" +
+                                     errno_text(error) +
                                      "); check that the chip is still there with gpiodetect"};
 }
 
