@@ -134,71 +134,57 @@ TEST_F(OscCameraTest, ReportsTheStateOfTheCamera) {
 // Answers as cameras give them: Ricoh's Theta S, Z1 and X, and Insta360's, of which the last shows
 // 0 of 0 bytes because it does not know; members may be missing, unknown, or of another type.
 TEST(OscReport, ReportsWhatCamerasSay) {
+  const std::string room =
+      R"({"remainingPictures": 1200, "remainingSpace": 4900000000, "totalSpace": 7900000000})";
   struct Case {
-    Json info, state, options;
+    std::string info, state, options;
     CameraReport report;
     bool is_full = false;
   };
-  const Json none = Json::object();
-  const Json room = {{"remainingPictures", 1200},
-                     {"remainingSpace", 4'900'000'000},
-                     {"totalSpace", 7'900'000'000}};
-  const Json theta_s = {{"manufacturer", "RICOH"},
-                        {"model", "RICOH THETA S"},
-                        {"serialNumber", "00001234"},
-                        {"firmwareVersion", "1.0.0"}};
-  const Json theta_s_state = {
-      {"batteryLevel", 0.33}, {"_captureStatus", "idle"}, {"_apiVersion", 2}};
-  const Json theta_z1 = {{"manufacturer", "RICOH"},
-                         {"model", "RICOH THETA Z1"},
-                         {"_wlanMacAddress", "00:00:00:00:00:00"},
-                         {"apiLevel", {2}},
-                         {"endpoints", {{"httpPort", 80}, {"httpUpdatesPort", 80}}},
-                         {"uptime", 142}};
-  const Json theta_z1_state = {
-      {"batteryLevel", 0.8},           {"_batteryState", "charging"},
-      {"_cameraError", Json::array()}, {"_captureStatus", "self-timer countdown"},
-      {"_gpsInfo", {{"lat", 65535}}},  {"_pluginRunning", false}};
-  const Json theta_x_state = {{"_captureStatus", "idle"},
-                              {"_boardTemp", 43},
-                              {"_cameraError", {"HIGH_TEMPERATURE", "NO_MEMORY", 7}}};
-  const Json one2 = {{"manufacturer", "Arashi Vision"}, {"model", "Insta360 One2"}, {"gps", false}};
-  const Json one2_state = {{"_cardState", "pass"}, {"batteryLevel", 1}};
-  const Json odd = {{"model", "a\nb"}, {"serialNumber", 12}};
-  const Json odd_state = {{"batteryLevel", "0.8"}, {"_captureStatus", 3}, {"_cameraError", "none"}};
   for (const Case& each : std::vector<Case>{
-           {theta_s,
-            theta_s_state,
+           {R"({"manufacturer": "RICOH", "model": "RICOH THETA S", "serialNumber": "00001234",
+                "firmwareVersion": "1.0.0"})",
+            R"({"batteryLevel": 0.33, "_captureStatus": "idle", "_apiVersion": 2})",
             room,
             {"RICOH THETA S, serial 00001234, firmware 1.0.0", "idle", 4'900'000'000, 1200, 0.33}},
-           {theta_z1,
-            theta_z1_state,
+           {R"({"manufacturer": "RICOH", "model": "RICOH THETA Z1", "apiLevel": [2], "uptime": 142,
+                "_wlanMacAddress": "00:00:00:00:00:00",
+                "endpoints": {"httpPort": 80, "httpUpdatesPort": 80}})",
+            R"({"batteryLevel": 0.8, "_batteryState": "charging", "_cameraError": [],
+                "_captureStatus": "self-timer countdown", "_gpsInfo": {"lat": 65535},
+                "_pluginRunning": false})",
             room,
             {"RICOH THETA Z1", "self-timer countdown", 4'900'000'000, 1200, 0.8}},
-           {none, theta_x_state, none, {"", "idle, HIGH_TEMPERATURE, NO_MEMORY"}, true},
-           {one2,
-            one2_state,
-            {{"totalSpace", 0}, {"remainingSpace", 0}},
+           {"{}",
+            R"({"_captureStatus": "idle", "_boardTemp": 43,
+                "_cameraError": ["HIGH_TEMPERATURE", "NO_MEMORY", 7]})",
+            "{}",
+            {"", "idle, HIGH_TEMPERATURE, NO_MEMORY"},
+            true},
+           {R"({"manufacturer": "Arashi Vision", "model": "Insta360 One2", "gps": false})",
+            R"({"_cardState": "pass", "batteryLevel": 1})",
+            R"({"totalSpace": 0, "remainingSpace": 0})",
             {"Arashi Vision Insta360 One2", "ready", {}, {}, 1.0}},
-           {{{"model", "Insta360 X3"}},
-            {{"_cardState", "noSpace"}},
-            none,
+           {R"({"model": "Insta360 X3"})",
+            R"({"_cardState": "noSpace"})",
+            "{}",
             {"Insta360 X3", "ready, card: noSpace"},
             true},
-           {odd,
-            odd_state,
-            {{"remainingPictures", "12"}, {"remainingSpace", 1e300}},
+           {R"({"model": "a\nb", "serialNumber": 12})",
+            R"({"batteryLevel": "0.8", "_captureStatus": 3, "_cameraError": "none"})",
+            R"({"remainingPictures": "12", "remainingSpace": 1e300})",
             {"a b", "ready"}},
-           {none, {{"batteryLevel", 80}}, {{"remainingPictures", -1}}, {"", "ready"}},
-           {none, none, {{"remainingPictures", 0}}, {"", "ready", {}, 0}, true}}) {
+           {"{}", R"({"batteryLevel": 80})", R"({"remainingPictures": -1})", {"", "ready"}},
+           {"{}", "{}", R"({"remainingPictures": 0})", {"", "ready", {}, 0}, true}}) {
     SCOPED_TRACE(each.state);
-    const CameraReport report = osc_report(each.info, each.state, each.options);
+    const Json state = Json::parse(each.state), options = Json::parse(each.options);
+    const CameraReport report = osc_report(Json::parse(each.info), state, options);
     EXPECT_EQ(report.identity, each.report.identity);
     EXPECT_EQ(report.state, each.report.state);
     EXPECT_EQ(report.battery_share, each.report.battery_share);
     EXPECT_EQ(report.pictures_left, each.report.pictures_left);
     EXPECT_EQ(report.free_bytes, each.report.free_bytes);
-    EXPECT_EQ(reports_full_card(each.state, each.options), each.is_full);
+    EXPECT_EQ(reports_full_card(state, options), each.is_full);
   }
 }
 

@@ -9,7 +9,6 @@
 #include "capture/commands/config_arguments.h"
 #include "capture/run/check_devices.h"
 #include "capture/run/run_session.h"
-#include "capture/slider/modbus_slider.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 
@@ -30,7 +29,7 @@ struct RunArguments {
 class SliderByHand {
  public:
   explicit SliderByHand(const SliderConfig& config)
-      : slider_(make_modbus_slider(config, &clock_)),
+      : slider_(open_slider(config, &clock_)),
         carriage_(slider_.get(), &clock_, limits_of(config), config.motion) {}
 
   Slider& slider() { return *slider_; }

@@ -20,7 +20,8 @@ std::optional<double> picture_mb(const CaptureConfig& config);
 PlanJson plan_report(const CapturePlan& plan, const CaptureConfig& config);
 
 // Its part about days, storage cards and charges of the camera's battery, for so many pictures of
-// this size.
+// this size. The facts about place and camera are settings: where the configuration does not give
+// one, what follows from it is unknown; nothing is assumed.
 PlanJson field_work(const CapturePlan& plan, const CaptureConfig& config, const CaptureTime& time,
                     std::size_t pictures, const std::optional<double>& picture_mb);
 

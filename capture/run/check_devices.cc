@@ -37,7 +37,7 @@ std::string state_text(const SliderState& state) {
 }
 
 std::string check_slider(const CaptureConfig& config, Clock* clock) {
-  const auto slider = make_modbus_slider(config.slider, clock);
+  const auto slider = open_slider(config.slider, clock);
   const SliderState state = slider->read_state();
   if (state.alarm) {
     throw Error(
@@ -86,6 +86,10 @@ DeviceCheck check(const std::string& device, const std::function<std::string()>&
 }
 
 }  // namespace
+
+std::unique_ptr<Slider> open_slider(const SliderConfig& config, Clock* clock) {
+  return make_modbus_slider(config, clock);
+}
 
 std::unique_ptr<Camera> open_camera(const CameraConfig& config, Clock* clock) {
   switch (config.kind) {

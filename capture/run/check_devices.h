@@ -1,5 +1,5 @@
-// The devices of a configuration: opening the camera, and contacting every one without moving
-// anything (`raywalk-capture check`).
+// Opens the devices of a configuration. `raywalk-capture check` contacts every one without moving
+// anything.
 #pragma once
 
 #include <cstddef>
@@ -11,13 +11,15 @@
 #include "capture/base/clock.h"
 #include "capture/camera/camera.h"
 #include "capture/config/capture_config.h"
+#include "capture/slider/slider.h"
 #include "capture/slider/slider_config.h"
 #include "capture/slider/soft_limits.h"
 
 namespace raywalk::capture {
 
-// Throws DeviceFault if the camera does not answer or is not the configured one, and UsageError for
-// an invalid configuration. The clock must outlive it.
+// Throw DeviceFault if the device does not answer or is not the configured one, and UsageError for
+// an invalid configuration. The clock must outlive the device.
+std::unique_ptr<Slider> open_slider(const SliderConfig& config, Clock* clock);
 std::unique_ptr<Camera> open_camera(const CameraConfig& config, Clock* clock);
 
 // The soft limits of a configuration. Throws UsageError as SoftLimits does.

@@ -10,7 +10,6 @@
 #include "capture/run/check_devices.h"
 #include "capture/run/film_lines.h"
 #include "capture/session/session_status.h"
-#include "capture/slider/modbus_slider.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/interrupt.h"
@@ -24,7 +23,7 @@ namespace {
 
 std::string dry_run(const CapturePlan& plan, const CaptureConfig& config, const PlaceRail& place) {
   SystemClock clock;
-  const auto slider = make_modbus_slider(config.slider, &clock);
+  const auto slider = open_slider(config.slider, &clock);
   Carriage carriage(slider.get(), &clock, limits_of(config.slider), config.slider.motion);
   carriage.home();
   Progress progress("dry run", static_cast<std::int64_t>(plan.stations()), "stations");
@@ -96,7 +95,7 @@ std::string run_session(const CaptureConfig& config, const RunOptions& options) 
   if (pictures == 0) return outcome_text(plan, config, options.session);
 
   const auto camera = open_camera(config.camera, &clock);
-  const auto slider = make_modbus_slider(config.slider, &clock);
+  const auto slider = open_slider(config.slider, &clock);
   session->record_event("run-started", slider->description() + ", " + camera->description());
   require_room_on_card(camera->report(), pictures);
   if (!camera->keeps_pictures()) {

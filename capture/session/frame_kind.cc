@@ -32,18 +32,14 @@ void warn_unless_upright(std::span<const std::byte> picture, const std::string& 
 
 void require_frame_kind(const std::string& bytes, FrameKind configured, const std::string& name) {
   const auto picture = std::as_bytes(std::span(bytes));
-  const PictureKind seen = look_at_picture(picture);
-  if (seen == PictureKind::kDualFisheye && configured == FrameKind::kPanorama) {
+  const bool stitched = configured == FrameKind::kPanorama;
+  if (look_at_picture(picture) == (stitched ? PictureKind::kDualFisheye : PictureKind::kPanorama)) {
     throw Error(fmt::format(
-        "{} shows two fisheye circles, but camera.frames is panorama; set the camera to stitch "
-        "its pictures, or begin a session with camera.frames: dual-fisheye",
-        name));
-  }
-  if (seen == PictureKind::kPanorama && configured == FrameKind::kDualFisheye) {
-    throw Error(fmt::format(
-        "{} shows a stitched panorama, but camera.frames is dual-fisheye; set the camera not to "
-        "stitch its pictures, or begin a session with camera.frames: panorama",
-        name));
+        "{} shows {}, but camera.frames is {}; set the camera {} its pictures, or begin a session "
+        "with camera.frames: {}",
+        name, stitched ? "two fisheye circles" : "a stitched panorama", name_of(configured),
+        stitched ? "to stitch" : "not to stitch",
+        name_of(stitched ? FrameKind::kDualFisheye : FrameKind::kPanorama)));
   }
   warn_unless_upright(picture, name);
 }

@@ -27,33 +27,12 @@ namespace fs = std::filesystem;
 std::string fault_of(const SessionContents& contents, const SessionFrame& frame) {
   std::string fault = file_fault(contents, frame);
   if (!fault.empty()) return fault;
-  const std::string place =
-      fmt::format("{} (station {})", frame.file, contents.station_of(frame).name);
+  fault = fmt::format("{} (station {}): ", frame.file, contents.station_of(frame).name);
   try {
-    const std::string content = read_file(contents.directory / frame.file);
-    if (sha256_hex(content) == frame.sha256) return "";
-    return place + ": changed since it was written (SHA-256 differs)";
+    if (sha256_of_file(contents.directory / frame.file) == frame.sha256) return "";
+    return fault + "changed since it was written (SHA-256 differs)";
   } catch (const Error& unreadable) {
-    return place + ": " + unreadable.what();
-  }
-}
-
-void check_frames(const SessionContents& contents, SessionVerification* verification) {
-  const std::vector<SessionFrame>& frames = contents.frames;
-  Progress progress("verifying", static_cast<std::int64_t>(frames.size()), "frames");
-  std::vector<std::string> faults(frames.size());
-  parallel_for(0, static_cast<int>(frames.size()), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      const auto index = static_cast<std::size_t>(i);
-      faults[index] = fault_of(contents, frames[index]);
-      progress.advance();
-    }
-  });
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    ++verification->frames;
-    verification->bytes += frames[i].bytes;
-    if (faults[i].empty()) continue;
-    verification->faults.push_back({contents.station_of(frames[i]).name, std::move(faults[i])});
+    return fault + unreadable.what();
   }
 }
 
@@ -109,14 +88,28 @@ std::string left_out(const std::vector<SessionStation>& stations,
 }  // namespace
 
 SessionVerification verify_session(SessionReader* session) {
-  SessionVerification verification;
   // In this order, so that a frame stored by a run meanwhile is not taken for a leftover.
   const std::vector<std::string> files = list_frames(session->directory());
   const SessionContents contents = session->contents();
-  verification.faults = incomplete_stations(contents);
-  check_frames(contents, &verification);
+  const std::vector<SessionFrame>& frames = contents.frames;
+  Progress progress("verifying", static_cast<std::int64_t>(frames.size()), "frames");
+  std::vector<std::string> faults(frames.size());
+  parallel_for(0, static_cast<int>(frames.size()), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const auto index = static_cast<std::size_t>(i);
+      faults[index] = fault_of(contents, frames[index]);
+      progress.advance();
+    }
+  });
+  SessionVerification verification{.faults = incomplete_stations(contents)};
   std::set<std::string> named;
-  for (const SessionFrame& frame : contents.frames) named.insert(frame.file);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    ++verification.frames;
+    verification.bytes += frames[i].bytes;
+    named.insert(frames[i].file);
+    if (faults[i].empty()) continue;
+    verification.faults.push_back({contents.station_of(frames[i]).name, std::move(faults[i])});
+  }
   std::ranges::copy_if(files, std::back_inserter(verification.leftover),
                        [&](const std::string& file) { return !named.contains(file); });
   return verification;

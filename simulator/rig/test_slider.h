@@ -23,9 +23,9 @@ using simulator::RigFault;
 using simulator::SimulatedDrive;
 
 // A drive whose carriage is at `start_mm`, homed or not, and its driver. Time passes while it is
-// homed, before the constructor returns. Of the faults of the link there are two here: kCut, while
-// which every request fails and the carriage keeps moving, and kCorruptedReply, which puts one
-// reading of the position off by `amount` millimetres.
+// homed, before the constructor returns. Of the faults of the link there are three here: kCut,
+// while which every request fails and the carriage keeps moving, kLostRequest, by which one fails,
+// and kCorruptedReply, which puts one reading of the position off by `amount` millimetres.
 class TestSlider {
  public:
   struct Setup {
@@ -103,7 +103,9 @@ class TestSlider {
 
    private:
     void require_contact() const {
-      if (!owner_->faults.lasting(RigFault::kCut)) return;
+      const bool is_lost = owner_->faults.lasting(RigFault::kCut).has_value() ||
+                           owner_->faults.occurs(RigFault::kLostRequest).has_value();
+      if (!is_lost) return;
       throw DeviceFault(FaultKind::kNoContact, "the drive does not answer; check its cable");
     }
     TestSlider* owner_;
