@@ -1,5 +1,3 @@
-#include "capture/import/import_film.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 
 #include "capture/import/film_stations.h"
 #include "capture/import/film_track.h"
+#include "capture/import/import.h"
 #include "capture/import/name_list.h"
 #include "capture/session/frame_kind.h"
 #include "capture/session/session.h"
@@ -126,24 +125,14 @@ void store_frames(Session* session, const fs::path& film, const FilmImportOption
   }
 }
 
-double farthest_mm(const std::vector<StationFrame>& chosen,
-                   const std::vector<SessionStation>& stations) {
-  double farthest = 0.0;
-  for (const StationFrame& each : chosen) {
-    farthest = std::max(farthest, std::abs(each.position_mm - stations[each.station].planned_mm));
-  }
-  return farthest;
-}
-
 }  // namespace
 
-FilmImport import_film(const fs::path& session_directory, const fs::path& film,
-                       const FilmImportOptions& options, Clock* clock) {
+ImportResult import_film(const fs::path& session_directory, const fs::path& film,
+                         const FilmImportOptions& options, Clock* clock) {
   const std::unique_ptr<Session> session = Session::open(session_directory, clock);
   SessionReader reader(session_directory);
   const SessionFacts facts = reader.facts();
   const SessionContents contents = reader.contents();
-  const std::vector<SessionStation>& stations = contents.stations;
   const std::vector<Travel> travels = read_travels(&reader, contents, options.line, facts.created);
 
   const FilmTrack track = track_film(film);
@@ -156,16 +145,16 @@ FilmImport import_film(const fs::path& session_directory, const fs::path& film,
     throw Error(fmt::format("{}: {} (nothing was imported; --allow-missing imports the others)",
                             film.string(), account));
   }
-  store_frames(session.get(), film, options, frames.found, stations, facts);
+  store_frames(session.get(), film, options, frames.found, contents.stations, facts);
 
-  FilmImport result{.imported = frames.found.size(), .already_there = frames.captured_before};
+  ImportResult result{.imported = frames.found.size(), .already_there = frames.captured_before};
   result.summary = fmt::format(
       "{} stations imported, {} had been before; the film starts at {} by the session's clock, "
       "within {:.3f} s or {:.2f} mm; frames are at most {:.2f} mm from their stations; blurred "
       "frames skipped: {}{}{}",
       result.imported, result.already_there,
       utc_text(utc_us_from(journal_time(facts, film_clock.offset_s))), film_clock.uncertainty_s,
-      frames.uncertainty_mm, farthest_mm(frames.found, stations), frames.blurred_skipped,
+      frames.uncertainty_mm, frames.farthest_mm, frames.blurred_skipped,
       account.empty() ? "" : "; ", account);
   session->record_event("film-imported", result.summary);
   return result;

@@ -1,10 +1,9 @@
-#include "capture/import/import_film.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "capture/import/import.h"
 #include "capture/import/test_film.h"
 #include "capture/session/session_database.h"
 #include "capture/session/session_reader.h"
@@ -49,7 +48,7 @@ class ImportFilmTest : public testing::Test {
   void shoot(const TestFilm& film) {
     shoot_test_film(film_, film, [&](double time_s) { return pass_.position_mm(time_s); });
   }
-  FilmImport import(const FilmImportOptions& options = {}) {
+  ImportResult import(const FilmImportOptions& options = {}) {
     return import_film(capture_.directory, film_, options, &capture_.clock);
   }
   std::string error_of_import(const FilmImportOptions& options = {}) {
@@ -66,7 +65,7 @@ class ImportFilmTest : public testing::Test {
 
 TEST_F(ImportFilmTest, EveryStationGetsAFrameWithItsTruePosition) {
   film_line();
-  const FilmImport result = import();
+  const ImportResult result = import();
   EXPECT_EQ(result.imported, 11U);
   EXPECT_THAT(result.summary,
               AllOf(HasSubstr("11 stations imported"), HasSubstr("the film starts at")));
@@ -110,7 +109,7 @@ TEST_F(ImportFilmTest, BlurredFramesAreSkipped) {
   const double station_mm = capture_.plan.lines[0].stations[5].rail_mm;
   film.blurred = [&](std::size_t frame) { return std::abs(position_of(frame) - station_mm) < 2.5; };
   shoot(film);
-  const FilmImport result = import();
+  const ImportResult result = import();
   EXPECT_EQ(result.imported, 11U);
   EXPECT_THAT(result.summary, HasSubstr("blurred frames skipped: 1"));
   const double off_mm = std::abs(contents().stations[5].shot->measured_mm - station_mm);
@@ -125,7 +124,7 @@ TEST_F(ImportFilmTest, AFilmShorterThanThePassListsTheMissingStations) {
   EXPECT_THAT(error_of_import(),
               AllOf(HasSubstr("does not show"), HasSubstr("x0_010"), HasSubstr("--allow-missing")));
   EXPECT_TRUE(contents().frames.empty());
-  const FilmImport result = import({.allow_missing = true});
+  const ImportResult result = import({.allow_missing = true});
   EXPECT_GT(result.imported, 3U);
   EXPECT_LT(result.imported, 11U);
   EXPECT_THAT(result.summary, HasSubstr("x0_010"));
@@ -134,7 +133,7 @@ TEST_F(ImportFilmTest, AFilmShorterThanThePassListsTheMissingStations) {
 TEST_F(ImportFilmTest, ASecondImportKeepsExistingFrames) {
   film_line();
   import();
-  const FilmImport again = import();
+  const ImportResult again = import();
   EXPECT_EQ(again.imported, 0U);
   EXPECT_EQ(again.already_there, 11U);
   EXPECT_EQ(contents().frames.size(), 11U);

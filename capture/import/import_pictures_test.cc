@@ -1,5 +1,3 @@
-#include "capture/import/import_pictures.h"
-
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -7,6 +5,7 @@
 
 #include <fstream>
 
+#include "capture/import/import.h"
 #include "capture/import/test_pictures.h"
 #include "capture/session/session_reader.h"
 #include "capture/session/test_session.h"
@@ -57,7 +56,7 @@ class ImportPicturesTest : public testing::Test {
     return fmt::format("{:%Y:%m:%d %H:%M:%S}",
                        std::chrono::floor<std::chrono::seconds>(time + 7203s));
   }
-  PictureImport import(bool allow_missing = false) {
+  ImportResult import(bool allow_missing = false) {
     const std::vector<fs::path> given{card_};
     return import_pictures(capture_.directory, given, allow_missing, &capture_.clock);
   }
@@ -76,7 +75,7 @@ class ImportPicturesTest : public testing::Test {
 
 TEST_F(ImportPicturesTest, EveryStationGetsItsOwnPictureWithItsChecksum) {
   fill_card();
-  const PictureImport result = import();
+  const ImportResult result = import();
   EXPECT_EQ(result.imported, 20U);
   EXPECT_THAT(result.summary, AllOf(HasSubstr("20 stations imported"), HasSubstr("+7203.")));
   const SessionContents imported = contents();
@@ -100,7 +99,7 @@ TEST_F(ImportPicturesTest, APictureOfAnotherKindThanTheFramesIsRefusedBeforeAnyI
 TEST_F(ImportPicturesTest, ASecondImportChangesNothing) {
   fill_card();
   import();
-  const PictureImport again = import();
+  const ImportResult again = import();
   EXPECT_EQ(again.imported, 0U);
   EXPECT_EQ(again.already_there, 20U);
   EXPECT_EQ(captured(), 20U);
@@ -119,7 +118,7 @@ TEST_F(ImportPicturesTest, AMissingPictureIsRefusedUnlessAllowed) {
   EXPECT_THAT(error_of_import(), AllOf(HasSubstr("1 of 20 stations lack pictures: x1_004"),
                                        HasSubstr("--allow-missing")));
   EXPECT_EQ(captured(), 0U);
-  const PictureImport result = import(true);
+  const ImportResult result = import(true);
   EXPECT_EQ(result.imported, 19U);
   EXPECT_THAT(result.summary, HasSubstr("x1_004"));
   write_picture("R_x1_004.JPG", taken_[9].second);
@@ -131,7 +130,7 @@ TEST_F(ImportPicturesTest, APictureIsAssignedByHandWhateverItsTime) {
   write_picture("LATER.jpg", taken_[9].second + 12h);
   fs::rename(card_ / "LATER.jpg", card_ / "LATER.insp");
   const std::vector<fs::path> given{card_};
-  const PictureImport result =
+  const ImportResult result =
       import_pictures(capture_.directory, given, false, &capture_.clock, "x1_004");
   EXPECT_THAT(result.summary, AllOf(HasSubstr("1 stations imported"), HasSubstr("by the names")));
   const SessionContents imported = contents();
@@ -149,7 +148,7 @@ TEST_F(ImportPicturesTest, APictureOfAnInterruptedAttemptIsLeftOut) {
     session->fail_attempt(session->begin_attempt("x0_000", 50.0), "interrupted", "Ctrl-C");
   }
   write_picture("TRY.JPG", capture_.clock.wall_now());
-  const PictureImport result = import();
+  const ImportResult result = import();
   EXPECT_EQ(result.imported, 20U);
   EXPECT_THAT(result.summary, HasSubstr("pictures of failed attempts left out: 1"));
 }
