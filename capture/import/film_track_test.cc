@@ -25,15 +25,14 @@ class FilmTrackTest : public testing::Test {
 
 TEST_F(FilmTrackTest, FramesComeInOrderWithTheirTimes) {
   shoot_test_film(film_, {.rate_hz = 20.0, .length_s = 2.0}, [](double) { return 0.0; });
-  VideoReader reader(film_);
-  DecodedFrame frame;
   std::size_t frames = 0;
-  while (reader.next(&frame)) {
+  read_film(film_, [&](const DecodedFrame& frame) {
     EXPECT_EQ(frame.number, frames);
     EXPECT_NEAR(frame.time_s, 0.05 * static_cast<double>(frames), 1e-3);
     EXPECT_EQ(frame.picture.size(), cv::Size(160, 80));
     ++frames;
-  }
+    return true;
+  });
   EXPECT_EQ(frames, 40U);
 }
 

@@ -14,7 +14,6 @@
 #include "capture/session/session_database.h"
 #include "capture/session/session_reader.h"
 #include "core/base/error.h"
-#include "core/base/interrupt.h"
 #include "core/base/progress.h"
 #include "core/session/session_contents.h"
 
@@ -102,17 +101,11 @@ Picture encode(const DecodedFrame& frame, const fs::path& film, const FilmImport
 void store_frames(Session* session, const fs::path& film, const FilmImportOptions& options,
                   const std::vector<StationFrame>& chosen,
                   const std::vector<SessionStation>& stations, const SessionFacts& facts) {
-  VideoReader reader(film);
-  DecodedFrame frame;
   Progress progress("Importing frames", static_cast<std::int64_t>(chosen.size()), "stations");
   auto next = chosen.begin();
-  while (next != chosen.end()) {
-    throw_if_interrupted();
-    if (!reader.next(&frame)) {
-      throw Error(fmt::format("{}: ended before frame {} on the second read; was it changed?",
-                              film.string(), next->frame));
-    }
-    if (frame.number != next->frame) continue;
+  if (next == chosen.end()) return;
+  read_film(film, [&](const DecodedFrame& frame) {
+    if (frame.number != next->frame) return true;
     const Picture picture = encode(frame, film, options);
     if (next == chosen.begin()) require_frame_kind(picture.bytes, facts.frames, film.string());
     const SessionStation& station = stations[next->station];
@@ -121,8 +114,11 @@ void store_frames(Session* session, const fs::path& film, const FilmImportOption
     session->complete_from_film(attempt, next->position_mm, journal_time(facts, next->time_s),
                                 {&stored, 1});
     progress.advance();
-    ++next;
-  }
+    return ++next != chosen.end();
+  });
+  if (next == chosen.end()) return;
+  throw Error(fmt::format("{}: ended before frame {} on the second read; was it changed?",
+                          film.string(), next->frame));
 }
 
 }  // namespace
