@@ -9,8 +9,7 @@
 #include <vector>
 
 #include "capture/commands/commands.h"
-#include "capture/import/import_film.h"
-#include "capture/import/import_pictures.h"
+#include "capture/import/import.h"
 #include "capture/session/merge_sessions.h"
 #include "capture/session/session_frames.h"
 #include "capture/session/session_status.h"
@@ -42,16 +41,14 @@ std::shared_ptr<SessionArguments> add_session(CLI::App* command) {
 
 void import_files(const ImportArguments& arguments) {
   SystemClock clock;
-  if (!arguments.video.empty()) {
-    const FilmImport result =
-        import_film(arguments.session, arguments.video, arguments.film, &clock);
-    fmt::print("{}\n", result.summary);
-    return;
+  if (arguments.video.empty() && arguments.files.empty()) {
+    throw CLI::RequiredError("pictures, or --video");
   }
-  if (arguments.files.empty()) throw CLI::RequiredError("pictures, or --video");
-  const PictureImport result =
-      import_pictures(arguments.session, arguments.files, arguments.film.allow_missing, &clock,
-                      arguments.first_station);
+  const ImportResult result =
+      arguments.video.empty()
+          ? import_pictures(arguments.session, arguments.files, arguments.film.allow_missing,
+                            &clock, arguments.first_station)
+          : import_film(arguments.session, arguments.video, arguments.film, &clock);
   fmt::print("{}\n", result.summary);
 }
 

@@ -2,8 +2,11 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <filesystem>
 #include <set>
+#include <string>
 #include <system_error>
+#include <vector>
 
 #include "capture/base/http_url.h"
 #include "capture/config/capture_schema.h"
@@ -15,160 +18,121 @@
 namespace raywalk::capture {
 namespace {
 
-void require_grid(const CaptureConfig& config) {
-  const double overhang_mm = config.grid.overhang_mm;
-  if (overhang_mm < 0.0 && overhang_mm != -1.0) {
-    refuse_setting(
-        config, "grid.overhang_mm",
-        fmt::format("is {}; it must be 0 or more, or -1 for as much as k_deg needs", overhang_mm));
-  }
-}
+// A setting that contradicts another, or lacks what another needs.
+struct Rule {
+  bool broken = false;
+  std::string key{};
+  std::string what{};  // is wrong with its value
+};
 
-void require_validation(const CaptureConfig& config) {
+std::vector<Rule> plan_rules(const CaptureConfig& config) {
+  const double overhang_mm = config.grid.overhang_mm;
+  const CaptureScene& scene = config.scene;
+  std::vector<Rule> rules{
+      {overhang_mm < 0.0 && overhang_mm != -1.0, "grid.overhang_mm",
+       fmt::format("is {}; it must be 0 or more, or -1 for as much as k_deg needs", overhang_mm)}};
   for (std::size_t i = 0; i < config.validation.size(); ++i) {
     const ValidationLine& line = config.validation[i];
-    if (line.from_m < line.to_m) continue;
-    refuse_setting(
-        config, fmt::format("validation[{}].to_m", i),
-        fmt::format("is {}; it must be larger than from_m, which is {}", line.to_m, line.from_m));
+    rules.push_back(
+        {!(line.from_m < line.to_m), fmt::format("validation[{}].to_m", i),
+         fmt::format("is {}; it must be larger than from_m, which is {}", line.to_m, line.from_m)});
   }
-}
-
-void require_scene(const CaptureConfig& config) {
-  const CaptureScene& scene = config.scene;
-  if (scene.farthest_m > 0.0 && scene.farthest_m < scene.nearest_m) {
-    refuse_setting(config, "scene.farthest_m",
+  rules.push_back({scene.farthest_m > 0.0 && scene.farthest_m < scene.nearest_m, "scene.farthest_m",
                    fmt::format("is {}; it must not be below nearest_m, which is {}",
-                               scene.farthest_m, scene.nearest_m));
-  }
+                               scene.farthest_m, scene.nearest_m)});
+  return rules;
 }
 
-void require_connection(const CaptureConfig& config) {
-  const auto impossible = impossible_connection(config.slider);
-  if (impossible) refuse_setting(config, impossible->key, impossible->what);
-}
-
-void require_register_map(const CaptureConfig& config) {
-  const std::filesystem::path& map = config.slider.register_map;
-  if (map.empty()) {
-    refuse_setting(config, "slider.register_map",
-                   "is missing; name the map of the drive's registers, for example "
-                   "leadshine-pr0");
-  }
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(map, error)) {
-    refuse_setting(config, "slider.register_map", missing_config_text(map, ConfigKind::kSlider));
-  }
-}
-
-void require_limits(const CaptureConfig& config) {
+std::vector<Rule> slider_rules(const CaptureConfig& config) {
   const SliderConfig& slider = config.slider;
-  if (!(slider.low_limit_mm < slider.high_limit_mm)) {
-    refuse_setting(config, "slider.high_limit_mm",
-                   fmt::format("is {}; it must be above low_limit_mm, which is {}",
-                               slider.high_limit_mm, slider.low_limit_mm));
-  }
   const MotionRules& motion = slider.motion;
-  if (motion.following_error_mm < motion.settle_tolerance_mm) {
-    refuse_setting(config, "slider.motion.following_error_mm",
-                   fmt::format("is {}; it must not be below settle_tolerance_mm, which is {}",
-                               motion.following_error_mm, motion.settle_tolerance_mm));
+  const std::filesystem::path& map = slider.register_map;
+  const auto impossible = impossible_connection(slider);
+  std::error_code unreadable;
+  std::string map_fault;
+  if (map.empty()) {
+    map_fault = "is missing; name the map of the drive's registers, for example leadshine-pr0";
+  } else if (!std::filesystem::is_regular_file(map, unreadable)) {
+    map_fault = missing_config_text(map, ConfigKind::kSlider);
   }
-  if (motion.poll_ms > motion.stall_ms) {
-    refuse_setting(config, "slider.motion.poll_ms",
-                   fmt::format("is {}; it must not exceed stall_ms, which is {}", motion.poll_ms,
-                               motion.stall_ms));
-  }
+  return {
+      {impossible.has_value(), impossible ? impossible->key : "",
+       impossible ? impossible->what : ""},
+      {!map_fault.empty(), "slider.register_map", map_fault},
+      {!(slider.low_limit_mm < slider.high_limit_mm), "slider.high_limit_mm",
+       fmt::format("is {}; it must be above low_limit_mm, which is {}", slider.high_limit_mm,
+                   slider.low_limit_mm)},
+      {motion.following_error_mm < motion.settle_tolerance_mm, "slider.motion.following_error_mm",
+       fmt::format("is {}; it must not be below settle_tolerance_mm, which is {}",
+                   motion.following_error_mm, motion.settle_tolerance_mm)},
+      {motion.poll_ms > motion.stall_ms, "slider.motion.poll_ms",
+       fmt::format("is {}; it must not exceed stall_ms, which is {}", motion.poll_ms,
+                   motion.stall_ms)},
+  };
 }
 
-void require_frame_size(const CaptureConfig& config) {
-  const CameraConfig& camera = config.camera;
-  if ((camera.width_px == 0) != (camera.height_px == 0)) {
-    refuse_setting(config, camera.width_px == 0 ? "camera.width_px" : "camera.height_px",
-                   "is 0 and the other is not; set both, or neither to accept any size");
-  }
-  if (camera.frames == FrameKind::kPanorama && camera.width_px != 2 * camera.height_px) {
-    refuse_setting(config, "camera.width_px",
-                   fmt::format("is {} at a height of {}; a panorama is twice as wide as high",
-                               camera.width_px, camera.height_px));
-  }
+Rule url_rule(const std::string& key, const std::string& url) {
+  return {!is_http_url(url), key,
+          fmt::format("is '{}'; it must be an address such as http://192.168.1.1", url)};
 }
 
-void require_exposure(const CaptureConfig& config) {
-  const ExposureSettings& exposure = config.camera.exposure;
-  if (!exposure.lock &&
-      (exposure.shutter_s > 0.0 || exposure.iso > 0 || exposure.white_balance_k > 0)) {
-    refuse_setting(config, "camera.exposure.lock",
-                   "is false, but values to lock are set; leave them out or set it to true");
-  }
-  const std::vector<double>& bracket_ev = exposure.bracket_ev;
-  if (bracket_ev.empty()) {
-    refuse_setting(config, "camera.exposure.bracket_ev", "is empty; one exposure is [0]");
-  }
-  if (std::set<double>(bracket_ev.begin(), bracket_ev.end()).size() != bracket_ev.size()) {
-    refuse_setting(config, "camera.exposure.bracket_ev", "holds an exposure twice");
-  }
-  if (config.run.mode == CaptureMode::kVideo && bracket_ev.size() > 1) {
-    refuse_setting(config, "camera.exposure.bracket_ev",
-                   "holds more than one exposure, which a video cannot have; write [0]");
-  }
-}
-
-void require_url(const CaptureConfig& config, std::string_view key, const std::string& url) {
-  if (is_http_url(url)) return;
-  refuse_setting(config, key,
-                 fmt::format("is '{}'; it must be an address such as http://192.168.1.1", url));
-}
-
-// Lines are identified by their numbers on the chip, so all must differ.
-void require_lines(const CaptureConfig& config) {
-  const TriggerConfig& trigger = config.camera.trigger;
-  if (trigger.shutter_line < 0) {
-    refuse_setting(
-        config, "trigger.shutter_line",
-        fmt::format("is {}; a gpio camera needs the line of its shutter", trigger.shutter_line));
-  }
-  if (trigger.chip.empty()) {
-    refuse_setting(config, "trigger.chip", "is empty; name the chip, for example gpiochip0");
-  }
-  if (trigger.focus_line == trigger.shutter_line || trigger.busy_line == trigger.shutter_line) {
-    refuse_setting(config, "trigger.shutter_line",
-                   fmt::format("is {}, as is another line", trigger.shutter_line));
-  }
-  if (trigger.busy_line >= 0 && trigger.busy_line == trigger.focus_line) {
-    refuse_setting(config, "trigger.busy_line",
-                   fmt::format("is {}, as is another line", trigger.busy_line));
-  }
-}
-
-void require_video_device(const CaptureConfig& config) {
-  if (config.camera.v4l2.device.empty()) {
-    refuse_setting(config, "camera.v4l2.device",
-                   "is missing; name the video device, preferably as /dev/v4l/by-id/...");
-  }
-}
-
-void require_camera(const CaptureConfig& config) {
-  const CameraConfig& camera = config.camera;
+// What the kind of camera needs to be reached.
+std::vector<Rule> device_rules(const CameraConfig& camera) {
+  const TriggerConfig& trigger = camera.trigger;
   switch (camera.kind) {
     case CameraKind::kOsc:
-      require_url(config, "camera.osc.url", camera.osc.url);
-      break;
-    case CameraKind::kGpio:
-      require_lines(config);
-      break;
+      return {url_rule("camera.osc.url", camera.osc.url)};
     case CameraKind::kV4l2:
-      require_video_device(config);
+      return {{camera.v4l2.device.empty(), "camera.v4l2.device",
+               "is missing; name the video device, preferably as /dev/v4l/by-id/..."}};
+    case CameraKind::kGpio:
       break;
   }
-  require_frame_size(config);
-  require_exposure(config);
-  if (config.run.mode == CaptureMode::kVideo && camera.kind != CameraKind::kGpio) {
-    refuse_setting(
-        config, "run.mode",
-        fmt::format("is video, but the program cannot film with the {} camera; film with "
-                    "a gpio camera, or capture stations",
-                    name_of(camera.kind)));
+  // Lines are identified by their numbers on the chip, so all must differ.
+  return {
+      {trigger.shutter_line < 0, "trigger.shutter_line",
+       fmt::format("is {}; a gpio camera needs the line of its shutter", trigger.shutter_line)},
+      {trigger.chip.empty(), "trigger.chip", "is empty; name the chip, for example gpiochip0"},
+      {trigger.focus_line == trigger.shutter_line || trigger.busy_line == trigger.shutter_line,
+       "trigger.shutter_line", fmt::format("is {}, as is another line", trigger.shutter_line)},
+      {trigger.busy_line >= 0 && trigger.busy_line == trigger.focus_line, "trigger.busy_line",
+       fmt::format("is {}, as is another line", trigger.busy_line)},
+  };
+}
+
+std::vector<Rule> picture_rules(const CaptureConfig& config) {
+  const CameraConfig& camera = config.camera;
+  const ExposureSettings& exposure = camera.exposure;
+  const std::set<double> different(exposure.bracket_ev.begin(), exposure.bracket_ev.end());
+  const bool is_video = config.run.mode == CaptureMode::kVideo;
+  return {
+      {(camera.width_px == 0) != (camera.height_px == 0),
+       camera.width_px == 0 ? "camera.width_px" : "camera.height_px",
+       "is 0 and the other is not; set both, or neither to accept any size"},
+      {camera.frames == FrameKind::kPanorama && camera.width_px != 2 * camera.height_px,
+       "camera.width_px",
+       fmt::format("is {} at a height of {}; a panorama is twice as wide as high", camera.width_px,
+                   camera.height_px)},
+      {!exposure.lock &&
+           (exposure.shutter_s > 0.0 || exposure.iso > 0 || exposure.white_balance_k > 0),
+       "camera.exposure.lock",
+       "is false, but values to lock are set; leave them out or set it to true"},
+      {different.empty(), "camera.exposure.bracket_ev", "is empty; one exposure is [0]"},
+      {different.size() != exposure.bracket_ev.size(), "camera.exposure.bracket_ev",
+       "holds an exposure twice"},
+      {is_video && different.size() > 1, "camera.exposure.bracket_ev",
+       "holds more than one exposure, which a video cannot have; write [0]"},
+      {is_video && camera.kind != CameraKind::kGpio, "run.mode",
+       fmt::format("is video, but the program cannot film with the {} camera; film with a gpio "
+                   "camera, or capture stations",
+                   name_of(camera.kind))},
+  };
+}
+
+// Refuses the first broken rule.
+void require(const CaptureConfig& config, const std::vector<Rule>& rules) {
+  for (const Rule& rule : rules) {
+    if (rule.broken) refuse_setting(config, rule.key, rule.what);
   }
 }
 
@@ -191,14 +155,12 @@ CaptureConfig read_capture_config(const std::filesystem::path& file) {
   config.lines = capture_schema(&config).load(file);
   std::filesystem::path& map = config.slider.register_map;
   if (!map.empty()) map = config_path(map, ConfigKind::kSlider, file.parent_path());
-  require_grid(config);
-  require_validation(config);
-  require_scene(config);
-  require_connection(config);
-  require_register_map(config);
-  require_limits(config);
-  require_camera(config);
-  if (!config.run.place_url.empty()) require_url(config, "run.place_url", config.run.place_url);
+  require(config, plan_rules(config));
+  require(config, slider_rules(config));
+  require(config, device_rules(config.camera));
+  require(config, picture_rules(config));
+  const std::string& place_url = config.run.place_url;
+  if (!place_url.empty()) require(config, {url_rule("run.place_url", place_url)});
   return config;
 }
 

@@ -158,40 +158,25 @@ std::vector<PlacedFrame> place_frames(const FilmTrack& track, std::span<const Tr
   return placed;
 }
 
-// To the nearer neighbour on the same line.
-double spacing_mm(const std::vector<SessionStation>& stations, std::size_t of) {
+// Half the distance to the nearer neighbour on the same line.
+double reach_mm(const std::vector<SessionStation>& stations, std::size_t of) {
   double nearest_mm = HUGE_VAL;
   for (const std::size_t other : {of - 1, of + 1}) {
     if (other >= stations.size() || stations[other].line != stations[of].line) continue;
     nearest_mm =
         std::min(nearest_mm, std::abs(stations[other].planned_mm - stations[of].planned_mm));
   }
-  return nearest_mm;
+  return 0.5 * nearest_mm;
 }
 
-double fastest_mm_s(std::span<const Travel> travels) {
-  constexpr double kOver_s = 0.2;
-  double fastest = 0.0;
-  for (const Travel& travel : travels) {
-    for (double time_s = travel.begin_s(); time_s + kOver_s < travel.end_s(); time_s += kOver_s) {
-      fastest = std::max(fastest, travel.speed_mm_s(time_s, time_s + kOver_s));
-    }
-  }
-  return fastest;
-}
-
-// Prevents frames from being assigned to the wrong station.
-void require_certain(double uncertainty_mm, const FilmClock& clock,
-                     const std::vector<SessionStation>& stations, const std::string& film) {
-  double least_mm = HUGE_VAL;
-  for (std::size_t i = 0; i < stations.size(); ++i) {
-    least_mm = std::min(least_mm, spacing_mm(stations, i));
-  }
-  if (uncertainty_mm < 0.5 * least_mm) return;
+// Prevents a frame from being assigned to the wrong station.
+void require_certain(const PlacedFrame& frame, double within_mm, const FilmClock& clock,
+                     const std::string& film) {
+  if (frame.error_mm < within_mm) return;
   throw Error(fmt::format(
       "{}: the clock offset is only known to {:.2f} s, or {:.1f} mm of travel, and stations are "
       "{:.1f} mm apart; film more slowly, with some seconds at rest before and after each line",
-      film, clock.uncertainty_s, uncertainty_mm, least_mm));
+      film, clock.uncertainty_s, frame.error_mm, 2.0 * within_mm));
 }
 
 }  // namespace
@@ -261,8 +246,7 @@ FilmClock match_film_clock(const FilmTrack& track, std::span<const Travel> trave
 FilmStations find_station_frames(const SessionContents& contents, const FilmTrack& track,
                                  std::span<const Travel> travels, const FilmClock& clock,
                                  const std::string& film) {
-  FilmStations result{.uncertainty_mm = clock.uncertainty_s * fastest_mm_s(travels)};
-  require_certain(result.uncertainty_mm, clock, contents.stations, film);
+  FilmStations result;
   const std::vector<PlacedFrame> frames = place_frames(track, travels, clock);
   std::set<std::string> lines;
   for (const PlacedFrame& frame : frames) lines.insert(frame.line);
@@ -275,7 +259,7 @@ FilmStations find_station_frames(const SessionContents& contents, const FilmTrac
       ++result.captured_before;
       continue;
     }
-    const double within_mm = 0.5 * spacing_mm(contents.stations, i);
+    const double within_mm = reach_mm(contents.stations, i);
     const auto error_mm = [&](const PlacedFrame& each) {
       const double off_mm = std::abs(each.frame.position_mm - station.planned_mm);
       return each.line == line && off_mm < within_mm ? off_mm + each.error_mm : HUGE_VAL;
@@ -290,9 +274,13 @@ FilmStations find_station_frames(const SessionContents& contents, const FilmTrac
     } else if (sharp_error_mm(sharp) == HUGE_VAL) {
       result.only_blurred.push_back(station.name);
     } else {
+      require_certain(sharp, within_mm, clock, film);
+      const double off_mm = std::abs(sharp.frame.position_mm - station.planned_mm);
+      result.farthest_mm = std::max(result.farthest_mm, off_mm);
+      result.uncertainty_mm = std::max(result.uncertainty_mm, sharp.error_mm);
+      if (nearest.blurred) ++result.blurred_skipped;
       result.found.push_back(sharp.frame);
       result.found.back().station = i;
-      if (nearest.blurred) ++result.blurred_skipped;
     }
   }
   std::ranges::sort(result.found, {}, &StationFrame::frame);

@@ -65,7 +65,8 @@ struct FilmStations {
   std::vector<std::string> only_blurred{};  // stations with blurred frames only
   std::size_t captured_before = 0;          // stations of the filmed lines that have a picture
   std::size_t blurred_skipped = 0;          // stations whose nearest frame was blurred
-  double uncertainty_mm = 0.0;              // that of the clock at the largest speed
+  double farthest_mm = 0.0;                 // of a frame from its station
+  double uncertainty_mm = 0.0;              // by that of the clock, of the fastest frame found
 };
 
 // For each station of the filmed lines that has no picture yet, the sharp frame with the least

@@ -138,6 +138,22 @@ TEST(FilmClock, AFilmThatFitsAtNoTimeOrAtSeveralIsRefused) {
   }
 }
 
+TEST(FilmStations, AClockTooUncertainToTellStationsApartIsRefused) {
+  const TestPass pass{.start_s = 100.0};
+  SessionContents contents{.lines = {{.id = "x0"}}};
+  for (const double planned_mm : {100.0, 104.0, 108.0}) {
+    contents.stations.push_back({.name = "x0", .planned_mm = planned_mm});
+  }
+  const auto travels = travels_of("x0", pass.journal(kEpoch), kEpoch);
+  const FilmTrack track = track_of({pass}, {.offset_s = 98.0, .length_s = 14.0});
+  const auto found = [&](double uncertainty_s) {
+    return find_station_frames(contents, track, travels, {98.0, uncertainty_s}, "film.mp4").found;
+  };
+  EXPECT_EQ(found(0.04).size(), 3U);  // at 40 mm/s
+  EXPECT_THAT([&] { found(0.06); },
+              ThrowsMessage<Error>(HasSubstr("known to 0.06 s, or 2.4 mm of travel")));
+}
+
 TEST(FilmClockProperty, TheOffsetLiesWithinItsUncertaintyOrIsRefused) {
   int found = 0;
   constexpr int kFilms = 40;

@@ -3,8 +3,8 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <opencv2/core/mat.hpp>
-#include <opencv2/videoio.hpp>
 #include <vector>
 
 namespace raywalk::capture {
@@ -12,30 +12,14 @@ namespace raywalk::capture {
 struct DecodedFrame {
   std::size_t number = 0;  // from 0
   double time_s = 0.0;     // since the first frame; ascending
-  cv::Mat picture;         // CV_8UC3, BGR
+  cv::Mat picture{};       // CV_8UC3, BGR
 };
 
-// Decodes a film from its start with OpenCV's VideoCapture.
-class VideoReader {
- public:
-  // Throws Error naming the file if it is missing or not a film.
-  explicit VideoReader(std::filesystem::path file);
-
-  // Returns false at the end. Throws Error if the first frame cannot be decoded, a frame has no
-  // time, or a frame differs in size from the first.
-  bool next(DecodedFrame* frame);
-
- private:
-  double time_of_frame();
-
-  std::filesystem::path file_;
-  cv::VideoCapture capture_;
-  double frame_interval_s_ = 0.0;  // 0 if the film has no frame rate
-  double first_s_ = 0.0;
-  double last_s_ = -1.0;
-  std::size_t frames_ = 0;
-  cv::Size size_{};
-};
+// Decodes a film with OpenCV's VideoCapture and calls `visit` with every frame, until it returns
+// false. Throws Error naming the file if it is missing or not a film, no frame can be decoded, a
+// frame has no time, or a frame differs in size from the first; Interrupted.
+void read_film(const std::filesystem::path& film,
+               const std::function<bool(const DecodedFrame&)>& visit);
 
 struct FilmFrame {
   double time_s = 0.0;     // since the first frame
@@ -48,8 +32,7 @@ struct FilmTrack {
   cv::Size size{};
 };
 
-// Reads a film from start to end with one frame in memory at a time. Throws Error as VideoReader
-// does; Interrupted.
+// Reads a film from start to end with one frame in memory at a time. Throws as read_film does.
 FilmTrack track_film(const std::filesystem::path& film);
 
 // One flag per frame: clearly less sharp than the frames within half a second around it.

@@ -25,25 +25,28 @@ class FilmTrackTest : public testing::Test {
 
 TEST_F(FilmTrackTest, FramesComeInOrderWithTheirTimes) {
   shoot_test_film(film_, {.rate_hz = 20.0, .length_s = 2.0}, [](double) { return 0.0; });
-  VideoReader reader(film_);
-  DecodedFrame frame;
   std::size_t frames = 0;
-  while (reader.next(&frame)) {
+  read_film(film_, [&](const DecodedFrame& frame) {
     EXPECT_EQ(frame.number, frames);
     EXPECT_NEAR(frame.time_s, 0.05 * static_cast<double>(frames), 1e-3);
     EXPECT_EQ(frame.picture.size(), cv::Size(160, 80));
     ++frames;
-  }
+    return true;
+  });
   EXPECT_EQ(frames, 40U);
 }
 
 TEST_F(FilmTrackTest, ABlurredFrameStandsOutAmongItsNeighbours) {
+  const auto is_blurred = [](double frame) { return std::lround(frame) % 30 == 20; };
   shoot_test_film(film_,
-                  {.length_s = 3.0, .blurred = [](std::size_t frame) { return frame % 30 == 20; }},
+                  {.length_s = 3.0,
+                   .blurred = [&](double position_mm) { return is_blurred(position_mm / 1.6); }},
                   [](double time_s) { return 40.0 * time_s; });
   const std::vector<bool> blurred = blurred_frames(track_film(film_));
   ASSERT_EQ(blurred.size(), 75U);
-  for (std::size_t i = 0; i < blurred.size(); ++i) EXPECT_EQ(blurred[i], i % 30 == 20) << i;
+  for (std::size_t i = 0; i < blurred.size(); ++i) {
+    EXPECT_EQ(blurred[i], is_blurred(static_cast<double>(i))) << i;
+  }
 }
 
 TEST_F(FilmTrackTest, ASmoothSceneIsNotBlurred) {

@@ -1,5 +1,3 @@
-#include "capture/import/import_film.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,12 +7,12 @@
 
 #include "capture/import/film_stations.h"
 #include "capture/import/film_track.h"
+#include "capture/import/import.h"
 #include "capture/import/name_list.h"
 #include "capture/session/frame_kind.h"
 #include "capture/session/session.h"
 #include "capture/session/session_database.h"
 #include "core/base/error.h"
-#include "core/base/interrupt.h"
 #include "core/base/progress.h"
 #include "core/session/session_contents.h"
 
@@ -102,17 +100,11 @@ Picture encode(const DecodedFrame& frame, const fs::path& film, const FilmImport
 void store_frames(Session* session, const fs::path& film, const FilmImportOptions& options,
                   const std::vector<StationFrame>& chosen,
                   const std::vector<SessionStation>& stations, const SessionFacts& facts) {
-  VideoReader reader(film);
-  DecodedFrame frame;
   Progress progress("Importing frames", static_cast<std::int64_t>(chosen.size()), "stations");
   auto next = chosen.begin();
-  while (next != chosen.end()) {
-    throw_if_interrupted();
-    if (!reader.next(&frame)) {
-      throw Error(fmt::format("{}: ended before frame {} on the second read; was it changed?",
-                              film.string(), next->frame));
-    }
-    if (frame.number != next->frame) continue;
+  if (next == chosen.end()) return;
+  read_film(film, [&](const DecodedFrame& frame) {
+    if (frame.number != next->frame) return true;
     const Picture picture = encode(frame, film, options);
     if (next == chosen.begin()) require_frame_kind(picture.bytes, facts.frames, film.string());
     const SessionStation& station = stations[next->station];
@@ -121,28 +113,21 @@ void store_frames(Session* session, const fs::path& film, const FilmImportOption
     session->complete_from_film(attempt, next->position_mm, journal_time(facts, next->time_s),
                                 {&stored, 1});
     progress.advance();
-    ++next;
-  }
-}
-
-double farthest_mm(const std::vector<StationFrame>& chosen,
-                   const std::vector<SessionStation>& stations) {
-  double farthest = 0.0;
-  for (const StationFrame& each : chosen) {
-    farthest = std::max(farthest, std::abs(each.position_mm - stations[each.station].planned_mm));
-  }
-  return farthest;
+    return ++next != chosen.end();
+  });
+  if (next == chosen.end()) return;
+  throw Error(fmt::format("{}: ended before frame {} on the second read; was it changed?",
+                          film.string(), next->frame));
 }
 
 }  // namespace
 
-FilmImport import_film(const fs::path& session_directory, const fs::path& film,
-                       const FilmImportOptions& options, Clock* clock) {
+ImportResult import_film(const fs::path& session_directory, const fs::path& film,
+                         const FilmImportOptions& options, Clock* clock) {
   const std::unique_ptr<Session> session = Session::open(session_directory, clock);
   SessionReader reader(session_directory);
   const SessionFacts facts = reader.facts();
   const SessionContents contents = reader.contents();
-  const std::vector<SessionStation>& stations = contents.stations;
   const std::vector<Travel> travels = read_travels(&reader, contents, options.line, facts.created);
 
   const FilmTrack track = track_film(film);
@@ -155,16 +140,16 @@ FilmImport import_film(const fs::path& session_directory, const fs::path& film,
     throw Error(fmt::format("{}: {} (nothing was imported; --allow-missing imports the others)",
                             film.string(), account));
   }
-  store_frames(session.get(), film, options, frames.found, stations, facts);
+  store_frames(session.get(), film, options, frames.found, contents.stations, facts);
 
-  FilmImport result{.imported = frames.found.size(), .already_there = frames.captured_before};
+  ImportResult result{.imported = frames.found.size(), .already_there = frames.captured_before};
   result.summary = fmt::format(
       "{} stations imported, {} had been before; the film starts at {} by the session's clock, "
       "within {:.3f} s or {:.2f} mm; frames are at most {:.2f} mm from their stations; blurred "
       "frames skipped: {}{}{}",
       result.imported, result.already_there,
       utc_text(utc_us_from(journal_time(facts, film_clock.offset_s))), film_clock.uncertainty_s,
-      frames.uncertainty_mm, farthest_mm(frames.found, stations), frames.blurred_skipped,
+      frames.uncertainty_mm, frames.farthest_mm, frames.blurred_skipped,
       account.empty() ? "" : "; ", account);
   session->record_event("film-imported", result.summary);
   return result;

@@ -1,10 +1,9 @@
-#include "capture/import/import_film.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "capture/import/import.h"
 #include "capture/import/test_film.h"
 #include "capture/session/session_database.h"
 #include "capture/session/test_session.h"
@@ -28,6 +27,7 @@ class ImportFilmTest : public testing::Test {
     capture_.directory = directory_ / "session";
     capture_.config.run.mode = CaptureMode::kVideo;
     capture_.plan.lines = {test_line("x0", LineAxis::kX, 0.5, -0.2, 0.04, 11)};
+    pass_ = pass_over(capture_.plan.lines[0], 30.0);
   }
 
   TestPass pass_over(const CaptureLine& line, double start_s) const {
@@ -40,15 +40,16 @@ class ImportFilmTest : public testing::Test {
     session->record_journal(line, pass.journal(capture_.clock.wall_now()));
   }
   // The usual: one line, from two seconds before its pass until two after.
-  void film_line() {
-    pass_ = pass_over(capture_.plan.lines[0], 30.0);
+  void film_line(const std::function<bool(double position_mm)>& blurred = {}) {
     record("x0", pass_);
-    shoot({.start_s = kFilmStart_s, .length_s = pass_.end_s() - kFilmStart_s + 2.0});
+    shoot({.start_s = kFilmStart_s,
+           .length_s = pass_.end_s() - kFilmStart_s + 2.0,
+           .blurred = blurred});
   }
   void shoot(const TestFilm& film) {
     shoot_test_film(film_, film, [&](double time_s) { return pass_.position_mm(time_s); });
   }
-  FilmImport import(const FilmImportOptions& options = {}) {
+  ImportResult import(const FilmImportOptions& options = {}) {
     return import_film(capture_.directory, film_, options, &capture_.clock);
   }
   std::string error_of_import(const FilmImportOptions& options = {}) {
@@ -60,56 +61,46 @@ class ImportFilmTest : public testing::Test {
   TestDirectory directory_;
   TestCapture capture_;
   const fs::path film_ = directory_ / "film.avi";
-  TestPass pass_;
+  TestPass pass_{};  // over the line that is filmed
 };
 
 TEST_F(ImportFilmTest, EveryStationGetsAFrameWithItsTruePosition) {
   film_line();
-  const FilmImport result = import();
+  const ImportResult result = import({.format = "png"});
   EXPECT_EQ(result.imported, 11U);
   EXPECT_THAT(result.summary,
               AllOf(HasSubstr("11 stations imported"), HasSubstr("the film starts at")));
   const WallTime created = SessionReader(capture_.directory).facts().created;
-  const SessionContents captured = contents();
-  for (const SessionStation& station : captured.stations) {
-    ASSERT_TRUE(station.shot) << station.name;
-    // 40 mm/s at 25 frames per second is 1.6 mm from frame to frame.
-    EXPECT_NEAR(station.shot->measured_mm, station.planned_mm, 0.8 + 0.1) << station.name;
-    const WallTime exposed_at = wall_time_from(station.shot->exposed_utc_us.value());
-    const double exposed_s = std::chrono::duration<double>(exposed_at - created).count();
-    EXPECT_NEAR(pass_.position_mm(exposed_s), station.shot->measured_mm, 0.4) << station.name;
-  }
-}
-
-TEST_F(ImportFilmTest, TheStoredFrameMatchesThePosition) {
-  film_line();
-  import({.format = "png"});
   TestScene scene({160, 80});
   const SessionContents captured = contents();
   ASSERT_EQ(captured.frames.size(), captured.stations.size());
   for (const SessionFrame& stored : captured.frames) {
-    EXPECT_TRUE(stored.file.ends_with(".png"));
     const SessionStation& station = captured.station_of(stored);
+    const SessionShot& shot = station.shot.value();
+    // 40 mm/s at 25 frames per second is 1.6 mm from frame to frame.
+    EXPECT_NEAR(shot.measured_mm, station.planned_mm, 0.8 + 0.1) << station.name;
+    const WallTime exposed_at = wall_time_from(shot.exposed_utc_us.value());
+    const double exposed_s = std::chrono::duration<double>(exposed_at - created).count();
+    EXPECT_NEAR(pass_.position_mm(exposed_s), shot.measured_mm, 0.4) << station.name;
+
+    EXPECT_TRUE(stored.file.ends_with(".png"));
     const cv::Mat frame = cv::imread((capture_.directory / stored.file).string());
     const auto difference = [&](double off_mm) {
-      return cv::norm(frame, scene.picture(station.shot->measured_mm + off_mm), cv::NORM_L1);
+      return cv::norm(frame, scene.picture(shot.measured_mm + off_mm), cv::NORM_L1);
     };
     EXPECT_LT(difference(0.0), difference(1.6)) << station.name;
     EXPECT_LT(difference(0.0), difference(-1.6)) << station.name;
   }
+  const ImportResult again = import();
+  EXPECT_EQ(again.imported, 0U);
+  EXPECT_EQ(again.already_there, 11U);
+  EXPECT_EQ(contents().frames.size(), 11U);
 }
 
 TEST_F(ImportFilmTest, BlurredFramesAreSkipped) {
-  pass_ = pass_over(capture_.plan.lines[0], 30.0);
-  record("x0", pass_);
-  TestFilm film{.start_s = kFilmStart_s, .length_s = pass_.end_s() - kFilmStart_s + 2.0};
-  const auto position_of = [&](std::size_t frame) {
-    return pass_.position_mm(film.start_s + static_cast<double>(frame) / film.rate_hz);
-  };
   const double station_mm = capture_.plan.lines[0].stations[5].rail_mm;
-  film.blurred = [&](std::size_t frame) { return std::abs(position_of(frame) - station_mm) < 2.5; };
-  shoot(film);
-  const FilmImport result = import();
+  film_line([&](double position_mm) { return std::abs(position_mm - station_mm) < 2.5; });
+  const ImportResult result = import();
   EXPECT_EQ(result.imported, 11U);
   EXPECT_THAT(result.summary, HasSubstr("blurred frames skipped: 1"));
   const double off_mm = std::abs(contents().stations[5].shot->measured_mm - station_mm);
@@ -118,25 +109,15 @@ TEST_F(ImportFilmTest, BlurredFramesAreSkipped) {
 }
 
 TEST_F(ImportFilmTest, AFilmShorterThanThePassListsTheMissingStations) {
-  pass_ = pass_over(capture_.plan.lines[0], 30.0);
   record("x0", pass_);
   shoot({.start_s = kFilmStart_s, .length_s = 8.5});
   EXPECT_THAT(error_of_import(),
               AllOf(HasSubstr("does not show"), HasSubstr("x0_010"), HasSubstr("--allow-missing")));
   EXPECT_TRUE(contents().frames.empty());
-  const FilmImport result = import({.allow_missing = true});
+  const ImportResult result = import({.allow_missing = true});
   EXPECT_GT(result.imported, 3U);
   EXPECT_LT(result.imported, 11U);
   EXPECT_THAT(result.summary, HasSubstr("x0_010"));
-}
-
-TEST_F(ImportFilmTest, ASecondImportKeepsExistingFrames) {
-  film_line();
-  import();
-  const FilmImport again = import();
-  EXPECT_EQ(again.imported, 0U);
-  EXPECT_EQ(again.already_there, 11U);
-  EXPECT_EQ(contents().frames.size(), 11U);
 }
 
 TEST_F(ImportFilmTest, TwoEqualLinesRequireTheLineOption) {
@@ -151,28 +132,16 @@ TEST_F(ImportFilmTest, TwoEqualLinesRequireTheLineOption) {
   }
 }
 
-TEST_F(ImportFilmTest, AMissingJournalIsRefused) {
+TEST_F(ImportFilmTest, WhatCannotBeImportedIsNamed) {
   { const auto session = capture_.open(); }
-  pass_ = pass_over(capture_.plan.lines[0], 30.0);
   shoot({.length_s = 1.0});
   EXPECT_THAT(error_of_import(), AllOf(HasSubstr("no journal"), HasSubstr("run.mode: video")));
-}
-
-TEST_F(ImportFilmTest, AFilmAtRestIsRefused) {
-  film_line();
-  shoot({.start_s = 0.0, .length_s = 10.0});
-  EXPECT_THAT(error_of_import(), HasSubstr("no start or stop of motion"));
-}
-
-TEST_F(ImportFilmTest, AFilmWithAnotherAspectRatioIsRefused) {
-  film_line();
-  shoot({.start_s = kFilmStart_s, .length_s = 14.0, .size = {160, 96}});
-  EXPECT_THAT(error_of_import(), AllOf(HasSubstr("160 x 96"), HasSubstr("stitch")));
-}
-
-TEST_F(ImportFilmTest, ALineThatIsNotThereIsRefused) {
   film_line();
   EXPECT_THAT(error_of_import({.line = "x7"}), AllOf(HasSubstr("no line x7"), HasSubstr("x0")));
+  shoot({.start_s = 0.0, .length_s = 10.0});
+  EXPECT_THAT(error_of_import(), HasSubstr("no start or stop of motion"));
+  shoot({.start_s = kFilmStart_s, .length_s = 14.0, .size = {160, 96}});
+  EXPECT_THAT(error_of_import(), AllOf(HasSubstr("160 x 96"), HasSubstr("stitch")));
 }
 
 }  // namespace

@@ -1,5 +1,3 @@
-#include "capture/import/import_pictures.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,6 +12,7 @@
 
 #include "capture/camera/check_picture.h"
 #include "capture/import/card_pictures.h"
+#include "capture/import/import.h"
 #include "capture/import/match_pictures.h"
 #include "capture/session/frame_kind.h"
 #include "capture/session/session.h"
@@ -86,18 +85,6 @@ SessionShots read_session_shots(SessionReader* reader) {
   return shots;
 }
 
-// The files in a session's frames/ that no row of its database names: of a killed import.
-std::vector<std::string> unnamed_frames(const SessionContents& contents) {
-  std::set<std::string> named;
-  for (const SessionFrame& frame : contents.frames) named.insert(frame.file);
-  std::vector<std::string> files = list_frames(contents.directory);
-  std::erase_if(files, [&](const std::string& file) {
-    const fs::file_status status = fs::symlink_status(contents.directory / file);
-    return named.contains(file) || is_temporary_frame(file) || !fs::is_regular_file(status);
-  });
-  return files;
-}
-
 // Frames are named after their station: "x0_007.jpg", "x0_007_e1_front.jpg".
 bool is_of_station(const fs::path& file, const std::string& station) {
   const std::string name = file.filename().string();
@@ -107,10 +94,10 @@ bool is_of_station(const fs::path& file, const std::string& station) {
 // Copies pictures station by station.
 class PictureCopier {
  public:
-  PictureCopier(Session* session, const CardPictures* card, std::vector<std::string> unnamed)
+  PictureCopier(Session* session, const CardPictures* card)
       : session_(session),
         card_(card),
-        unnamed_(std::move(unnamed)),
+        files_(list_frames(session->directory())),
         size_(session->frame_size().value_or(PanoramaSize{})) {}
 
   // Stores all pictures of a station, then the rows that name them.
@@ -144,12 +131,14 @@ class PictureCopier {
             .camera_name = picture.camera_name};
   }
 
-  // An unnamed file of this station with exactly these bytes, to be reused as its name is taken.
-  // It and its directory are synced on return. Throws Error if that fails.
+  // A file of this station with exactly these bytes, of a killed import: no row names the files of
+  // a station without pictures. It is reused as its name is taken. It and its directory are synced
+  // on return. Throws Error if that fails.
   std::string stored_before(const std::string& station, const std::string& bytes) const {
-    for (const std::string& file : unnamed_) {
+    for (const std::string& file : files_) {
       const fs::path path = session_->directory() / file;
-      if (!is_of_station(path, station) || read_file(path) != bytes) continue;
+      const bool is_file = fs::is_regular_file(fs::symlink_status(path));
+      if (!is_file || !is_of_station(path, station) || read_file(path) != bytes) continue;
       // The file was synced before it was renamed; its directory may not have been.
       sync_directory(path.parent_path());
       return file;
@@ -159,7 +148,7 @@ class PictureCopier {
 
   Session* session_;
   const CardPictures* card_;
-  std::vector<std::string> unnamed_;
+  std::vector<std::string> files_;  // of the session before the import
   PanoramaSize size_;
 };
 
@@ -196,7 +185,7 @@ void look_at_pictures(const PictureMatch& match, const SessionShots& shots,
   }
 }
 
-std::string summary_of(const PictureImport& result, const PictureMatch& match,
+std::string summary_of(const ImportResult& result, const PictureMatch& match,
                        const CardPictures& card) {
   std::string summary = fmt::format("{} stations imported, {} had been before", result.imported,
                                     result.already_there);
@@ -217,9 +206,9 @@ std::string summary_of(const PictureImport& result, const PictureMatch& match,
 
 }  // namespace
 
-PictureImport import_pictures(const fs::path& session_directory,
-                              std::span<const fs::path> files_and_directories, bool allow_missing,
-                              Clock* clock, const std::string& first_station) {
+ImportResult import_pictures(const fs::path& session_directory,
+                             std::span<const fs::path> files_and_directories, bool allow_missing,
+                             Clock* clock, const std::string& first_station) {
   const std::unique_ptr<Session> session = Session::open(session_directory, clock);
   SessionReader reader(session_directory);
   const SessionShots shots = read_session_shots(&reader);
@@ -233,10 +222,10 @@ PictureImport import_pictures(const fs::path& session_directory,
   look_at_pictures(match, shots, card, reader.facts().frames);
 
   const SessionContents contents = reader.contents();
-  PictureCopier copier(session.get(), &card, unnamed_frames(contents));
+  PictureCopier copier(session.get(), &card);
   Progress progress("Importing pictures", static_cast<std::int64_t>(match.complete.size()),
                     "stations");
-  PictureImport result;
+  ImportResult result;
   for (const StationPictures& pictures : match.complete) {
     throw_if_interrupted();
     const ExposedStation& station = shots.stations[pictures.station];

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <set>
 
 #include "core/base/error.h"
 
@@ -108,12 +107,9 @@ TEST_F(MatchPicturesTest, AStationWithTooFewOfItsExposuresIsNotComplete) {
   EXPECT_THAT(match().mismatches, HasSubstr("x0_005 (2 of 3)"));
 }
 
-TEST_F(MatchPicturesTest, ThePauseBetweenTwoLinesShowsWhichEndIsMissing) {
+TEST_F(MatchPicturesTest, AMissingEndIsFoundByAPauseBetweenLinesAndAmbiguousWithout) {
   lose_shot(19);
   EXPECT_THAT(match().mismatches, HasSubstr("1 of 20 stations lack pictures: x1_009"));
-}
-
-TEST_F(MatchPicturesTest, AnAmbiguousAssignmentIsRefused) {
   session_.stations.resize(kPerLine);  // one line of equal intervals ...
   card_.shots.resize(kPerLine - 1);    // ... of which an end is missing
   EXPECT_THAT([&] { match(); },

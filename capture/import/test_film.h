@@ -76,7 +76,7 @@ struct TestFilm {
   double start_s = 0.0;  // when its first frame is exposed
   double length_s = 0.0;
   cv::Size size{160, 80};
-  std::function<bool(std::size_t frame)> blurred{};
+  std::function<bool(double position_mm)> blurred{};
 };
 
 // Shoots a film (MJPG in AVI) of a carriage that is at `position_mm(time)`.
@@ -88,10 +88,9 @@ inline void shoot_test_film(const std::filesystem::path& file, const TestFilm& f
   const auto frames = static_cast<std::size_t>(film.length_s * film.rate_hz);
   for (std::size_t i = 0; i < frames; ++i) {
     const double time_s = film.start_s + static_cast<double>(i) / film.rate_hz;
-    cv::Mat picture = scene.picture(position_mm(time_s));
-    if (film.blurred && film.blurred(i)) {
-      cv::blur(picture, picture, cv::Size(9, 1));
-    }
+    const double along_mm = position_mm(time_s);
+    cv::Mat picture = scene.picture(along_mm);
+    if (film.blurred && film.blurred(along_mm)) cv::blur(picture, picture, cv::Size(9, 1));
     writer.write(picture);
   }
 }
