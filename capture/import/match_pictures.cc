@@ -249,7 +249,7 @@ std::string clock_jump(const SessionShots& session, const CardPictures& card, co
 // The best pairing. Throws Error if another fits as well, or it is of another session.
 Pairing find_pairing(const SessionShots& session, const CardPictures& card, const Times& times) {
   const std::vector<Pairing> found = find_pairings(times);
-  const Pairing best = found.empty() ? Pairing{} : found.front();
+  Pairing best = found.empty() ? Pairing{} : found.front();
   const std::string jump = clock_jump(session, card, times);
   // Stations without pictures beside pictures without stations mean that the clocks do not fit.
   const std::size_t possible = std::min(times.slots.size(), card.shots.size());
