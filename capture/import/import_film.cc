@@ -1,8 +1,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <chrono>
+#include <filesystem>
+#include <memory>
 #include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "capture/import/film_stations.h"

@@ -124,7 +124,8 @@ TEST_F(ImportFilmTest, TwoEqualLinesRequireTheLineOption) {
   capture_.plan.lines.push_back(test_line("x1", LineAxis::kX, -0.5, -0.2, 0.04, 11));
   film_line();
   record("x1", pass_over(capture_.plan.lines[1], 90.0));
-  EXPECT_THAT(error_of_import(), HasSubstr("--line"));
+  EXPECT_THAT(error_of_import(),
+              AllOf(HasSubstr("at two times, 60.0 s apart"), HasSubstr("--line")));
   EXPECT_EQ(import({.line = "x0"}).imported, 11U);
   const SessionContents captured = contents();
   for (const SessionFrame& frame : captured.frames) {

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <climits>
+#include <cstddef>
 #include <cstdint>
-#include <map>
-#include <optional>
+#include <filesystem>
+#include <memory>
 #include <set>
+#include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "capture/camera/check_picture.h"

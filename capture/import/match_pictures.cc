@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -159,15 +160,34 @@ std::vector<double> likely_offsets(const Times& times) {
   return offsets_s;
 }
 
-Pairing pair_up(const Times& times, double offset_s) {
-  constexpr int kFits = 3;
-  Pairing pairing{.clock = {.offset_s = offset_s}};
-  assign(times, &pairing);
-  for (int i = 0; i < kFits && pairing.matched > 0; ++i) {
-    fit_clock(times, &pairing);
-    assign(times, &pairing);
+// The distinct pairings that likely offsets lead to, best first. Where the drift moves pictures by
+// more than the tolerance, as over a night, drifts are tried in steps of that.
+std::vector<Pairing> find_pairings(const Times& times) {
+  constexpr double kUsualDrift = 1e-4;
+  constexpr int kMostSteps = 100;
+  constexpr int kFits = 4;
+  const double drift_s = kUsualDrift * times.slots.back().from_s;
+  const int steps = static_cast<int>(std::min<double>(kMostSteps, drift_s / times.tolerance_s));
+  std::vector<Pairing> found;
+  for (const double offset_s : likely_offsets(times)) {
+    for (int step = -steps; step <= steps; ++step) {
+      const double drift = kUsualDrift * step / std::max(1, steps);
+      Pairing pairing{.clock = {.offset_s = offset_s, .drift = drift}};
+      assign(times, &pairing);
+      for (int i = 0; i < kFits && pairing.matched > 0; ++i) {
+        fit_clock(times, &pairing);
+        assign(times, &pairing);
+      }
+      const bool is_known = std::ranges::any_of(found, [&](const Pairing& other) {
+        return other.picture_of_slot == pairing.picture_of_slot;
+      });
+      if (pairing.matched > 0 && !is_known) found.push_back(std::move(pairing));
+    }
   }
-  return pairing;
+  std::ranges::sort(found, {}, [](const Pairing& pairing) {
+    return std::pair(pairing.unmatched, pairing.clock.rms_s);
+  });
+  return found;
 }
 
 // Whether `best` leaves no doubt about another that leaves as many unmatched, or more. With n
@@ -228,28 +248,24 @@ std::string clock_jump(const SessionShots& session, const CardPictures& card, co
 
 // The best pairing. Throws Error if another fits as well, or it is of another session.
 Pairing find_pairing(const SessionShots& session, const CardPictures& card, const Times& times) {
-  const auto is_better = [](const Pairing& one, const Pairing& other) {
-    return std::pair(one.unmatched, one.clock.rms_s) <
-           std::pair(other.unmatched, other.clock.rms_s);
-  };
-  const std::vector<double> offsets_s = likely_offsets(times);
-  Pairing best{.unmatched = SIZE_MAX};
-  for (const double offset_s : offsets_s) {
-    best = std::min(best, pair_up(times, offset_s), is_better);
-  }
+  const std::vector<Pairing> found = find_pairings(times);
+  Pairing best = found.empty() ? Pairing{} : found.front();
   const std::string jump = clock_jump(session, card, times);
-  if (best.matched == 0 || 2 * best.matched < std::min(times.slots.size(), card.shots.size())) {
+  // Stations without pictures beside pictures without stations mean that the clocks do not fit.
+  const std::size_t possible = std::min(times.slots.size(), card.shots.size());
+  if (best.matched == 0 || 10 * best.matched < 9 * possible) {
     throw Error(fmt::format(
         "only {} of {} pictures match the {} expected of {} stations in order and time ({}); {}",
         best.matched, card.shots.size(), times.slots.size(), session.stations.size(),
-        card.time_source, jump.empty() ? "are they of another session?" : jump));
+        card.time_source,
+        jump.empty() ? "are they of another session? Those of several days can be imported day by "
+                       "day, with --allow-missing"
+                     : jump));
   }
-  for (const double offset_s : offsets_s) {
-    const Pairing other = pair_up(times, offset_s);
-    if (other.picture_of_slot == best.picture_of_slot) continue;
-    if (rules_out(best, other, times.rms_floor_s)) continue;
+  for (std::size_t i = 1; i < found.size(); ++i) {
+    if (rules_out(best, found[i], times.rms_floor_s)) continue;
     if (!jump.empty()) throw Error(jump);
-    throw_ambiguous(session, card, best, other);
+    throw_ambiguous(session, card, best, found[i]);
   }
   return best;
 }

@@ -55,8 +55,8 @@ struct PictureMatch {
 // Matches by order and by the time between the pictures. The camera's clock may have any offset and
 // a drift of up to 1e-4; pictures may be missing or of no station. Throws Error if the times fit
 // several assignments, as those of an evenly timed line do whose first or last picture is missing;
-// or if fewer than half of the pictures and of the stations match, as with pictures of another
-// session, or of a camera whose clock was set meanwhile.
+// or if more than a tenth both of the pictures and of the stations do not match, as with pictures
+// of another session, or of a camera whose clock was set meanwhile.
 PictureMatch match_pictures(const SessionShots& session, const CardPictures& card);
 
 // Assigns all pictures, in order of their names and whatever their times, to the stations from

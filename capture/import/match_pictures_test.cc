@@ -226,6 +226,28 @@ struct RandomCard {
   }
 };
 
+TEST(MatchPicturesOverDays, TheDriftIsFollowedOverNights) {
+  for (const double drift : {-9e-5, -5e-5, 2e-5, 5e-5, 9e-5}) {
+    std::mt19937 random(1);
+    SessionShots session;
+    CardPictures card;
+    double now_s = 0.0;
+    for (int i = 0; i < 400; ++i) {
+      now_s += uniform(random, 8.0, 9.0) + (i % 150 == 149 ? 16.0 * 3600.0 : 0.0);
+      session.stations.push_back(
+          {{1, fmt::format("s{}", i), 1}, seconds_in(now_s), seconds_in(now_s)});
+      if (i % 97 == 5) continue;
+      card.shots.push_back(
+          {{fmt::format("s{}", i), seconds_in(std::floor(now_s * (1.0 + drift)))}});
+    }
+    const PictureMatch match = match_pictures(session, card);
+    EXPECT_EQ(match.complete.size(), card.shots.size()) << drift;
+    for (const auto& [station, shots] : match.complete) {
+      EXPECT_EQ(card.shots[shots[0]][0].file, session.stations[station].attempt.station) << drift;
+    }
+  }
+}
+
 TEST(MatchPicturesProperty, TheMatchIsCorrectOrRefused) {
   int decided = 0;
   constexpr int kCards = 250;
