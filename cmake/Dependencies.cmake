@@ -24,8 +24,9 @@ pkg_check_modules(HTTPLIB REQUIRED IMPORTED_TARGET cpp-httplib>=0.11)
 pkg_check_modules(EXIF REQUIRED IMPORTED_TARGET libexif>=0.6.24)
 pkg_check_modules(LCMS REQUIRED IMPORTED_TARGET lcms2>=2.14)
 pkg_check_modules(UTF8PROC REQUIRED IMPORTED_TARGET libutf8proc>=2.6)
-# Its flag is for Windows, and would be on the command line of everything that links this.
-set_target_properties(PkgConfig::UTF8PROC PROPERTIES INTERFACE_COMPILE_OPTIONS "")
+# Their flags, for Windows and for the threads of LittleCMS itself, would be on the command line of
+# everything that links these, which then could not use the precompiled headers.
+set_target_properties(PkgConfig::LCMS PkgConfig::UTF8PROC PROPERTIES INTERFACE_COMPILE_OPTIONS "")
 pkg_check_modules(MICROHTTPD REQUIRED IMPORTED_TARGET libmicrohttpd>=0.9.75)
 pkg_check_modules(YAML_CPP REQUIRED IMPORTED_TARGET yaml-cpp>=0.7)
 if(RAYWALK_BUILD_TESTS)
