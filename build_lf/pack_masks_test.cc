@@ -4,6 +4,7 @@
 
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "build_lf/pack_room.h"
 #include "build_lf/require/thin_room.h"
@@ -139,9 +140,13 @@ TEST_F(PackMasksTest, TransparentPixelsAreMasked) {
   cv::Mat transparent;
   cv::merge(std::vector{picture, mask_without(kNadir)}, transparent);
   cv::imwrite(file.string(), transparent);
+  const fs::path opaque = capture_.root() / "back_2.png";
+  cv::cvtColor(cv::imread(opaque.string()), transparent, cv::COLOR_BGR2BGRA);
+  cv::imwrite(opaque.string(), transparent);
   const Room room = pack();
   EXPECT_EQ(room.volume(1).valid_rows(2, 5), (RowRun{0, 28}));
   EXPECT_EQ(room.volume(1).valid_rows(1, 5), (RowRun{0, kHeight}));
+  EXPECT_FALSE(room.volume(0).masked()) << "an alpha channel that hides nothing";
   EXPECT_EQ(room.volume(1).column(2, 10)[3 * 20], TestCapture::colour(2, 10, 20)[0]);
 }
 

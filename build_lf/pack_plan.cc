@@ -143,17 +143,18 @@ HiddenShares hidden_shares(const Frame& frame, PanoramaSize panorama) {
   }
 }
 
-void check_masks(const std::vector<Frame>& frames, PanoramaSize panorama) {
+// Alpha channels that hide nothing are no masks afterwards.
+void check_masks(std::vector<Frame>* frames, PanoramaSize panorama) {
   constexpr double kMost = 0.5, kNoticed = 0.005;
   std::set<fs::path> known;  // many frames may share a mask
-  std::vector<const Frame*> with_mask;
-  for (const Frame& frame : frames) {
+  std::vector<Frame*> with_mask;
+  for (Frame& frame : *frames) {
     if (frame.mask && known.insert(*frame.mask).second) with_mask.push_back(&frame);
   }
   std::vector<HiddenShares> shares(with_mask.size());
   Progress progress("checking", static_cast<std::int64_t>(with_mask.size()), "masks",
                     Progress::Shown::kIfLong);
-  check_each(with_mask, &progress, [&](const Frame* const& frame) {
+  check_each(with_mask, &progress, [&](Frame* const& frame) {
     shares[static_cast<std::size_t>(&frame - with_mask.data())] = hidden_shares(*frame, panorama);
   });
   const auto warn = [&](auto is_odd, auto text) {
@@ -174,6 +175,10 @@ void check_masks(const std::vector<Frame>& frames, PanoramaSize panorama) {
              "of pixels of each column",
              100.0 * of.by_mask, 100.0 * of.in_room);
        });
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    Frame& frame = *with_mask[i];
+    if (shares[i].by_mask == 0.0 && frame.mask == frame.path) frame.mask.reset();
+  }
 }
 
 // The map of each frame that has one; frames and maps share their stem.
@@ -283,7 +288,7 @@ PackPlan plan_pack(const PackOptions& options) {
   PackPlan plan;
   plan.grid = grid_of(frames, options);
   plan.panorama = check_panoramas(&frames);
-  check_masks(frames, plan.panorama);
+  check_masks(&frames, plan.panorama);
   if (options.distances) plan.distance_map = common_map_size(maps, plan.panorama);
   std::map<std::string, const Frame*> frame_of;
   for (const Frame& frame : frames) frame_of[frame.file] = &frame;

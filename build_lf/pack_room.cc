@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "build_lf/free_space.h"
 #include "build_lf/listed_motion.h"
@@ -33,18 +32,10 @@ struct Job {
   std::int64_t stations;
 };
 
-std::vector<std::size_t> lines_of(const PackPlan& plan, WorkPart part) {
-  const IndexRange share = part.share_of(plan.grid.lines.size());
-  std::vector<std::size_t> lines(share.size());
-  std::iota(lines.begin(), lines.end(), share.begin);
-  return lines;
-}
-
 // The volumes of lines that no earlier run finished.
-std::vector<Job> open_jobs(const PackPlan& plan, const std::vector<std::size_t>& lines,
-                           const fs::path& room) {
+std::vector<Job> open_jobs(const PackPlan& plan, IndexRange lines, const fs::path& room) {
   std::vector<Job> jobs;
-  for (const std::size_t i : lines) {
+  for (std::size_t i = lines.begin; i < lines.end; ++i) {
     const std::string& id = plan.grid.lines[i].id;
     if (!fs::exists(line_volume_path(room, id))) {
       jobs.push_back({i, false, static_cast<std::int64_t>(plan.sources[i].size())});
@@ -92,8 +83,8 @@ void run_job(const Job& job, const PackPlan& plan, const fs::path& room, Progres
 }
 
 // Takes unchanged volumes from the room that is being replaced, and says what of it is lost.
-void reuse_earlier(const fs::path& earlier, const PackPlan& plan,
-                   const std::vector<std::size_t>& lines, const fs::path& room) {
+void reuse_earlier(const fs::path& earlier, const PackPlan& plan, IndexRange lines,
+                   const fs::path& room) {
   const ReusedVolumes reused = reuse_volumes(earlier, plan, lines, room);
   if (reused.lines + reused.distances > 0) {
     const std::string distances =
@@ -112,14 +103,16 @@ void reuse_earlier(const fs::path& earlier, const PackPlan& plan,
 }
 
 // Packs those of the lines that are not packed; returns the number of volumes written.
-std::size_t pack_lines(const PackOptions& options, const PackPlan& plan,
-                       const std::vector<std::size_t>& lines, PartialRoom* partial) {
+std::size_t pack_lines(const PackOptions& options, const PackPlan& plan, IndexRange lines,
+                       PartialRoom* partial) {
   const fs::path& room = partial->directory();
   if (options.replace) reuse_earlier(without_trailing_slash(options.out), plan, lines, room);
   const std::vector<Job> jobs = open_jobs(plan, lines, room);
   const std::uint64_t needed = bytes_of(jobs, plan);
   std::uint64_t all = 0;
-  for (const std::size_t i : lines) all += plan.bytes_of_rays(i) + plan.bytes_of_maps(i);
+  for (std::size_t i = lines.begin; i < lines.end; ++i) {
+    all += plan.bytes_of_rays(i) + plan.bytes_of_maps(i);
+  }
   require_space(room, {.needed = needed, .there = all - needed},
                 options.free_bytes ? options.free_bytes(room) : free_bytes(room));
   std::int64_t stations = 0;
@@ -170,17 +163,17 @@ void pack_room(const PackOptions& options) {
   const PackPlan plan = plan_pack(options);
   require_listed_motion(plan, input_name(options.frames));
   PartialRoom partial(options.out, plan.fingerprint, options.replace);
-  pack_lines(options, plan, lines_of(plan, {}), &partial);
+  pack_lines(options, plan, {0, plan.grid.lines.size()}, &partial);
   complete_room(plan, &partial);
 }
 
 std::string pack_part(const PackOptions& options, WorkPart part) {
   require_free(without_trailing_slash(options.out), options.replace);
   const PackPlan plan = plan_pack(options);
-  const std::vector<std::size_t> lines = lines_of(plan, part);
+  const IndexRange lines = part.share_of(plan.grid.lines.size());
   const std::string name =
       fmt::format("{}: part {}/{}", options.out.string(), part.index, part.count);
-  if (lines.empty()) {
+  if (lines.size() == 0) {
     return fmt::format("{} is empty: the room has {}", name,
                        counted(plan.grid.lines.size(), "line"));
   }

@@ -10,6 +10,7 @@
 #include <optional>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "build_lf/distance_sets.h"
 #include "build_lf/pack_room.h"
@@ -175,12 +176,12 @@ bool is_packed_from(const fs::path& room, const PackPlan& plan) {
          read_file(line_inputs_path(room)) == inputs_text(plan);
 }
 
-ReusedVolumes reuse_volumes(const fs::path& earlier, const PackPlan& plan,
-                            const std::vector<std::size_t>& lines, const fs::path& room) {
+ReusedVolumes reuse_volumes(const fs::path& earlier, const PackPlan& plan, IndexRange lines,
+                            const fs::path& room) {
   ReusedVolumes reused;
   const std::optional<EarlierRoom> from = open_earlier(earlier);
   if (!from) return reused;
-  for (const std::size_t i : lines) {
+  for (std::size_t i = lines.begin; i < lines.end; ++i) {
     const std::string& id = plan.grid.lines[i].id;
     const auto of_earlier = from->inputs.find(id);
     if (of_earlier == from->inputs.end()) continue;

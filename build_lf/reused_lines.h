@@ -7,9 +7,9 @@
 
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include "build_lf/pack_plan.h"
+#include "build_lf/work_part.h"
 
 namespace raywalk::build_lf {
 
@@ -36,8 +36,7 @@ struct ReusedVolumes {
 // nothing is taken over; a volume that is not as its manifest says is left. Throws Error where
 // `room` cannot be written, and Interrupted.
 ReusedVolumes reuse_volumes(const std::filesystem::path& earlier, const PackPlan& plan,
-                            const std::vector<std::size_t>& lines,
-                            const std::filesystem::path& room);
+                            IndexRange lines, const std::filesystem::path& room);
 
 // What was measured on a room and is lost when it is replaced, for messages: "the estimated
 // distances, the gains". Empty: nothing.
