@@ -101,7 +101,8 @@ RAYWALK_VECTOR_CLONES void add_share(const std::uint8_t* occluded, StationOcclud
   for (int i = 0; i < rows; ++i) {
     const float doubt = trust == nullptr ? 0.0f : 1.0f - trust[i];
     const float here = share.reliable + (share.unreliable - share.reliable) * doubt;
-    weight[i] = here * (is_seen(occluded[i], by) ? 1.0f : doubt + kTrace);
+    const float seen = seen_part(occluded[i], by);
+    weight[i] = here * (seen + (1.0f - seen) * (doubt + kTrace));
     total[i] += weight[i];
   }
 }

@@ -1,7 +1,6 @@
 #include "core/view/visibility.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "core/base/parallel.h"
@@ -213,28 +212,27 @@ void Visibility::find_occluded(int theta, const Column& column, std::size_t sour
   }
   const auto& line = room_.grid().lines[static_cast<std::size_t>(at.line)];
   const auto stations = room_.distances(at.line).stations();
-  std::uint8_t wanted = 0, alone = 0;
+  std::uint8_t wanted = 0;
   for (std::size_t i = source; i < column.sources.count; ++i) {
     const RaySource& same = column.sources.source[i].at;
     if (index_of(column, same.line, same.d_p_m < 0.0) != source) continue;
     const StationWindow window = stations_mixed(same, static_cast<int>(line.stations.size()), mix_);
     for (int station = window.first; station <= window.last; ++station) {
-      const std::uint8_t maps = occluders(theta, at.line, at.d_p_m < 0.0, station).maps;
-      wanted |= maps;
-      if (std::has_single_bit(maps)) alone |= maps;
+      const StationOccluders by = occluders(theta, at.line, at.d_p_m < 0.0, station);
+      wanted |= by.before | by.after;
     }
   }
   const double theta_rad = theta_of_column(theta, distances_->size().width);
   const Eigen::Vector3d eye_m = distances_->eye().position_m(theta_rad);
   const Latitudes& latitudes = distances_->latitudes();
-  const auto mark = [&](int bit, int first_row, int rows) {
-    const int map_index = column.first_map[source] + bit;
-    const auto index = static_cast<std::size_t>(map_index);
+  for (int bit = 0; bit < kMapsOfSource; ++bit) {
+    if ((wanted >> bit & 1) == 0) continue;
+    const auto index = static_cast<std::size_t>(column.first_map[source] + bit);
     const OccluderMap& map = *maps_[static_cast<std::size_t>(at.line)][index];
     const Eigen::Vector3d to_eye_m =
         eye_m - line.stations[static_cast<std::size_t>(stations[index])].position_m;
-    mark_occluded(latitudes.sin_phi.data() + first_row, latitudes.cos_phi.data() + first_row,
-                  distances_->column(theta) + first_row, rows,
+    mark_occluded(latitudes.sin_phi.data(), latitudes.cos_phi.data(), distances_->column(theta),
+                  rows_,
                   {.nearest = map.nearest.data(),
                    .width = map.size.width,
                    .rows = map.size.height,
@@ -242,25 +240,7 @@ void Visibility::find_occluded(int theta, const Column& column, std::size_t sour
                    .column = static_cast<float>((theta_rad + kPi) / kTwoPi * map.size.width - 0.5),
                    .slack = static_cast<float>(kClearlyNearerPx * kTwoPi / map.size.width /
                                                std::max(1e-9, to_eye_m.norm()))},
-                  distances_->surface_tolerance(), static_cast<std::uint8_t>(1 << bit),
-                  occluded + first_row);
-  };
-  // Between two maps a station does not see what both show to be occluded: every second map is
-  // looked up only where one beside it shows something.
-  std::uint8_t everywhere = wanted & (alone | 0x55);
-  for (int bit = 0; bit < kMapsOfSource; ++bit) {
-    if ((everywhere >> bit & 1) != 0) mark(bit, 0, rows_);
-  }
-  for (int bit = 0; bit < kMapsOfSource; ++bit) {
-    if (((wanted & ~everywhere) >> bit & 1) == 0) continue;
-    const int beside = (1 << bit << 1) | (1 << bit >> 1);
-    constexpr int kRowsAtOnce = 32;
-    for (int row = 0; row < rows_; row += kRowsAtOnce) {
-      const int count = std::min(kRowsAtOnce, rows_ - row);
-      const bool any = std::any_of(occluded + row, occluded + row + count,
-                                   [&](std::uint8_t bits) { return (bits & beside) != 0; });
-      if (any) mark(bit, row, count);
-    }
+                  distances_->surface_tolerance(), static_cast<std::uint8_t>(1 << bit), occluded);
   }
 }
 
@@ -325,13 +305,19 @@ StationOccluders Visibility::occluders(int theta, int line, bool behind, int sta
   const std::size_t i = index_of(column, line, behind);
   const auto stations = room_.distances(line).stations();
   if (stations.empty() || i == column.sources.count) return {};
-  StationOccluders by;
-  for (const int map : maps_around(stations, station)) {
+  const auto bit_of = [&](int map) {
     const int bit = std::clamp(map - column.first_map[i], 0, kMapsOfSource - 1);
-    by.maps |= static_cast<std::uint8_t>(
+    return static_cast<std::uint8_t>(
         1 << std::min(bit, static_cast<int>(stations.size()) - 1 - column.first_map[i]));
-  }
-  return by;
+  };
+  const auto [before, after] = maps_around(stations, station);
+  const int from = stations[static_cast<std::size_t>(before)];
+  const int to = stations[static_cast<std::size_t>(after)];
+  return {.before = bit_of(before),
+          .after = bit_of(after),
+          .after_part = from == to
+                            ? 0.0f
+                            : static_cast<float>(station - from) / static_cast<float>(to - from)};
 }
 
 }  // namespace raywalk

@@ -10,8 +10,9 @@
 //   sees past the chair. A map shows a point to be occluded from its station if one of the four
 //   pixels around it holds a surface that is clearly nearer: by more than the change across a pixel
 //   of a steep surface, and so that the two would move by two pixels against each other on the way
-//   to the eye. A station without a map of its own does not see what both maps around it on the
-//   line show to be occluded.
+//   to the eye. Of a station without a map of its own the two maps around it on the line tell, each
+//   the more the nearer it is: where one of them shows the point to be occluded, the station sees
+//   it in part, and counts for less.
 //
 // What no station of these lines sees is read from the first of some others whose map shows that it
 // does (fill). Where there is none, the maps contradict each other, and the lines are used after
@@ -42,14 +43,22 @@ inline constexpr int kMapsOfSource = 7;
 inline constexpr std::uint8_t kNoStation = 255;
 inline constexpr std::uint8_t kReadUnseen = 254;
 
-// What has to be set for a station not to see a point.
+// What tells that a station does not see a point: the bits of the maps at or before it and at or
+// after it on its line, twice the same or none (0) where there are no two.
 struct StationOccluders {
-  std::uint8_t maps = 0;  // all of these bits; 0: no map tells
+  std::uint8_t before = 0, after = 0;
+  float after_part = 0.0f;  // how far the station is on the way to the map after it, 0 to 1
 };
 
-// Whether a station sees a point.
-constexpr bool is_seen(std::uint8_t occluded, StationOccluders by) {
-  return (occluded & kOccludedInView) == 0 && (by.maps == 0 || (occluded & by.maps) != by.maps);
+// How far a station sees a point, 0 to 1.
+RAYWALK_INLINE float seen_part(std::uint8_t occluded, StationOccluders by) {
+  const float before = (occluded & by.before) != 0 ? 1.0f - by.after_part : 0.0f;
+  const float after = (occluded & by.after) != 0 ? by.after_part : 0.0f;
+  return (occluded & kOccludedInView) != 0 ? 0.0f : 1.0f - before - after;
+}
+// Whether it sees it at all well.
+inline bool is_seen(std::uint8_t occluded, StationOccluders by) {
+  return seen_part(occluded, by) >= 0.5f;
 }
 
 class Visibility {

@@ -98,6 +98,19 @@ struct Found {
   }
 };
 
+TEST(Visibility, OfTheMapsAroundAStationTheNearerOneTellsMore) {
+  const StationOccluders quarter_way{.before = 1, .after = 2, .after_part = 0.25f};
+  EXPECT_EQ(seen_part(0, quarter_way), 1.0f);
+  EXPECT_EQ(seen_part(1, quarter_way), 0.25f);
+  EXPECT_EQ(seen_part(2, quarter_way), 0.75f);
+  EXPECT_EQ(seen_part(3, quarter_way), 0.0f);
+  EXPECT_EQ(seen_part(4, quarter_way), 1.0f);
+  EXPECT_EQ(seen_part(kOccludedInView, quarter_way), 0.0f);
+  EXPECT_EQ(seen_part(kOccludedInView, {}), 0.0f);
+  EXPECT_EQ(seen_part(1, {}), 1.0f);  // no map tells
+  EXPECT_EQ(seen_part(1, {.before = 1, .after = 1}), 0.0f);
+}
+
 // Of each station that has a share, where it and the place where the line is met agree.
 Found compare_with_truth(const SeenView& view, const TestRoom& room, int mixed) {
   Found found;
@@ -178,7 +191,7 @@ TEST(Visibility, TheViewTellsWhatIsOccludedFromPlacesInItsColumns) {
         const auto* const occluded = view.visibility().occluded(theta, 1, d_p_m < 0.0);
         for (int row = 0; row < view.size().height; ++row) {
           const auto truth = view.sees_middle(view.met_m(theta, at), theta, row);
-          if (truth) found.add(*truth, is_seen(occluded[row], {.maps = 0}));
+          if (truth) found.add(*truth, is_seen(occluded[row], {}));
         }
       }
     }
