@@ -103,6 +103,13 @@ ordered_json grid_json(const Grid& grid) {
 
 ordered_json web_manifest(const Room& room, const WebContent& content) {
   ordered_json grid = grid_json(room.grid());
+  for (std::size_t line = 0; line < room.grid().lines.size(); ++line) {
+    ordered_json& stations = grid["lines"][line]["stations"];
+    for (ordered_json& station : stations) station["has_map"] = false;
+    for (const int station : room.distances(static_cast<int>(line)).stations()) {
+      stations[static_cast<std::size_t>(station)]["has_map"] = true;
+    }
+  }
   return {{"format", kWebFormat},
           {"version", kWebVersion},
           {"program", "raywalk-render " RAYWALK_VERSION},

@@ -9,6 +9,8 @@ import { drawn, goTo, openRoom, picture } from "./support/viewer.mjs";
 const SIZE_PX = 240;
 /** Initial views differ by the compression of the pictures alone. */
 const LEAST_DB = { initial: 42, "hlf-vd": 28, "two-sided": 35 };
+/** The virtual room's chairs have spindles thinner than a pixel of its panoramas. */
+const LEAST_WITH_CHAIRS_DB = 33;
 
 /** All around and up and down; near and on lines, near a corner. */
 const PLACES = [
@@ -26,7 +28,7 @@ const PLACES = [
   { x: -0.47, z: -0.47, yaw: -150, pitch: 5 },
 ].map(place);
 
-async function assertAgreement(page, room, method, places, show) {
+async function assertAgreement(page, room, method, places, show, least = LEAST_DB[method]) {
   const engine = await enginePictures(room, places, { size_px: SIZE_PX, method });
   const db = [];
   for (const [i, at] of places.entries()) {
@@ -35,15 +37,18 @@ async function assertAgreement(page, room, method, places, show) {
   }
   console.log(`${room}, ${method}: ${db.map((value) => value.toFixed(1)).join(" ")} dB`);
   const worst = Math.min(...db);
-  assert.ok(worst >= LEAST_DB[method], `${worst} dB at place ${db.indexOf(worst)}`);
+  assert.ok(worst >= least, `${worst} dB at place ${db.indexOf(worst)}`);
 }
 
-for (const room of ["white", "virtual"]) {
+for (const [room, least] of [
+  ["white", LEAST_DB["two-sided"]],
+  ["virtual", LEAST_WITH_CHAIRS_DB],
+]) {
   pageTest(`shows the ${room} room as the engine does`, async (visit) => {
     const host = await visit.host(room);
     const page = await visit.page({ width: SIZE_PX, height: SIZE_PX });
     await openRoom(page, host.address, PLACES[0]);
-    await assertAgreement(page, room, "two-sided", PLACES, (at) => goTo(page, at));
+    await assertAgreement(page, room, "two-sided", PLACES, (at) => goTo(page, at), least);
   });
 }
 

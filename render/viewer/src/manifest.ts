@@ -21,6 +21,8 @@ export interface Station {
   name: string;
   along_m: number;
   position_m: [x: number, y: number, z: number];
+  /** Whether its distances are of a map of its own, not what other maps show from there. */
+  has_map: boolean;
 }
 
 export interface Line {

@@ -28,14 +28,9 @@ export async function makeRooms(bin, white_room, folder) {
 }
 
 async function makeVirtualRoom(bin, folder, name, scene, settings, flags, web_flags = []) {
-  // Chairs' spindles are thinner than what these few pixels show.
   const scenes = path.join(bin, "..", "share", "raywalk", "configs", "scenes");
-  const text = await readFile(path.join(scenes, `${scene}.yaml`), "utf8");
-  const objects = text.split(/^(?= {2}# )/m);
-  const without_chairs = objects.filter((object) => !object.startsWith("  # chair"));
-  await writeFile(path.join(folder, `${name}-scene.yaml`), without_chairs.join(""));
   const config = path.join(folder, `${name}.yaml`);
-  await writeFile(config, `scene: {file: ${name}-scene.yaml}\n${settings}\n`);
+  await writeFile(config, `scene: {file: ${scenes}/${scene}.yaml}\n${settings}\n`);
   const capture = path.join(folder, `${name}-capture`);
   const where = ["room", config, "--out", capture];
   await execute(path.join(bin, "raywalk-simulate"), [...where, ...flags, "-q"]);

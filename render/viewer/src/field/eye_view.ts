@@ -48,7 +48,9 @@ export class EyeView {
     this.plan.update(lines, cell, { x_m, z_m }, rule, settings.method);
     const near = this.stationsAround(cell, viewpoint_m);
     const most = Math.min(MAX_MAPS, this.manifest.view.distance_maps);
-    const maps = nearestMaps(near, cell, most, MAPS_PER_LINE);
+    // What other maps show from a station is their views mixed: thin things are wider there.
+    const own = near.filter(({ has_map }) => has_map);
+    const maps = nearestMaps(own, cell, most, MAPS_PER_LINE);
     const corrected = settings.method !== "initial" && maps.length > 0;
     if (corrected) {
       const seen = maps.map(({ station, position_m }) => {

@@ -46,20 +46,22 @@ export class Residency {
 export const PARTS = ["coarse", "omega", "fine"] as const;
 export type Part = (typeof PARTS)[number];
 
-/** Distances that a first picture needs at least, of the nearest stations. */
-const FIRST_DISTANCES = 8;
+/** Maps that a first picture needs at least, of the nearest stations. */
+const FIRST_MAPS = 8;
 
 /**
- * The order in which parts are read: coarse pictures of all and the distances of the nearest, for a
- * first picture; then what is fine, the most wanted first.
+ * The order in which parts are read: coarse pictures of all and the distances of the nearest that
+ * have a map, for a first picture; then what is fine, the most wanted first.
  */
-export function readingOrder(wanted: readonly number[]): { station: number; part: Part }[] {
-  const first = wanted
-    .slice(0, FIRST_DISTANCES)
-    .map((station) => ({ station, part: "omega" as Part }));
+export function readingOrder(
+  wanted: readonly number[],
+  hasMap: (station: number) => boolean,
+): { station: number; part: Part }[] {
+  const maps = new Set(wanted.filter(hasMap).slice(0, FIRST_MAPS));
+  const first = [...maps].map((station) => ({ station, part: "omega" as Part }));
   const coarse = wanted.map((station) => ({ station, part: "coarse" as Part }));
-  const rest = wanted.flatMap((station, rank) => [
-    ...(rank < FIRST_DISTANCES ? [] : [{ station, part: "omega" as Part }]),
+  const rest = wanted.flatMap((station) => [
+    ...(maps.has(station) ? [] : [{ station, part: "omega" as Part }]),
     { station, part: "fine" as Part },
   ]);
   return [...first, ...coarse, ...rest];

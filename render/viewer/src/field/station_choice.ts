@@ -7,6 +7,7 @@ export interface PlacedStation {
   station: number;
   line: number;
   position_m: readonly [number, number, number];
+  has_map: boolean;
 }
 
 function distance(a: readonly number[], b: readonly number[]): number {
@@ -24,7 +25,7 @@ export function byDistance(
     .map(({ station }) => station);
 }
 
-/** In a cell, maps are spread over its lines; without one, the nearest on both sides tell most. */
+/** Of stations, sorted by distance. In a cell, maps are spread over its lines; without one, the nearest on both sides tell most. */
 export function nearestMaps(
   sorted: readonly PlacedStation[],
   cell: Cell | null,

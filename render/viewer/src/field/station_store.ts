@@ -48,8 +48,8 @@ export class StationStore {
   ) {
     this.residency = new Residency(textures.layers);
     manifest.lines.forEach((line, index) => {
-      for (const { name, position_m } of line.stations) {
-        this.placed.push({ station: this.placed.length, line: index, position_m });
+      for (const { name, position_m, has_map } of line.stations) {
+        this.placed.push({ station: this.placed.length, line: index, position_m, has_map });
         this.names.push(name);
       }
     });
@@ -68,7 +68,7 @@ export class StationStore {
       this.states.set(station, nothingYet());
       this.textures.assign(this.residency.layer(station)!, this.placed[station]!.position_m);
     }
-    this.order = readingOrder(this.residency.kept);
+    this.order = readingOrder(this.residency.kept, (station) => this.placed[station]!.has_map);
     this.readMore();
   }
 

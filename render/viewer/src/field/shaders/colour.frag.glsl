@@ -30,8 +30,9 @@ const vec3 NOTHING = vec3(0.25);  // where no station shows anything
 // A surface hides a point only if seen from the viewpoint both would move by at least this much
 // against each other, in pixels of the maps: less is noise, and would not be painted wrongly.
 const float CLEARLY_NEARER_PX = 2.0;
-// Around a pixel, in captured pixels.
-const vec2 CORNERS[4] = vec2[4](vec2(-0.3, -0.3), vec2(0.3, -0.3), vec2(-0.3, 0.3), vec2(0.3, 0.3));
+// Around a pixel, in captured pixels: as wide as a captured pixel, and what lies between two of them,
+// are blurred (their variances add up to 1/4).
+const vec2 CORNERS[4] = vec2[4](vec2(-0.5, -0.5), vec2(0.5, -0.5), vec2(-0.5, 0.5), vec2(0.5, 0.5));
 
 vec3 pictureAt(int layer, vec3 direction) {
   vec3 at = vec3(panoramaPlace(direction), float(layer));
