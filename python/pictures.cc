@@ -12,7 +12,7 @@
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/work.h"
-#include "render/view_file.h"
+#include "render/view/view_file.h"
 
 namespace py = pybind11;
 

@@ -5,10 +5,10 @@
 
 #include "core/room/room.h"
 #include "core/view/view_mode.h"
-#include "render/measured_choice.h"
-#include "render/presets.h"
-#include "render/view_frame.h"
-#include "render/view_settings.h"
+#include "render/view/measured_choice.h"
+#include "render/view/presets.h"
+#include "render/view/view_frame.h"
+#include "render/view/view_settings.h"
 
 namespace raywalk::python {
 

@@ -23,9 +23,9 @@
 #include "python/room.h"
 #include "python/view_request.h"
 #include "python/work.h"
-#include "render/picture/picture_format.h"
-#include "render/view_file.h"
-#include "render/view_path.h"
+#include "render/view/picture_format.h"
+#include "render/view/view_file.h"
+#include "render/view/view_path.h"
 
 namespace py = pybind11;
 

@@ -4,7 +4,7 @@
 
 #include "core/command_line/program.h"
 #include "render/commands/commands.h"
-#include "render/point_argument.h"
+#include "render/view/point_argument.h"
 
 int main(int argc, char** argv) {
   CLI::App app("Renders 360-degree views of a room at any viewpoint between its lines",

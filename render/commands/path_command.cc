@@ -18,7 +18,7 @@
 #include "render/commands/commands.h"
 #include "render/commands/view_flags.h"
 #include "render/film/film_encoder.h"
-#include "render/view_film.h"
+#include "render/view/view_film.h"
 
 namespace raywalk::render {
 namespace {

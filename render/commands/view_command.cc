@@ -12,8 +12,8 @@
 #include "core/files/output_folder.h"
 #include "render/commands/commands.h"
 #include "render/commands/view_flags.h"
-#include "render/point_argument.h"
-#include "render/view_file.h"
+#include "render/view/point_argument.h"
+#include "render/view/view_file.h"
 
 namespace raywalk::render {
 namespace {

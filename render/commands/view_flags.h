@@ -4,11 +4,11 @@
 #include <optional>
 #include <string>
 
-#include "render/measured_choice.h"
-#include "render/picture/picture_format.h"
-#include "render/presets.h"
-#include "render/view_frame.h"
-#include "render/view_settings.h"
+#include "render/view/measured_choice.h"
+#include "render/view/picture_format.h"
+#include "render/view/presets.h"
+#include "render/view/view_frame.h"
+#include "render/view/view_settings.h"
 
 namespace CLI {
 class App;

@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "core/files/output_folder.h"
 #include "core/room/refined_record.h"
-#include "render/point_argument.h"
+#include "render/view/point_argument.h"
 
 namespace raywalk::render {
 

@@ -7,7 +7,7 @@
 
 #include "core/geometry/sphere.h"
 #include "core/view/view_options.h"
-#include "render/view_frame.h"
+#include "render/view/view_frame.h"
 
 namespace raywalk::render {
 

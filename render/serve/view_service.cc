@@ -11,9 +11,9 @@
 #include "core/view/renderer.h"
 #include "core/view/view_height.h"
 #include "core/view/view_mode.h"
-#include "render/view_file.h"
-#include "render/view_frame.h"
-#include "render/view_settings.h"
+#include "render/view/view_file.h"
+#include "render/view/view_frame.h"
+#include "render/view/view_settings.h"
 
 namespace raywalk::render {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "core/view/test_room.h"
 #include "render/serve/test_client.h"
-#include "render/view_settings.h"
+#include "render/view/view_settings.h"
 
 namespace raywalk::render {
 namespace {

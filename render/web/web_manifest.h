@@ -8,7 +8,7 @@
 
 #include "core/room/room.h"
 #include "core/view/view_options.h"
-#include "render/path_table.h"
+#include "render/view/path_table.h"
 #include "render/web/export_web.h"
 #include "render/web/hotspots.h"
 #include "render/web/truth_pairs.h"

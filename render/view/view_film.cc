@@ -1,0 +1,73 @@
+#include "render/view/view_film.h"
+
+#include <fmt/format.h>
+
+#include <span>
+
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/progress.h"
+#include "render/film/film_writer.h"
+#include "render/view/view_file.h"
+
+namespace raywalk::render {
+namespace {
+
+namespace fs = std::filesystem;
+
+cv::Size size_of(const Room& room, const ViewMode& mode, const ViewFrame& frame) {
+  if (const auto viewport = viewport_of(frame)) return {viewport->width, viewport->height};
+  const int width = mode.options.width > 0 ? mode.options.width : size_as_captured(room).width;
+  return {width, frame.stereo == Stereo::kOds ? width : width / 2};
+}
+
+// None of a flat film.
+std::optional<StereoMode> stereo_mode_of(const ViewFrame& frame) {
+  if (viewport_of(frame)) return std::nullopt;
+  return frame.stereo == Stereo::kOds ? StereoMode::kTopBottom : StereoMode::kMono;
+}
+
+std::string encode_film(const Room& room, const ViewMode& mode, const ViewFrame& frame,
+                        std::span<const PathView> views, const FilmSettings& settings,
+                        const fs::path& file) {
+  Renderer renderer(room, mode.options);
+  const cv::Size size = size_of(room, mode, frame);
+  const FilmShape shape{size, std::ssize(views)};
+  FilmWriter film(settings, shape, stereo_mode_of(frame), file);
+  Progress progress("rendering", static_cast<std::int64_t>(views.size()), "frames");
+  for (const PathView& view : views) {
+    film.add(render_framed(&renderer, view.viewpoint, turned_as(view, frame)).image);
+    progress.advance();
+  }
+  film.finish();
+  const int captured_px = room.panorama().width;
+  const std::string enlarged =
+      enlargement_text(enlargement_of(frame, size.width, captured_px), captured_px);
+  const std::string eyes = stereo_text(frame);
+  return fmt::format("{} frames of {}x{}, {:g} s, {}, {}{}{}", views.size(), size.width,
+                     size.height, static_cast<double>(views.size()) / settings.fps,
+                     codec_text(settings), viewport_of(frame) ? "flat" : "a panorama",
+                     eyes.empty() ? "" : ", " + eyes, enlarged.empty() ? "" : ", " + enlarged);
+}
+
+}  // namespace
+
+std::string write_film(const Room& room, const ViewMode& mode, const ViewFrame& frame,
+                       const PathRequest& request, const FilmSettings& settings,
+                       const std::filesystem::path& file, bool replace) {
+  require_film_settings(settings, file);
+  require_writable_film(file, replace);
+  const std::vector<PathView> views = views_of(request, room, mode, frame);
+  std::string rendered;
+  try {
+    rendered = encode_film(room, mode, frame, views, settings, file);
+  } catch (const Interrupted&) {
+    throw Interrupted(
+        "interrupted; an unfinished film is not kept, the same command starts it anew");
+  }
+  return fmt::format("{}: {}, {}, {} at k = {:g} degrees ({}), distances {}", file.string(),
+                     rendered, method_name(mode.options.method), mode.connection,
+                     mode.options.k_deg, mode.k_source, distances_used(room, mode));
+}
+
+}  // namespace raywalk::render
