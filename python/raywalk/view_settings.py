@@ -40,7 +40,7 @@ class ViewSettings(TypedDict, total=False):
     station_fade: float
     """Part of the stations' spacing over which one fades into the next, 0.1 to 1."""
     distance_maps: int
-    """Distance maps that a view's distances are gathered from, 1 to 4."""
+    """Distance maps that a view's distances are gathered from, 1 to 8."""
     second_side: Literal["everywhere", "faded"]
     """Where a two-sided view reads both sides."""
     gains: Union[bool, Literal["off", "on"]]
