@@ -1,13 +1,20 @@
 #include "capture/camera/check_picture.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
+#include <cstddef>
+#include <span>
 
 #include "capture/base/device_fault.h"
 #include "core/base/error.h"
+#include "core/base/escaped.h"
+#include "core/files/gpano.h"
 #include "core/files/image_file.h"
+#include "core/panorama/picture_look.h"
 
 namespace raywalk::capture {
 namespace {
@@ -38,6 +45,19 @@ void refuse_text(const std::string& bytes, const std::string& source) {
   }
 }
 
+void warn_unless_upright(std::span<const std::byte> picture, const std::string& name) {
+  constexpr double kMost_deg = 5.0;  // of a camera that was meant to be upright
+  const auto attitude = stated_attitude(picture);
+  if (!attitude) return;
+  if (std::abs(attitude->pitch_deg) <= kMost_deg && std::abs(attitude->roll_deg) <= kMost_deg) {
+    return;
+  }
+  spdlog::warn(
+      "{}: its metadata state a pitch of {:.0f} and a roll of {:.0f} degrees, which no panorama of "
+      "Raywalk follows: set the camera upright, or let raywalk-calibrate estimate its attitude",
+      escaped(name), attitude->pitch_deg, attitude->roll_deg);
+}
+
 }  // namespace
 
 CheckedPicture check_picture(const std::string& bytes, PanoramaSize expected,
@@ -60,6 +80,20 @@ CheckedPicture check_picture(const std::string& bytes, PanoramaSize expected,
         source, header.size.width, header.size.height, expected.width, expected.height));
   }
   return {header.format == ImageFormat::kJpeg ? "jpg" : "png", header.size};
+}
+
+void require_frame_kind(const std::string& bytes, FrameKind configured, const std::string& name) {
+  const auto picture = std::as_bytes(std::span(bytes));
+  const bool stitched = configured == FrameKind::kPanorama;
+  if (look_at_picture(picture) == (stitched ? PictureKind::kDualFisheye : PictureKind::kPanorama)) {
+    throw Error(fmt::format(
+        "{} shows {}, but camera.frames is {}; set the camera {} its pictures, or begin a session "
+        "with camera.frames: {}",
+        name, stitched ? "two fisheye circles" : "a stitched panorama", name_of(configured),
+        stitched ? "to stitch" : "not to stitch",
+        name_of(stitched ? FrameKind::kDualFisheye : FrameKind::kPanorama)));
+  }
+  warn_unless_upright(picture, name);
 }
 
 }  // namespace raywalk::capture

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <utility>
 #include <vector>
 
 #include "capture/camera/check_picture.h"
@@ -18,6 +19,8 @@ using Json = nlohmann::json;
 // Ricoh, camera.setOptions: "Leave an interval of 1 second or more between changing the settings"
 // and camera.takePicture.
 constexpr double kPauseAfterSetting_ms = 1000.0;
+constexpr int kMostLostPictures = 2;  // while the exposure is measured
+
 bool is_positive(const Json& object, const char* key) {
   return number_at(object, key).value_or(0.0) > 0.0;
 }
@@ -207,8 +210,17 @@ void OscCamera::choose_file_format() {
 
 std::optional<ExifExposure> OscCamera::measured_exposure() {
   set({{"exposureProgram", 2}, {"whiteBalance", "auto"}});
-  const std::string bytes = client_.fetch(take_picture().file);
-  check_picture(bytes, frame_, client_.url());
+  std::string bytes;
+  for (int lost = 0; bytes.empty(); ++lost) {
+    try {
+      std::string taken = client_.fetch(take_picture().file);
+      check_picture(taken, frame_, client_.url());
+      bytes = std::move(taken);
+    } catch (const DeviceFault& fault) {
+      // The picture is of no station, so another one does as well.
+      if (!fault.is_retryable() || lost >= kMostLostPictures) throw;
+    }
+  }
   if (const auto exposure = exif_exposure(bytes)) return exposure;
   // Ricoh's options are 0 in automatic mode; Insta360's hold the current values.
   const Json options = client_.options({"shutterSpeed", "iso"});

@@ -363,9 +363,11 @@ TEST_F(OscCameraTest, AnInvalidAddressIsAUsageError) {
   }
 }
 
-TEST_F(OscCameraTest, ManyShotsInARowSucceed) {
-  camera_->prepare({}, "");
-  for (int i = 0; i < 300; ++i) ASSERT_EQ(shoot().pictures.size(), 1U);
+TEST_F(OscCameraTest, APictureLostWhileMeasuringIsTakenAgain) {
+  faults_.add({.kind = RigFault::kMissingPicture});
+  EXPECT_NO_THROW(camera_->prepare({}, ""));
+  faults_.add({.kind = RigFault::kMissingPicture, .for_ms = 1e9});
+  expect_fault(FaultKind::kMissingPicture, "took no picture", [&] { camera_->prepare({}, ""); });
 }
 
 }  // namespace

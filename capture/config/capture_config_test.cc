@@ -1,11 +1,13 @@
 #include "capture/config/capture_config.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
-#include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
@@ -15,6 +17,7 @@ namespace {
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::StartsWith;
 
 // A minimal configuration, which tests extend.
 struct ConfigText {
@@ -35,16 +38,12 @@ class CaptureConfigTest : public testing::Test {
     return read_capture_config(directory_ / "capture.yaml");
   }
 
-  // What is wrong, from "capture.yaml:" on.
-  std::string error_of(const ConfigText& text) {
-    try {
-      read(text);
-    } catch (const UsageError& e) {
-      const std::string error = e.what();
-      EXPECT_EQ(error.find('\n'), std::string::npos) << error;
-      return error.substr(error.find("capture.yaml"));
-    }
-    return "";
+  // What is wrong, from "capture.yaml:" on; "no error" if nothing is.
+  std::string refusal(const ConfigText& text) {
+    const std::string error = error_of([&] { read(text); });
+    EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+    const std::size_t file = error.find("capture.yaml");
+    return file == std::string::npos ? error : error.substr(file);
   }
 
   TestDirectory directory_;
@@ -91,150 +90,113 @@ TEST_F(CaptureConfigTest, PathsAreRelativeToTheFile) {
       absolute);
 }
 
-TEST_F(CaptureConfigTest, MistypedKeysNameFileLineAndKey) {
-  EXPECT_EQ(error_of({.rest = "run:\n  shot: 3\n"}),
-            "capture.yaml:5: unknown key 'run.shot'; did you mean 'run.shots'?");
-  EXPECT_EQ(error_of({.rest = "validation:\n- axis: x\n- axes: z\n"}),
-            "capture.yaml:6: unknown key 'validation[1].axes'; did you mean 'validation[1].axis'?");
-  EXPECT_EQ(error_of({.grid = "grid: {cell_side_m: 0}\n"}),
-            "capture.yaml:1: 'grid.cell_side_m' is '0'; it must lie between 0.01 and 100");
-}
-
-TEST_F(CaptureConfigTest, AnUnknownChoiceNamesTheNearestOne) {
-  EXPECT_EQ(
-      error_of({.camera = "camera: {kind: ocs}\n"}),
-      "capture.yaml:3: 'camera.kind' is 'ocs'; it is not a valid choice; did you mean 'osc'?");
-  EXPECT_EQ(
-      error_of({.rest = "run: {mode: film}\n"}),
-      "capture.yaml:4: 'run.mode' is 'film'; it is not a valid choice; valid are stations, video");
-  EXPECT_EQ(
-      error_of({.rest = "validation:\n- axis: y\n"}),
-      "capture.yaml:5: 'validation[0].axis' is 'y'; it is not a valid choice; valid are x, z");
-}
-
-TEST_F(CaptureConfigTest, AnUnknownKeyNamesTheNearestOnes) {
-  EXPECT_THAT(error_of({.rest = "speed_mm_s: 5\n"}),
-              HasSubstr("unknown key 'speed_mm_s'; did you mean 'slider.motion.speed_mm_s'?"));
-  EXPECT_THAT(error_of({.rest = "temperature: 5\n"}),
-              HasSubstr("unknown key 'temperature'; the nearest valid ones are "));
-  EXPECT_LT(error_of({.rest = "temperature: 5\n"}).size(), 200U);
-}
-
-TEST_F(CaptureConfigTest, MissingSliderSettingsAreNamed) {
-  EXPECT_THAT(error_of({.slider = "slider: {register_map: map.yaml, high_limit_mm: 9}\n"}),
-              HasSubstr("capture.yaml: 'slider.device' is missing"));
-  EXPECT_THAT(error_of({.slider = "slider: {connection: tcp, device: a, high_limit_mm: 9}\n"}),
-              HasSubstr("'slider.host' is missing"));
-  EXPECT_THAT(error_of({.slider = "slider: {device: a, high_limit_mm: 9}\n"}),
-              HasSubstr("'slider.register_map' is missing"));
-  EXPECT_THAT(
-      error_of({.slider = "slider: {device: a, register_map: no.yaml, high_limit_mm: 9}\n"}),
-      testing::MatchesRegex(
-          "capture.yaml:2: 'slider.register_map' is '.*no.yaml', which is not a file.*"));
-  EXPECT_THAT(error_of({.slider = "slider: {device: a, register_map: ., high_limit_mm: 9}\n"}),
-              HasSubstr("which is not a file"));
-  EXPECT_THAT(
-      error_of({.slider = "slider: {device: a, register_map: sliders/leadshine-pr1.yaml, "
-                          "high_limit_mm: 9}\n"}),
-      AllOf(HasSubstr("relative to that file"), HasSubstr("did you mean 'leadshine-pr0'?")));
-  EXPECT_THAT(error_of({.slider = "slider: {device: a, unit: 248, register_map: map.yaml, "
-                                  "high_limit_mm: 9}\n"}),
-              HasSubstr("capture.yaml:2: 'slider.unit' is 248"));
-}
-
-TEST_F(CaptureConfigTest, UnitsFollowTheConnection) {
-  const auto unit_error = [&](const std::string& connection, int unit) {
-    return error_of({.slider = "slider: {device: a, host: b, register_map: map.yaml, "
-                               "high_limit_mm: 9, connection: " +
-                               connection + ", unit: " + std::to_string(unit) + "}\n"});
+TEST_F(CaptureConfigTest, MistakesNameFileLineAndKey) {
+  const auto slider = [](const std::string& keys, const std::string& map = "map.yaml") {
+    return ConfigText{.slider = "slider: {" + keys + ", register_map: " + map + "}\n"};
   };
-  EXPECT_EQ(unit_error("rtu", 247), "");
-  EXPECT_EQ(unit_error("tcp", 255), "");
-  EXPECT_THAT(unit_error("rtu", 255), HasSubstr("'slider.unit' is 255; it must lie between"));
-  EXPECT_THAT(unit_error("tcp", 248), HasSubstr("'slider.unit' is 248; it must lie between"));
-}
-
-TEST_F(CaptureConfigTest, EmptyLimitsAreRefused) {
-  const std::string slider = "slider:\n  device: a\n  register_map: map.yaml\n";
-  EXPECT_EQ(error_of({.slider = slider}),
-            "capture.yaml: 'slider.high_limit_mm' is 0; it must be above low_limit_mm, which is 0");
-  EXPECT_EQ(error_of({.slider = slider + "  low_limit_mm: 90\n  high_limit_mm: 10\n"}),
-            "capture.yaml:6: 'slider.high_limit_mm' is 10; it must be above low_limit_mm, which is "
-            "90");
-  EXPECT_THAT(error_of({.slider = slider + "  high_limit_mm: 9\n  motion:\n"
-                                           "    following_error_mm: 0.05\n"}),
-              HasSubstr("capture.yaml:7: 'slider.motion.following_error_mm' is 0.05"));
-  EXPECT_THAT(error_of({.slider = slider + "  high_limit_mm: 9\n  motion: {stall_ms: 5}\n"}),
-              HasSubstr("'slider.motion.poll_ms' is 10; it must not exceed stall_ms"));
-}
-
-TEST_F(CaptureConfigTest, ACameraNeedsItsAddress) {
-  EXPECT_THAT(error_of({.camera = ""}), HasSubstr("'camera.osc.url' is ''"));
-  for (const std::string url : {"192.168.1.1", "https://192.168.1.1", "http://"}) {
-    EXPECT_THAT(error_of({.camera = "camera: {osc: {url: \"" + url + "\"}}\n"}),
-                HasSubstr("capture.yaml:3: 'camera.osc.url' is '" + url + "'"));
-  }
-  EXPECT_THAT(error_of({.camera = "camera: {kind: v4l2}\n"}),
-              HasSubstr("'camera.v4l2.device' is missing"));
-  EXPECT_THAT(error_of({.camera = "camera: {kind: gpio}\n"}),
-              HasSubstr("'trigger.shutter_line' is -1"));
-  EXPECT_THAT(
-      error_of({.camera = "camera: {kind: gpio}\ntrigger: {shutter_line: 4, chip: \"\"}\n"}),
-      HasSubstr("'trigger.chip' is empty"));
-  EXPECT_THAT(
-      error_of({.camera = "camera: {kind: gpio}\ntrigger: {shutter_line: 4, focus_line: 4}\n"}),
-      HasSubstr("'trigger.shutter_line' is 4, as is another line"));
-  EXPECT_THAT(error_of({.camera = "camera: {kind: gpio}\n"
-                                  "trigger: {shutter_line: 4, focus_line: 5, busy_line: 5}\n"}),
-              HasSubstr("'trigger.busy_line' is 5, as is another line"));
-}
-
-TEST_F(CaptureConfigTest, FramesAndExposuresHaveToFitTogether) {
-  const auto camera_error = [&](const std::string& keys, const std::string& rest = "") {
-    return error_of({.camera = "camera: {osc: {url: \"http://a\"}, " + keys + "}\n", .rest = rest});
+  const auto on_line = [&](const std::string& connection, int unit) {
+    return slider(fmt::format("device: a, host: b, high_limit_mm: 9, connection: {}, unit: {}",
+                              connection, unit));
   };
-  EXPECT_THAT(camera_error("width_px: 4096"), HasSubstr("'camera.height_px' is 0"));
-  EXPECT_THAT(camera_error("height_px: 4096"), HasSubstr("'camera.width_px' is 0"));
-  EXPECT_THAT(camera_error("width_px: 4096, height_px: 2000"),
-              HasSubstr("'camera.width_px' is 4096 at a height of 2000"));
-  EXPECT_EQ(camera_error("frames: dual-fisheye, width_px: 4096, height_px: 2000"), "");
-  EXPECT_EQ(camera_error("width_px: 4096, height_px: 2048"), "");
-  EXPECT_THAT(camera_error("exposure: {lock: false, iso: 100}"),
-              HasSubstr("'camera.exposure.lock' is false"));
-  EXPECT_THAT(camera_error("exposure: {bracket_ev: []}"), HasSubstr("is empty"));
-  EXPECT_THAT(camera_error("exposure: {bracket_ev: [0, 1, 0]}"), HasSubstr("twice"));
-  EXPECT_THAT(camera_error("exposure: {bracket_ev: [0, 1]}", "run: {mode: video}\n"),
-              HasSubstr("which a video cannot have"));
-  EXPECT_THAT(camera_error("exposure: {bracket_ev: [0]}", "run: {mode: video}\n"),
-              HasSubstr("'run.mode' is video, but the program cannot film with the osc camera"));
-}
-
-TEST_F(CaptureConfigTest, ContradictoryPlansAreRefused) {
-  EXPECT_THAT(error_of({.grid = "grid: {overhang_mm: -0.5}\n"}),
-              HasSubstr("capture.yaml:1: 'grid.overhang_mm' is -0.5"));
-  EXPECT_EQ(error_of({.rest = "validation:\n- axis: x\n  from_m: 1\n  to_m: 1\n"}),
-            "capture.yaml:7: 'validation[0].to_m' is 1; it must be larger than from_m, which is 1");
-  EXPECT_THAT(error_of({.rest = "scene: {nearest_m: 2, farthest_m: 1}\n"}),
-              HasSubstr("capture.yaml:4: 'scene.farthest_m' is 1"));
-  EXPECT_THAT(error_of({.rest = "run: {place_url: rig}\n"}), HasSubstr("'run.place_url' is 'rig'"));
-}
-
-TEST_F(CaptureConfigTest, AFileThatIsMissingIsNamed) {
-  try {
-    read_capture_config(directory_ / "nowhere.yaml");
-    FAIL();
-  } catch (const UsageError& e) {
-    EXPECT_THAT(e.what(), HasSubstr("nowhere.yaml"));
+  const auto motion = [&](const std::string& keys) {
+    return slider("device: a, high_limit_mm: 9, motion: {" + keys + "}");
+  };
+  const auto camera = [](const std::string& keys) {
+    return ConfigText{.camera = "camera: {" + keys + "}\n"};
+  };
+  const auto gpio = [&](const std::string& trigger) {
+    return ConfigText{.camera = "camera: {kind: gpio}\n", .rest = "trigger: {" + trigger + "}\n"};
+  };
+  const auto pictures = [](const std::string& keys, const std::string& rest = "") {
+    return ConfigText{.camera = "camera: {osc: {url: \"http://a\"}, " + keys + "}\n", .rest = rest};
+  };
+  const std::string video = "run: {mode: video}\n";
+  struct Case {
+    ConfigText text;
+    std::string error;  // or its beginning
+  };
+  for (const auto& [text, error] : std::vector<Case>{
+           // Keys and choices.
+           {{.rest = "run:\n  shot: 3\n"},
+            "capture.yaml:5: unknown key 'run.shot'; did you mean 'run.shots'?"},
+           {{.rest = "validation:\n- axis: x\n- axes: z\n"},
+            "capture.yaml:6: unknown key 'validation[1].axes'; did you mean 'validation[1].axis'?"},
+           {{.rest = "speed_mm_s: 5\n"},
+            "capture.yaml:4: unknown key 'speed_mm_s'; did you mean 'slider.motion.speed_mm_s'?"},
+           {{.grid = "grid: {cell_side_m: 0}\n"},
+            "capture.yaml:1: 'grid.cell_side_m' is '0'; it must lie between 0.01 and 100"},
+           {camera("kind: ocs"),
+            "capture.yaml:3: 'camera.kind' is 'ocs'; it is not a valid choice; did you mean 'osc'"},
+           {{.rest = "run: {mode: film}\n"},
+            "capture.yaml:4: 'run.mode' is 'film'; it is not a valid choice; valid are stations, "},
+           {{.rest = "validation:\n- axis: y\n"}, "capture.yaml:5: 'validation[0].axis' is 'y'"},
+           // The plan.
+           {{.grid = "grid: {overhang_mm: -0.5}\n"}, "capture.yaml:1: 'grid.overhang_mm' is -0.5"},
+           {{.rest = "validation:\n- axis: x\n  from_m: 1\n  to_m: 1\n"},
+            "capture.yaml:7: 'validation[0].to_m' is 1; it must be larger than from_m, which is 1"},
+           {{.rest = "scene: {nearest_m: 2, farthest_m: 1}\n"},
+            "capture.yaml:4: 'scene.farthest_m' is 1"},
+           {{.rest = "run: {place_url: rig}\n"}, "capture.yaml:4: 'run.place_url' is 'rig'"},
+           // The slider.
+           {slider("high_limit_mm: 9"), "capture.yaml: 'slider.device' is missing"},
+           {slider("connection: tcp, device: a, high_limit_mm: 9"),
+            "capture.yaml: 'slider.host' is missing"},
+           {on_line("rtu", 247), "no error"},
+           {on_line("tcp", 255), "no error"},
+           {on_line("rtu", 255), "capture.yaml:2: 'slider.unit' is 255; it must lie between"},
+           {on_line("tcp", 248), "capture.yaml:2: 'slider.unit' is 248; it must lie between"},
+           {slider("device: a"),
+            "capture.yaml: 'slider.high_limit_mm' is 0; it must be above low_limit_mm, which is 0"},
+           {slider("device: a, low_limit_mm: 90, high_limit_mm: 10"),
+            "capture.yaml:2: 'slider.high_limit_mm' is 10; it must be above low_limit_mm"},
+           {motion("following_error_mm: 0.05"),
+            "capture.yaml:2: 'slider.motion.following_error_mm' is 0.05"},
+           {motion("stall_ms: 5"), "capture.yaml: 'slider.motion.poll_ms' is 10; it must not exc"},
+           {{.slider = "slider: {device: a, high_limit_mm: 9}\n"},
+            "capture.yaml: 'slider.register_map' is missing"},
+           // The camera.
+           {{.camera = ""}, "capture.yaml: 'camera.osc.url' is ''"},
+           {camera("osc: {url: 192.168.1.1}"), "capture.yaml:3: 'camera.osc.url' is '192.168.1.1'"},
+           {camera("osc: {url: \"https://a\"}"), "capture.yaml:3: 'camera.osc.url' is 'https://a'"},
+           {camera("osc: {url: \"http://\"}"), "capture.yaml:3: 'camera.osc.url' is 'http://'"},
+           {camera("kind: v4l2"), "capture.yaml: 'camera.v4l2.device' is missing"},
+           {camera("kind: gpio"), "capture.yaml: 'trigger.shutter_line' is -1"},
+           {gpio("shutter_line: 4, chip: \"\""), "capture.yaml:4: 'trigger.chip' is empty"},
+           {gpio("shutter_line: 4, focus_line: 4"),
+            "capture.yaml:4: 'trigger.shutter_line' is 4, as is another line"},
+           {gpio("shutter_line: 4, focus_line: 5, busy_line: 5"),
+            "capture.yaml:4: 'trigger.busy_line' is 5, as is another line"},
+           // Its pictures.
+           {pictures("width_px: 4096"), "capture.yaml: 'camera.height_px' is 0"},
+           {pictures("height_px: 4096"), "capture.yaml: 'camera.width_px' is 0"},
+           {pictures("width_px: 4096, height_px: 2000"),
+            "capture.yaml:3: 'camera.width_px' is 4096 at a height of 2000"},
+           {pictures("frames: dual-fisheye, width_px: 4096, height_px: 2000"), "no error"},
+           {pictures("width_px: 4096, height_px: 2048"), "no error"},
+           {pictures("exposure: {lock: false, iso: 100}"),
+            "capture.yaml:3: 'camera.exposure.lock' is false"},
+           {pictures("exposure: {bracket_ev: []}"),
+            "capture.yaml:3: 'camera.exposure.bracket_ev' is empty"},
+           {pictures("exposure: {bracket_ev: [0, 1, 0]}"),
+            "capture.yaml:3: 'camera.exposure.bracket_ev' holds an exposure twice"},
+           {pictures("exposure: {bracket_ev: [0, 1]}", video),
+            "capture.yaml:3: 'camera.exposure.bracket_ev' holds more than one exposure, which a "},
+           {pictures("exposure: {bracket_ev: [0]}", video),
+            "capture.yaml:4: 'run.mode' is video, but the program cannot film with the osc"}}) {
+    EXPECT_THAT(refusal(text), StartsWith(error));
   }
-}
-
-TEST(RefuseSetting, WithoutAFileNamesTheKeyAlone) {
-  try {
-    refuse_setting(CaptureConfig{}, "grid.k_deg", "is odd");
-    FAIL();
-  } catch (const UsageError& e) {
-    EXPECT_STREQ(e.what(), "'grid.k_deg' is odd");
+  for (const char* map : {"no.yaml", "."}) {
+    EXPECT_THAT(refusal(slider("device: a, high_limit_mm: 9", map)),
+                AllOf(StartsWith("capture.yaml:2: 'slider.register_map' is '"),
+                      HasSubstr("which is not a file")));
   }
+  EXPECT_THAT(refusal(slider("device: a, high_limit_mm: 9", "sliders/leadshine-pr1.yaml")),
+              AllOf(HasSubstr("relative to that file"), HasSubstr("did you mean 'leadshine-pr0'")));
+  EXPECT_THAT(error_of([&] { read_capture_config(directory_ / "nowhere.yaml"); }),
+              HasSubstr("nowhere.yaml"));
+  EXPECT_EQ(error_of([] { refuse_setting(CaptureConfig{}, "grid.k_deg", "is odd"); }),
+            "'grid.k_deg' is odd");
+  EXPECT_THROW(refuse_setting(CaptureConfig{}, "grid.k_deg", "is odd"), UsageError);
 }
 
 class RigAddressesTest : public testing::Test {
@@ -242,12 +204,7 @@ class RigAddressesTest : public testing::Test {
   RigAddressesTest() { config_.camera.kind = CameraKind::kOsc; }
   std::string refusal(const std::string& rig) {
     write_file_atomically(directory_ / "rig.json", rig);
-    try {
-      use_rig_addresses(&config_, directory_.path());
-    } catch (const UsageError& error) {
-      return error.what();
-    }
-    return "no error";
+    return error_of([&] { use_rig_addresses(&config_, directory_.path()); });
   }
   TestDirectory directory_;
   CaptureConfig config_;

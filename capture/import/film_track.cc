@@ -49,7 +49,8 @@ void read_film(const std::filesystem::path& film,
   // FFmpeg's own messages name no file (-8: AV_LOG_QUIET).
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
   cv::VideoCapture capture;
-  if (!capture.open(film.string(), cv::CAP_FFMPEG)) {
+  // Absolute, as FFmpeg takes "hall:1.mp4" for an address.
+  if (!capture.open(std::filesystem::absolute(film).string(), cv::CAP_FFMPEG)) {
     throw Error(fmt::format("{}: not a film that can be read", film.string()));
   }
   const double rate_hz = capture.get(cv::CAP_PROP_FPS);

@@ -36,6 +36,18 @@ TEST_F(FilmTrackTest, FramesComeInOrderWithTheirTimes) {
   EXPECT_EQ(frames, 40U);
 }
 
+// As a user names it, relative to the folder; FFmpeg takes a scheme's name for that of an address.
+TEST_F(FilmTrackTest, AFilmMayHaveAnyName) {
+  const auto before = std::filesystem::current_path();
+  shoot_test_film(film_, {.length_s = 1.0}, [](double) { return 0.0; });
+  std::filesystem::current_path(directory_.path());
+  for (const char* name : {"hall:1.avi", "line %02d.avi", "rtsp:film", "'x0' \xc3\xbc?.avi"}) {
+    std::filesystem::copy_file(film_, name);
+    EXPECT_EQ(track_film(name).frames.size(), 25U) << name;
+  }
+  std::filesystem::current_path(before);
+}
+
 TEST_F(FilmTrackTest, ABlurredFrameStandsOutAmongItsNeighbours) {
   const auto is_blurred = [](double frame) { return std::lround(frame) % 30 == 20; };
   shoot_test_film(film_,

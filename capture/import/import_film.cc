@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
+#include "capture/camera/check_picture.h"
 #include "capture/import/film_stations.h"
 #include "capture/import/film_track.h"
 #include "capture/import/import.h"
 #include "capture/import/name_list.h"
-#include "capture/session/frame_kind.h"
 #include "capture/session/session.h"
 #include "capture/session/session_database.h"
 #include "core/base/error.h"

@@ -15,7 +15,6 @@
 #include "capture/import/card_pictures.h"
 #include "capture/import/import.h"
 #include "capture/import/match_pictures.h"
-#include "capture/session/frame_kind.h"
 #include "capture/session/session.h"
 #include "capture/session/session_database.h"
 #include "core/base/error.h"

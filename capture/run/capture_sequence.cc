@@ -9,7 +9,7 @@
 
 #include "capture/base/device_fault.h"
 #include "capture/base/units.h"
-#include "capture/session/frame_kind.h"
+#include "capture/camera/check_picture.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"

@@ -12,8 +12,10 @@
 #include <vector>
 
 #include "capture/import/test_pictures.h"
+#include "capture/plan/test_plan.h"
 #include "capture/run/fake_camera.h"
 #include "capture/run/film_lines.h"
+#include "capture/run/run_session.h"
 #include "capture/session/session_database.h"
 #include "capture/session/session_frames.h"
 #include "capture/session/session_status.h"
@@ -323,6 +325,24 @@ TEST_F(CaptureSequenceTest, AStallWhileFilmingEndsTheFilmAndKeepsNoJournal) {
                Paused);
   EXPECT_FALSE(camera_.is_filming());
   EXPECT_FALSE(session->has_journal("x0"));
+}
+
+TEST(RunSession, OfASessionThatIsFilmedNeedsNoDevice) {
+  const TestDirectory directory;
+  CaptureConfig config = one_cell_config();
+  config.file = directory / "capture.yaml";
+  write_file_atomically(config.file, "");
+  config.camera.kind = CameraKind::kGpio;
+  config.run.mode = CaptureMode::kVideo;
+  const CapturePlan plan = plan_capture(config);
+  {
+    ManualClock clock;
+    const auto session = Session::open_or_create(directory / "hall", plan, config, "", &clock);
+    const JournalSample sample{clock.wall_now(), 50.0};
+    for (const CaptureLine& line : plan.lines) session->record_journal(line.id, {&sample, 1});
+  }
+  EXPECT_THAT(run_session(config, {.session = directory / "hall"}),
+              AllOf(HasSubstr("all 4 lines are filmed"), HasSubstr("--video")));
 }
 
 }  // namespace

@@ -87,10 +87,6 @@ DeviceCheck check(const std::string& device, const std::function<std::string()>&
 
 }  // namespace
 
-std::unique_ptr<Slider> open_slider(const SliderConfig& config, Clock* clock) {
-  return make_modbus_slider(config, clock);
-}
-
 std::unique_ptr<Camera> open_camera(const CameraConfig& config, Clock* clock) {
   switch (config.kind) {
     case CameraKind::kOsc:

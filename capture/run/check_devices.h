@@ -11,15 +11,13 @@
 #include "capture/base/clock.h"
 #include "capture/camera/camera.h"
 #include "capture/config/capture_config.h"
-#include "capture/slider/slider.h"
 #include "capture/slider/slider_config.h"
 #include "capture/slider/soft_limits.h"
 
 namespace raywalk::capture {
 
-// Throw DeviceFault if the device does not answer or is not the configured one, and UsageError for
+// Throws DeviceFault if the device does not answer or is not the configured one, and UsageError for
 // an invalid configuration. The clock must outlive the device.
-std::unique_ptr<Slider> open_slider(const SliderConfig& config, Clock* clock);
 std::unique_ptr<Camera> open_camera(const CameraConfig& config, Clock* clock);
 
 // The soft limits of a configuration. Throws UsageError as SoftLimits does.

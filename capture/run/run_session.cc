@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "capture/base/units.h"
@@ -10,6 +11,7 @@
 #include "capture/run/check_devices.h"
 #include "capture/run/film_lines.h"
 #include "capture/session/session_status.h"
+#include "capture/slider/modbus_slider.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/interrupt.h"
@@ -92,7 +94,12 @@ std::string run_session(const CaptureConfig& config, const RunOptions& options) 
   require_frames(session.get());
   const std::size_t pictures =
       count_missing(plan, *session) * config.camera.exposure.bracket_ev.size();
-  if (pictures == 0) return outcome_text(plan, config, options.session);
+  // Stations of a film have their pictures only once it is imported.
+  const auto is_filmed = [&](const CaptureLine& line) { return session->has_journal(line.id); };
+  const bool is_complete = config.run.mode == CaptureMode::kVideo
+                               ? std::ranges::all_of(plan.lines, is_filmed)
+                               : pictures == 0;
+  if (is_complete) return outcome_text(plan, config, options.session);
 
   const auto camera = open_camera(config.camera, &clock);
   const auto slider = open_slider(config.slider, &clock);

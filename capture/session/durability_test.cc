@@ -1,23 +1,18 @@
-// A frame is on the disk before the row that names it, a full disk leaves nothing half, and a
-// session survives a kill of the program at any moment.
+// A frame is on the disk before the row that names it, and a full disk leaves nothing half. That a
+// session survives kills at any moment is tested with the whole program (tests/end_to_end).
 //
 // The functions below stand in for those of the C library, in this program and in SQLite.
 #include <gmock/gmock.h>
 #include <sys/syscall.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <csignal>
 #include <filesystem>
-#include <map>
-#include <random>
 #include <string>
 #include <vector>
 
 #include "capture/session/session_frames.h"
 #include "capture/session/test_session.h"
-#include "core/files/atomic_output.h"
 
 namespace {
 
@@ -50,11 +45,9 @@ namespace raywalk::capture {
 namespace {
 
 using testing::AllOf;
-using testing::Contains;
 using testing::ElementsAre;
 using testing::EndsWith;
 using testing::HasSubstr;
-using testing::IsEmpty;
 using testing::StartsWith;
 
 class DurabilityTest : public SessionCase {
@@ -89,57 +82,6 @@ TEST_F(DurabilityTest, AFullDiskDuringAFrameLosesNothing) {
               ElementsAre("frames/x0_000.jpg", "frames/x0_001_a3.jpg", "frames/x0_002.jpg"));
   SessionReader reader(capture_.directory);
   EXPECT_TRUE(verify_session(&reader).is_whole());
-}
-
-// Captures in another process, which is killed with SIGKILL after the time given. The manual clock
-// of this process is advanced, because it does not share that of the other.
-void capture_and_kill(TestCapture* capture, int after_us) {
-  capture->clock.sleep(std::chrono::hours(1));
-  const pid_t child = fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
-    try {
-      capture->capture_missing(capture->open().get());
-    } catch (...) {
-      _exit(1);
-    }
-    _exit(0);
-  }
-  usleep(static_cast<useconds_t>(after_us));
-  kill(child, SIGKILL);
-  int status = 0;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  EXPECT_FALSE(WIFEXITED(status) && WEXITSTATUS(status) == 1) << "the run failed";
-}
-
-std::map<std::string, std::string> whole_files(const std::filesystem::path& directory) {
-  std::map<std::string, std::string> files;
-  for (const std::string& file : list_frames(directory)) {
-    if (!is_temporary_frame(file)) files[file] = read_file(directory / file);
-  }
-  return files;
-}
-
-TEST(KilledSessionTest, IsResumedWithEveryStationOnceAndNoFileOverwritten) {
-  constexpr int kKills = 20;
-  constexpr int kLongestRun_us = 80000;
-  const TestDirectory directory;
-  TestCapture capture{.directory = directory / "session",
-                      .plan = {.lines = {test_line("x0", LineAxis::kX, 0.0, 0.0, 0.01, 40)}}};
-  std::mt19937 random(3);
-  std::map<std::string, std::string> before;
-  for (int i = 0; i < kKills; ++i) {
-    capture_and_kill(&capture, static_cast<int>(random() % kLongestRun_us));
-    const std::map<std::string, std::string> after = whole_files(capture.directory);
-    for (const auto& file : before) EXPECT_THAT(after, Contains(file)) << "kill " << i;
-    before = after;
-  }
-  capture.clock.sleep(std::chrono::hours(1));
-  capture.capture_missing(capture.open().get());
-  SessionReader reader(capture.directory);
-  const SessionVerification verification = verify_session(&reader);
-  EXPECT_THAT(verification.faults, IsEmpty());
-  EXPECT_EQ(verification.frames, 40);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <exception>
 
 #include "capture/base/device_fault.h"
+#include "capture/slider/modbus_slider.h"
 #include "capture/slider/motion_watch.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -32,7 +33,8 @@ struct Carriage::StopOutcome {
   }
 };
 
-Carriage::Carriage(Slider* slider, Clock* clock, const SoftLimits& limits, const MotionRules& rules)
+Carriage::Carriage(ModbusSlider* slider, Clock* clock, const SoftLimits& limits,
+                   const MotionRules& rules)
     : slider_(slider), clock_(clock), limits_(limits), rules_(rules) {
   latest_profile_ = rules.profile;
 }

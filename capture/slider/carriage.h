@@ -6,9 +6,12 @@
 #include <utility>
 
 #include "capture/base/clock.h"
-#include "capture/slider/slider.h"
+#include "capture/slider/slider_state.h"
+#include "capture/slider/soft_limits.h"
 
 namespace raywalk::capture {
+
+class ModbusSlider;
 
 // When a move counts as settled and when as failed. All positive; settle_ms may be 0.
 struct MotionRules {
@@ -46,7 +49,7 @@ class Carriage {
   using Watch = std::function<void(WallTime time, double position_mm)>;
 
   // Slider and clock must outlive it.
-  Carriage(Slider* slider, Clock* clock, const SoftLimits& limits, const MotionRules& rules);
+  Carriage(ModbusSlider* slider, Clock* clock, const SoftLimits& limits, const MotionRules& rules);
   ~Carriage();
   Carriage(const Carriage&) = delete;
   Carriage& operator=(const Carriage&) = delete;
@@ -75,7 +78,7 @@ class Carriage {
   bool comes_to_rest(double* position_mm);
   void pause() { clock_->sleep(duration_from_ms(rules_.poll_ms)); }
 
-  Slider* slider_;
+  ModbusSlider* slider_;
   Clock* clock_;
   SoftLimits limits_;
   MotionRules rules_;

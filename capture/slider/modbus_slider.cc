@@ -175,7 +175,7 @@ void ModbusSlider::fail_unanswered(const RegisterWrite& write) const {
                   description(), write.address, tries_));
 }
 
-std::unique_ptr<Slider> make_modbus_slider(const SliderConfig& config, Clock* clock) {
+std::unique_ptr<ModbusSlider> open_slider(const SliderConfig& config, Clock* clock) {
   return std::make_unique<ModbusSlider>(std::make_unique<ModbusLink>(config, clock),
                                         read_register_map(config.register_map), config.tries);
 }

@@ -9,28 +9,33 @@
 #include "capture/base/clock.h"
 #include "capture/slider/modbus_link.h"
 #include "capture/slider/register_map.h"
-#include "capture/slider/slider.h"
 #include "capture/slider/slider_config.h"
+#include "capture/slider/slider_state.h"
+#include "capture/slider/soft_limits.h"
 
 namespace raywalk::capture {
 
-// In addition to Slider: read_state throws kWrongDevice if the identity register of the map holds
-// another value (checked each time the connection has been opened), or if two consecutive readings
-// are impossible: a status word of all ones, or a position beyond any rail. start_move throws
-// UsageError if the target or the profile does not fit the drive's registers. start_homing,
-// start_move and reset_alarm throw kNoContact if the drive has not started to execute the command
-// after `tries` unanswered writes.
-class ModbusSlider final : public Slider {
+// Every call is an exchange with the drive, with retries, and throws DeviceFault kNoContact or
+// kWrongDevice if it fails. No call waits for the end of a motion.
+class ModbusSlider {
  public:
   // `tries`: maximum number of writes of one command, at least 1.
   ModbusSlider(std::unique_ptr<RegisterLink> link, RegisterMap map, int tries);
 
-  std::string description() const override;
-  SliderState read_state() override;
-  void start_homing() override;
-  void start_move(SafePosition target, const MotionProfile& profile) override;
-  void stop() override;
-  void reset_alarm() override;
+  // Drive and address, for messages: "leadshine-pr0, unit 1 at /dev/ttyUSB0".
+  std::string description() const;
+  // Throws kWrongDevice if the identity register of the map holds another value (checked each time
+  // the connection has been opened), or if two consecutive readings are impossible: a status word
+  // of all ones, or a position beyond any rail.
+  SliderState read_state();
+  // These throw kNoContact if the drive has not started to execute the command after `tries`
+  // unanswered writes. Homing goes towards the home switch, which becomes 0 mm. start_move throws
+  // UsageError if the target or the profile does not fit the drive's registers.
+  void start_homing();
+  void start_move(SafePosition target, const MotionProfile& profile);
+  void reset_alarm();
+  // Decelerates to a stop; harmless at rest.
+  void stop();
 
  private:
   struct Reading {
@@ -62,6 +67,6 @@ class ModbusSlider final : public Slider {
 // A slider over RTU or TCP, as configured; the connection is opened at the first exchange. Throws
 // UsageError for a register map that cannot be read, or impossible connection settings. The clock
 // must outlive the slider.
-std::unique_ptr<Slider> make_modbus_slider(const SliderConfig& config, Clock* clock);
+std::unique_ptr<ModbusSlider> open_slider(const SliderConfig& config, Clock* clock);
 
 }  // namespace raywalk::capture

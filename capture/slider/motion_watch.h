@@ -10,7 +10,8 @@
 
 #include "capture/base/clock.h"
 #include "capture/slider/carriage.h"
-#include "capture/slider/slider.h"
+#include "capture/slider/slider_state.h"
+#include "capture/slider/soft_limits.h"
 
 namespace raywalk::capture {
 

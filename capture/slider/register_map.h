@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/slider/slider.h"
+#include "capture/slider/slider_state.h"
 
 namespace raywalk::capture {
 

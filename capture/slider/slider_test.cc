@@ -1,11 +1,11 @@
 // Soft limits, and times of moves.
-#include "capture/slider/slider.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
+#include "capture/slider/slider_state.h"
+#include "capture/slider/soft_limits.h"
 #include "core/base/error.h"
 
 namespace raywalk::capture {

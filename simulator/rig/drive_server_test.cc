@@ -219,7 +219,7 @@ class SliderOnRigTest : public ::testing::TestWithParam<Setup> {
   const TestDirectory directory_;
   ServedDrive rig_;
   const SoftLimits limits_{0.0, 1000.0};
-  const std::unique_ptr<Slider> slider_ = make_modbus_slider(rig_.config, &rig_.clock);
+  const std::unique_ptr<ModbusSlider> slider_ = open_slider(rig_.config, &rig_.clock);
   Carriage carriage_{slider_.get(), &rig_.clock, limits_, {.poll_ms = 50.0}};
 };
 

@@ -53,7 +53,7 @@ class TestSlider {
     lowest_mm_ = highest_mm_ = true_position_mm();
   }
 
-  Slider* driver() { return driver_.get(); }
+  ModbusSlider* driver() { return driver_.get(); }
   double true_position_mm() { return drive.truth().carriage_mm; }
   bool is_moving() { return !drive.truth().still_for; }
   int moves_commanded() { return drive.truth().moves - moves_before_; }

@@ -52,7 +52,7 @@ class FaultyLinkTest : public ::testing::TestWithParam<Setup> {
   // One run of the program; returns the reason of a pause, if any.
   std::string run() {
     const auto session = capture_.open();
-    const auto slider = make_modbus_slider(slider_config(), &capture_.clock);
+    const auto slider = open_slider(slider_config(), &capture_.clock);
     Carriage carriage(slider.get(), &capture_.clock, limits_,
                       {.profile = {1000.0, 20000.0}, .settle_ms = 100.0, .poll_ms = 40.0});
     try {

@@ -38,7 +38,7 @@ MotionRules rules() {
 
 // A slider session of one program, from opening to closing the port.
 struct Rig {
-  explicit Rig(const std::string& device) : slider(make_modbus_slider(config_at(device), &clock)) {}
+  explicit Rig(const std::string& device) : slider(open_slider(config_at(device), &clock)) {}
 
   void move(double target_mm) {
     const SettledPosition settled = carriage.move_to(kLimits.require(target_mm, "check"));
@@ -65,7 +65,7 @@ struct Rig {
   }
 
   SystemClock clock;
-  std::unique_ptr<Slider> slider;
+  std::unique_ptr<ModbusSlider> slider;
   Carriage carriage{slider.get(), &clock, kLimits, rules()};
 };
 

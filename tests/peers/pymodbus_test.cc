@@ -56,7 +56,7 @@ class PymodbusTest : public ::testing::TestWithParam<Peer> {
 };
 
 TEST_P(PymodbusTest, HomesMovesAndReadsBack) {
-  const auto slider = make_modbus_slider(config, &clock);
+  const auto slider = open_slider(config, &clock);
   Carriage carriage(slider.get(), &clock, kLimits, quick_rules());
   EXPECT_EQ(slider->read_state().homed, false);
   carriage.home();
@@ -69,7 +69,7 @@ TEST_P(PymodbusTest, HomesMovesAndReadsBack) {
 }
 
 TEST_P(PymodbusTest, StopsDuringAMove) {
-  const auto slider = make_modbus_slider(config, &clock);
+  const auto slider = open_slider(config, &clock);
   Carriage carriage(slider.get(), &clock, kLimits, quick_rules());
   carriage.home();
   slider->start_move(kLimits.require(1000.0, "test"), MotionProfile{100.0, 2000.0});
@@ -99,7 +99,7 @@ class LostPeerTest : public ::testing::TestWithParam<std::string> {
     config.tries = 2;
     config.response_timeout_ms = 100.0;
     SystemClock clock;
-    const auto slider = make_modbus_slider(config, &clock);
+    const auto slider = open_slider(config, &clock);
     Carriage carriage(slider.get(), &clock, kLimits, quick_rules());
     carriage.home();
     carriage.watch([&](WallTime /*time*/, double position_mm) {
@@ -125,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(Lines, LostPeerTest, ::testing::Values("pty", "tcp"),
 TEST(PymodbusPeerTest, MapOfAnotherDriveIsDetected) {
   const SlaveProcess slave("leadshine-pr0", "tcp");
   SystemClock clock;
-  const auto slider = make_modbus_slider(config_for(slave, "tcp", "generic"), &clock);
+  const auto slider = open_slider(config_for(slave, "tcp", "generic"), &clock);
   try {
     slider->read_state();
     ADD_FAILURE() << "accepted";
@@ -141,7 +141,7 @@ TEST(PymodbusPeerTest, MissingUnitIsReported) {
   SliderConfig config = config_for(slave, "pty", "generic");
   config.unit = 9;
   config.tries = 1;
-  const auto slider = make_modbus_slider(config, &clock);
+  const auto slider = open_slider(config, &clock);
   EXPECT_THROW(slider->read_state(), DeviceFault);
 }
 

@@ -1,13 +1,11 @@
-// A motor drive that moves a carriage along a rail.
+// How a carriage is moved along a rail, and what its drive reports.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <string>
 
 #include "capture/base/units.h"
-#include "capture/slider/soft_limits.h"
 
 namespace raywalk::capture {
 
@@ -38,23 +36,6 @@ struct SliderState {
   std::optional<bool> in_position{};
   std::optional<bool> at_low_limit{};  // limit switches
   std::optional<bool> at_high_limit{};
-};
-
-// Every call is one exchange with the drive, with retries, and throws DeviceFault kNoContact or
-// kWrongDevice if it fails. No call waits for the end of a motion.
-class Slider {
- public:
-  virtual ~Slider() = default;
-
-  // Drive and address, for messages: "leadshine-pr0, unit 1 at /dev/ttyUSB0".
-  virtual std::string description() const = 0;
-  virtual SliderState read_state() = 0;
-  // Towards the home switch, which becomes 0 mm.
-  virtual void start_homing() = 0;
-  virtual void start_move(SafePosition target, const MotionProfile& profile) = 0;
-  // Decelerates to a stop; harmless at rest.
-  virtual void stop() = 0;
-  virtual void reset_alarm() = 0;
 };
 
 }  // namespace raywalk::capture
