@@ -232,22 +232,6 @@ TEST_P(SliderOnRigTest, HomesAndReachesEveryTargetAlsoAfterAnAlarm) {
   go_to(10.0, 0.05);
 }
 
-TEST_P(SliderOnRigTest, FaultyLinkNeverCausesAWrongPosition) {
-  // The serial line keeps real pauses between frames, which take real time.
-  const int moves = GetParam().connection == SliderConnection::kTcp ? 24 : 6;
-  for (int i = 0; i < moves; ++i) {
-    // One of the first four exchanges of each move has a fault, cycling through all kinds.
-    constexpr std::array kKinds{RigFault::kLostRequest, RigFault::kLostReply,
-                                RigFault::kCorruptedReply, RigFault::kLate, RigFault::kDuplicated};
-    rig_.faults.add({.kind = kKinds.at(static_cast<std::size_t>(i) % kKinds.size()),
-                     .at_request = request(1 + i % 4)});
-    go_to(10.0 * (i % 2 == 0 ? i : moves - 1 - i), 0.1);
-  }
-  EXPECT_EQ(rig_.faults.occurred(), static_cast<unsigned>(moves));
-  EXPECT_GE(rig_.drive.truth().commanded.low_mm, 0.0);
-  EXPECT_LE(rig_.drive.truth().visited.high_mm, 1000.0);
-}
-
 TEST_P(SliderOnRigTest, LinkCutDuringAMoveIsAFaultAndCanReconnect) {
   rig_.faults.add({.kind = RigFault::kCut, .at_request = request(8)});
   expect_failing_move(FaultKind::kNoContact);

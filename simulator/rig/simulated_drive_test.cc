@@ -183,17 +183,6 @@ TEST_F(SimulatedDriveTest, FeedbackFaultsDoNotMoveTheCarriage) {
   expect_at(0.0);
 }
 
-TEST_F(SimulatedDriveTest, FaultCanBeDelayed) {
-  // Blocked from 1 s to 2 s into the move, without a reading in between.
-  drive->on_move([&](double target_mm) {
-    EXPECT_EQ(target_mm, 400.0);
-    faults_.add({.kind = RigFault::kStall, .for_ms = 1000.0, .after_ms = 1000.0});
-  });
-  move(400.0, 2500.0);
-  // 75 mm before it, 25 mm in half a second from rest after it.
-  expect_at(100.0, true);
-}
-
 TEST_F(SimulatedDriveTest, InvalidCommandsAreRefused) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(drive->move_to(nan, kDriveBounds));

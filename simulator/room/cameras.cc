@@ -5,7 +5,6 @@
 #include <cstddef>
 
 #include "core/base/error.h"
-#include "core/geometry/eye_circle.h"
 
 namespace raywalk::simulator {
 namespace {
@@ -29,28 +28,17 @@ void add_jitter(double position_mm, double attitude_deg, HashRandom random, Came
   pose->attitude.roll_rad += spread_rad * random.normal();
 }
 
-PanoramaRays::PanoramaRays(PanoramaSize size, double eye_radius_m) : size_(size) {
+PanoramaRays::PanoramaRays(PanoramaSize size, double eye_radius_m)
+    : size_(size), eye_{{0, 0, 0}, eye_radius_m} {
   if (size.height < 1 || size.width != 2 * size.height) {
     throw Error("a panorama of the virtual room must be twice as wide as high");
-  }
-  const EyeCircle eye{{0, 0, 0}, eye_radius_m};
-  for (int part = 0; part < size.width * kPixelParts; ++part) {
-    const double theta = angles_from_pixel({position_of_part(part), 0.0}, size).theta_rad;
-    theta_.push_back({std::sin(theta), std::cos(theta)});
-    origins_m_.push_back(eye.position_m(theta));
-  }
-  for (int part = 0; part < size.height * kPixelParts; ++part) {
-    const double phi = angles_from_pixel({0.0, position_of_part(part)}, size).phi_rad;
-    phi_.push_back({std::sin(phi), std::cos(phi)});
   }
 }
 
 std::optional<CameraRay> PanoramaRays::at_part(int part_u, int part_v) const {
-  const auto column = static_cast<std::size_t>(part_u);
-  const SineCosine& theta = theta_[column];
-  const SineCosine& phi = phi_[static_cast<std::size_t>(part_v)];
-  return CameraRay{origins_m_[column],
-                   {phi.cosine * theta.sine, phi.sine, phi.cosine * theta.cosine}};
+  const PixelPosition pixel{position_of_part(part_u), position_of_part(part_v)};
+  const SphereAngles angles = angles_from_pixel(pixel, size_);
+  return CameraRay{eye_.position_m(angles.theta_rad), direction_from_angles(angles)};
 }
 
 bool belongs_to_front(const DualFisheyeLayout& layout, PixelPosition pixel) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/geometry/eye_circle.h"
 #include "core/geometry/fisheye_lens.h"
 #include "core/geometry/sphere.h"
 #include "simulator/room/hash_random.h"
@@ -57,15 +58,8 @@ class PanoramaRays final : public PixelRays {
   std::optional<CameraRay> at_part(int part_u, int part_v) const override;
 
  private:
-  struct SineCosine {
-    double sine;
-    double cosine;
-  };
-
   PanoramaSize size_;
-  std::vector<SineCosine> theta_;           // of every part along u
-  std::vector<SineCosine> phi_;             // of every part along v
-  std::vector<Eigen::Vector3d> origins_m_;  // of every part along u
+  EyeCircle eye_;
 };
 
 // Whether a pixel of a dual-fisheye frame belongs to the front lens, that is, is nearer to its

@@ -74,15 +74,5 @@ TEST(RoomSettingsTest, ScenesBesideTheSettingsAreFound) {
             directory / "mine.yaml");
 }
 
-TEST(RoomSettingsTest, KeysCanBePartOfALargerFile) {
-  VirtualRoomSettings settings;
-  SettingsSchema schema;
-  bind_virtual_scene(&schema, &settings, "scene.");
-  schema.parse("scene:\n  file: street\n  seed: 3\n  light: {clip: true}\n", "rig.yaml");
-  EXPECT_EQ(settings.scene.file, "street");
-  EXPECT_EQ(settings.seed, 3);
-  EXPECT_TRUE(settings.light.clip);
-}
-
 }  // namespace
 }  // namespace raywalk::simulator

@@ -111,7 +111,7 @@ TEST(SensorTest, RefusesOtherImagesAndGains) {
   EXPECT_THROW(apply_sensor(grey(1), {}, std::nan(""), 1), Error);
 }
 
-TEST(ToneTest, CurveRisesBendsAtHighlightsAndInverts) {
+TEST(ToneTest, CurveRisesAndBendsAtHighlights) {
   EXPECT_EQ(level_from_light(-1.0F), 0.0F);
   EXPECT_NEAR(level_from_light(0.5F), 187.5F, 0.1F);  // sRGB's level of a half
   for (int i = 1; i <= 400; ++i) {
@@ -120,9 +120,6 @@ TEST(ToneTest, CurveRisesBendsAtHighlightsAndInverts) {
   }
   EXPECT_LT(level_from_light(1.0F), 250.0F);
   EXPECT_NEAR(level_from_light(100.0F), 255.0F, 0.5F);
-  for (int level = 0; level < 256; ++level) {
-    EXPECT_NEAR(srgb_level_from_linear(linear_from_srgb_level(level)), level, 1e-3);
-  }
 }
 
 constexpr PanoramaSize kFrame{404, 202};
