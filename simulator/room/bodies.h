@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <span>
 
 #include "simulator/room/embree_scene.h"
 #include "simulator/room/shapes.h"
@@ -16,10 +15,8 @@ class Bodies {
   // The first `moving` facets are those of moving objects, the others are carried.
   Bodies(Facets bodies, std::size_t moving);
 
-  // Sets hits[i] to the first hit of rays[i], facet -1 where it meets nobody.
-  void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
-    scene_.intersect(rays, hits);
-  }
+  // The first hit of the ray, facet -1 where it meets nobody.
+  Hit intersect(const Ray& ray) const { return scene_.intersect(ray); }
 
   // Whether `hit` hides what the same ray hits of the room. Furniture does not hide what is
   // carried, so that lines may be above a chair.

@@ -18,30 +18,18 @@
 namespace raywalk::simulator {
 namespace {
 
-constexpr std::size_t kPacket = 8;
-
-// The queries of both: their arguments differ.
+// The queries of both: their arguments differ. Embree sets tfar = -inf for an occluded ray.
 #if RTC_VERSION_MAJOR >= 4
 
-// valid[i] is -1 for a ray of the packet that counts and 0 for one that does not. All rays have
-// similar origins and directions.
-void find_hits(RTCScene scene, const int* valid, RTCRayHit8* rays) {
-  RTCIntersectArguments arguments;
-  rtcInitIntersectArguments(&arguments);
-  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-  rtcIntersect8(valid, scene, rays, &arguments);
-}
-
-// Embree sets tfar = -inf for an occluded ray.
+void find_hit(RTCScene scene, RTCRayHit* ray) { rtcIntersect1(scene, ray); }
 void find_occlusion(RTCScene scene, RTCRay* ray) { rtcOccluded1(scene, ray); }
 
 #else
 
-void find_hits(RTCScene scene, const int* valid, RTCRayHit8* rays) {
+void find_hit(RTCScene scene, RTCRayHit* ray) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersect8(valid, scene, &context, rays);
+  rtcIntersect1(scene, &context, ray);
 }
 
 void find_occlusion(RTCScene scene, RTCRay* ray) {
@@ -86,22 +74,6 @@ RTCRay ray_for_embree(const Ray& ray, double distance) {
   return embree;
 }
 
-void set_lane(const Ray& ray, std::size_t lane, RTCRay8* packet) {
-  const RTCRay single = ray_for_embree(ray, std::numeric_limits<double>::infinity());
-  packet->org_x[lane] = single.org_x;
-  packet->org_y[lane] = single.org_y;
-  packet->org_z[lane] = single.org_z;
-  packet->dir_x[lane] = single.dir_x;
-  packet->dir_y[lane] = single.dir_y;
-  packet->dir_z[lane] = single.dir_z;
-  packet->tnear[lane] = 0.0F;
-  packet->tfar[lane] = single.tfar;
-  packet->time[lane] = 0.0F;
-  packet->mask[lane] = single.mask;
-  packet->id[lane] = 0;
-  packet->flags[lane] = 0;
-}
-
 }  // namespace
 
 void EmbreeScene::Release::operator()(RTCDeviceTy* device) const { rtcReleaseDevice(device); }
@@ -138,28 +110,14 @@ double EmbreeScene::distance_to_plane(const Ray& ray, int facet, double embree_d
   return agree ? exact : embree_distance;
 }
 
-void EmbreeScene::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
-  for (std::size_t begin = 0; begin < rays.size(); begin += kPacket) {
-    const std::size_t count = std::min(kPacket, rays.size() - begin);
-    RTCRayHit8 packet;
-    alignas(32) int valid[kPacket] = {};
-    for (std::size_t lane = 0; lane < kPacket; ++lane) {
-      set_lane(rays[begin + std::min(lane, count - 1)], lane, &packet.ray);
-      packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
-      valid[lane] = lane < count ? -1 : 0;
-    }
-    find_hits(scene_.get(), valid, &packet);
-    for (std::size_t lane = 0; lane < count; ++lane) {
-      Hit& hit = hits[begin + lane];
-      hit = {};
-      if (packet.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
-      hit.facet = static_cast<int>(packet.hit.primID[lane]);
-      hit.distance = distance_to_plane(rays[begin + lane], hit.facet,
-                                       static_cast<double>(packet.ray.tfar[lane]));
-      hit.u = packet.hit.u[lane];
-      hit.v = packet.hit.v[lane];
-    }
-  }
+Hit EmbreeScene::intersect(const Ray& ray) const {
+  RTCRayHit found{ray_for_embree(ray, std::numeric_limits<double>::infinity()), {}};
+  found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  find_hit(scene_.get(), &found);
+  if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+  const int facet = static_cast<int>(found.hit.primID);
+  const double distance = distance_to_plane(ray, facet, static_cast<double>(found.ray.tfar));
+  return {facet, distance, found.hit.u, found.hit.v};
 }
 
 bool EmbreeScene::occluded(const Ray& ray, double distance) const {

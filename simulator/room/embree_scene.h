@@ -34,15 +34,9 @@ class EmbreeScene {
   // Throws Error if Embree cannot be initialized or runs out of memory.
   explicit EmbreeScene(std::span<const Facet> facets);
 
-  // Sets hits[i] to the first hit of rays[i]; the spans have equal length. Embree works in single
-  // precision, so it only finds the facet; the distance to its plane is computed in double
-  // precision.
-  void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;
-  Hit intersect(const Ray& ray) const {
-    Hit hit;
-    intersect({&ray, 1}, {&hit, 1});
-    return hit;
-  }
+  // The first hit of the ray. Embree works in single precision, so it only finds the facet; the
+  // distance to its plane is computed in double precision.
+  Hit intersect(const Ray& ray) const;
 
   // Whether the ray hits anything nearer than `distance`.
   bool occluded(const Ray& ray, double distance) const;

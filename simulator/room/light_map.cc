@@ -174,21 +174,17 @@ void LightMap::add_bounce(const Facets& facets) {
   std::vector<Color> bounced(light_.size());
   for_each_point(facets, [&](std::size_t index, const GridPoint& at) {
     const double turn = uniform_from_bits(hash_bits(index));
-    std::array<Ray, kBounceRays> rays;
-    std::array<Hit, kBounceRays> hits;
-    for (int i = 0; i < kBounceRays; ++i) {
-      rays[static_cast<std::size_t>(i)] = {at.position, bounce_direction(i, turn, at.normal)};
-    }
-    scene_.intersect(rays, hits);
     Color sum = Color::Zero();
-    for (std::size_t i = 0; i < kBounceRays; ++i) {
-      if (hits[i].facet < 0) continue;
-      const Facet& from = facets.facets[static_cast<std::size_t>(hits[i].facet)];
+    for (int i = 0; i < kBounceRays; ++i) {
+      const Ray ray{at.position, bounce_direction(i, turn, at.normal)};
+      const Hit hit = scene_.intersect(ray);
+      if (hit.facet < 0) continue;
+      const Facet& from = facets.facets[static_cast<std::size_t>(hit.facet)];
       const auto surface = static_cast<std::size_t>(from.surface);
       if (facets.surfaces[surface].pattern == Pattern::kLamp) continue;  // counted as a light
       // A back face: the point is inside a solid.
-      if (!from.two_sided && from.normal.dot(rays[i].direction) > 0.0) continue;
-      sum += reflectance[surface].cwiseProduct(interpolate(hits[i]));
+      if (!from.two_sided && from.normal.dot(ray.direction) > 0.0) continue;
+      sum += reflectance[surface].cwiseProduct(interpolate(hit));
     }
     bounced[index] = sum / kBounceRays;
   });

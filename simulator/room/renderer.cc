@@ -4,9 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
-#include <numeric>
 #include <optional>
-#include <vector>
 
 #include "core/base/parallel.h"
 #include "core/panorama/srgb.h"
@@ -74,15 +72,12 @@ class PictureRenderer {
         world_from_camera_(world_from_camera(pose.attitude)) {}
 
   void render_row(int row, cv::Vec3b* out) const {
-    std::vector<Pixel> pixels(static_cast<std::size_t>(camera_.width()));
-    std::vector<int> columns(pixels.size());
-    std::iota(columns.begin(), columns.end(), 0);
-    trace(row, columns, 0, kFirst, &pixels);
-    std::erase_if(columns, [&](int column) {
-      return pixels[static_cast<std::size_t>(column)].contrast() <= kTolerance_levels;
-    });
-    trace(row, columns, kFirst, kStrata, &pixels);
-    for (const Pixel& pixel : pixels) *out++ = pixel.rounded(light_.clip);
+    for (int column = 0; column < camera_.width(); ++column) {
+      Pixel pixel;
+      trace(row, column, 0, kFirst, &pixel);
+      if (pixel.contrast() > kTolerance_levels) trace(row, column, kFirst, kStrata, &pixel);
+      *out++ = pixel.rounded(light_.clip);
+    }
   }
 
  private:
@@ -114,29 +109,15 @@ class PictureRenderer {
     }
   };
 
-  // Adds rays first..last-1 of the given columns' pixels.
-  void trace(int row, const std::vector<int>& columns, int first, int last,
-             std::vector<Pixel>* pixels) const {
-    std::vector<Ray> rays;
-    std::vector<Pixel*> owners;
-    rays.reserve(columns.size() * static_cast<std::size_t>(last - first));
-    owners.reserve(rays.capacity());
-    for (const int column : columns) {
-      Pixel* pixel = &(*pixels)[static_cast<std::size_t>(column)];
-      const std::uint64_t hash =
-          hash_bits(static_cast<std::uint64_t>(row), static_cast<std::uint64_t>(column));
-      for (int number = first; number < last; ++number) {
-        if (const std::optional<CameraRay> ray = ray_of(row, column, number, hash)) {
-          rays.push_back(in_room(*ray));
-          owners.push_back(pixel);
-        } else {
-          pixel->add(Color::Zero(), light_);
-        }
-      }
+  // Adds rays first..last-1 of the pixel.
+  void trace(int row, int column, int first, int last, Pixel* pixel) const {
+    const std::uint64_t hash =
+        hash_bits(static_cast<std::uint64_t>(row), static_cast<std::uint64_t>(column));
+    for (int number = first; number < last; ++number) {
+      const std::optional<CameraRay> ray = ray_of(row, column, number, hash);
+      pixel->add(ray ? room_.look(in_room(*ray), camera_.pixel_rad(), bodies_) : Color(0, 0, 0),
+                 light_);
     }
-    std::vector<Color> lights(rays.size());
-    room_.look(rays, camera_.pixel_rad(), lights, bodies_);
-    for (std::size_t i = 0; i < rays.size(); ++i) owners[i]->add(lights[i], light_);
   }
 
   std::optional<CameraRay> ray_of(int row, int column, int number, std::uint64_t hash) const {

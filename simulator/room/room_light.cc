@@ -2,7 +2,6 @@
 #include <cmath>
 #include <limits>
 #include <utility>
-#include <vector>
 
 #include "core/geometry/sphere.h"
 #include "simulator/room/bodies.h"
@@ -89,35 +88,20 @@ const Surface& VirtualRoom::surface_of(const Facet& facet) const {
   return scene_.room.surfaces[static_cast<std::size_t>(facet.surface)];
 }
 
-void VirtualRoom::look(std::span<const Ray> rays, double pixel_rad, std::span<Color> lights,
-                       const Bodies* bodies) const {
-  // Reused across millions of calls.
-  thread_local std::vector<Hit> hits;
-  hits.resize(rays.size());
-  solids_.intersect(rays, hits);
-  thread_local std::vector<Hit> bodies_hits;
-  if (bodies != nullptr) {
-    bodies_hits.resize(rays.size());
-    bodies->intersect(rays, bodies_hits);
-  }
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    const bool is_body = bodies != nullptr && bodies->hides(bodies_hits[i], hits[i]);
-    lights[i] = is_body ? bodies->light_of(rays[i], bodies_hits[i], pixel_rad)
-                        : light_of(rays[i], hits[i], 0.0, pixel_rad);
-    if (!glass_) continue;
-    const Hit& first = is_body ? bodies_hits[i] : hits[i];
-    lights[i] = through_glass(rays[i], distance_of(first), lights[i], pixel_rad);
-  }
+Color VirtualRoom::look(const Ray& ray, double pixel_rad, const Bodies* bodies) const {
+  const Hit of_room = solids_.intersect(ray);
+  const Hit of_body = bodies != nullptr ? bodies->intersect(ray) : Hit{};
+  const bool is_body = bodies != nullptr && bodies->hides(of_body, of_room);
+  const Color seen =
+      is_body ? bodies->light_of(ray, of_body, pixel_rad) : light_of(ray, of_room, 0.0, pixel_rad);
+  if (!glass_) return seen;
+  return through_glass(ray, distance_of(is_body ? of_body : of_room), seen, pixel_rad);
 }
 
-void VirtualRoom::measure(std::span<const Ray> rays, std::span<double> distances) const {
-  thread_local std::vector<Hit> hits;
-  hits.resize(rays.size());
-  solids_.intersect(rays, hits);
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    const bool far = hits[i].facet < 0 || surface_of(facet(hits[i])).pattern == Pattern::kSky;
-    distances[i] = far ? std::numeric_limits<double>::infinity() : hits[i].distance;
-  }
+double VirtualRoom::measure(const Ray& ray) const {
+  const Hit hit = solids_.intersect(ray);
+  const bool is_far = hit.facet < 0 || surface_of(facet(hit)).pattern == Pattern::kSky;
+  return is_far ? std::numeric_limits<double>::infinity() : hit.distance;
 }
 
 // Inside a solid, rays in all directions hit back faces. A single back face may be a ray that

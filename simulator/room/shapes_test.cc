@@ -92,19 +92,6 @@ TEST(EmbreeSceneTest, FindsTheNearestFacetAndItsExactDistance) {
   EXPECT_LT(scene.intersect(Ray{{0, 0, 0}, {0, 0, -1}}).facet, 0);
   EXPECT_TRUE(scene.occluded({{0, 0, 0}, {0, 0, 1}}, 2.1));
   EXPECT_FALSE(scene.occluded({{0, 0, 0}, {0, 0, 1}}, 1.9));
-  // Batches of any size give the same results as single rays.
-  std::vector<Ray> rays(21);
-  for (int i = 0; i < 21; ++i) {
-    rays[static_cast<std::size_t>(i)].direction =
-        Vector3d(0.097 * (i - 10), 0.03 * i, 1.0).normalized();
-  }
-  std::vector<Hit> hits(rays.size());
-  scene.intersect(rays, hits);
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    const Hit alone = scene.intersect(rays[i]);
-    EXPECT_EQ(hits[i].facet, alone.facet) << i;
-    EXPECT_EQ(hits[i].distance, alone.distance) << i;
-  }
 }
 
 // A yaw of 90 degrees rotates +z to +x, as for cameras.

@@ -29,22 +29,21 @@ RoomExtent extent_of(const Facets& room, const Vector3d& middle_m) {
   return extent;
 }
 
-// Calls row(v, rays) for every row of a panorama, with the rays through its pixels' centres.
-template <typename Row>
-void for_each_row(const CameraPose& in_scene, PanoramaSize size, const Row& row) {
+// Calls pixel(v, u, ray) for every pixel of a panorama, with the ray through its centre, in
+// parallel.
+template <typename Pixel>
+void for_each_pixel(const CameraPose& in_scene, PanoramaSize size, const Pixel& pixel) {
   if (size.height < 1 || size.width != 2 * size.height) {
     throw Error("a panorama of the virtual room must be twice as wide as high");
   }
   const Eigen::Matrix3d rotation = world_from_camera(in_scene.attitude);
   parallel_for(0, size.height, 8, [&](int begin, int end) {
-    std::vector<Ray> rays(static_cast<std::size_t>(size.width));
     for (int v = begin; v < end; ++v) {
       for (int u = 0; u < size.width; ++u) {
-        const PixelPosition pixel{static_cast<double>(u), static_cast<double>(v)};
-        rays[static_cast<std::size_t>(u)] = {
-            in_scene.position_m, rotation * direction_from_angles(angles_from_pixel(pixel, size))};
+        const PixelPosition centre{static_cast<double>(u), static_cast<double>(v)};
+        const Vector3d direction = direction_from_angles(angles_from_pixel(centre, size));
+        pixel(v, u, Ray{in_scene.position_m, rotation * direction});
       }
-      row(v, rays);
     }
   });
 }
@@ -132,15 +131,9 @@ cv::Mat VirtualRoom::moving_mask(int station, const CameraPose& pose, PanoramaSi
   cv::Mat mask(size.height, size.width, CV_8UC1, cv::Scalar(0));
   const std::unique_ptr<const Bodies> bodies = bodies_of({.station = station}, in_scene(pose));
   if (!bodies) return mask;
-  for_each_row(in_scene(pose), size, [&](int v, const std::vector<Ray>& rays) {
-    std::vector<double> distances(rays.size());
-    std::vector<Hit> hits(rays.size());
-    measure(rays, distances);
-    bodies->intersect(rays, hits);
-    for (std::size_t u = 0; u < rays.size(); ++u) {
-      const bool is_seen = hits[u].facet >= 0 && hits[u].distance < distances[u];
-      if (is_seen) mask.at<uchar>(v, static_cast<int>(u)) = 255;
-    }
+  for_each_pixel(in_scene(pose), size, [&](int v, int u, const Ray& ray) {
+    const Hit hit = bodies->intersect(ray);
+    if (hit.facet >= 0 && hit.distance < measure(ray)) mask.at<uchar>(v, u) = 255;
   });
   return mask;
 }
@@ -148,12 +141,8 @@ cv::Mat VirtualRoom::moving_mask(int station, const CameraPose& pose, PanoramaSi
 cv::Mat VirtualRoom::distance_map(const CameraPose& pose, PanoramaSize size) const {
   require_free(pose.position_m);
   cv::Mat map(size.height, size.width, CV_32FC1);
-  for_each_row(in_scene(pose), size, [&](int v, const std::vector<Ray>& rays) {
-    std::vector<double> distances(rays.size());
-    measure(rays, distances);
-    for (int u = 0; u < size.width; ++u) {
-      map.at<float>(v, u) = static_cast<float>(distances[static_cast<std::size_t>(u)]);
-    }
+  for_each_pixel(in_scene(pose), size, [&](int v, int u, const Ray& ray) {
+    map.at<float>(v, u) = static_cast<float>(measure(ray));
   });
   return map;
 }

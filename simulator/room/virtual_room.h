@@ -10,7 +10,6 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
-#include <span>
 
 #include "simulator/room/cameras.h"
 #include "simulator/room/embree_scene.h"
@@ -78,14 +77,12 @@ class VirtualRoom {
 
   // The two functions below are for rays in the scene's frame.
 
-  // Sets lights[i] to the light along rays[i]: linear, relative to white, filtered for a pixel of
-  // the angle `pixel_rad`. `bodies`, if any, are in the room.
-  void look(std::span<const Ray> rays, double pixel_rad, std::span<Color> lights,
-            const Bodies* bodies = nullptr) const;
+  // The light along the ray: linear, relative to white, filtered for a pixel of the angle
+  // `pixel_rad`. `bodies`, if any, are in the room.
+  Color look(const Ray& ray, double pixel_rad, const Bodies* bodies = nullptr) const;
 
-  // Sets distances[i] to the distance along rays[i] to the first surface that is not a pane of
-  // glass; +inf for the sky.
-  void measure(std::span<const Ray> rays, std::span<double> distances) const;
+  // The distance along the ray to the first surface that is not a pane of glass; +inf for the sky.
+  double measure(const Ray& ray) const;
 
  private:
   CameraPose in_scene(const CameraPose& pose) const;

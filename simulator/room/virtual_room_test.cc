@@ -168,10 +168,7 @@ TEST(VirtualRoomTest, ExposureMultipliesLightUpToWhite) {
 }
 
 Color seen_along(const VirtualRoom& room, const Vector3d& from, const Vector3d& direction) {
-  const Ray ray{from, direction.normalized()};
-  Color seen;
-  room.look({&ray, 1}, 1e-5, {&seen, 1});
-  return seen;
+  return room.look(Ray{from, direction.normalized()}, 1e-5);
 }
 
 VirtualRoom room_with_pane(const std::string& pattern) {
@@ -201,10 +198,7 @@ TEST(RoomLightTest, PaneMixesWhatItReflectsWithWhatIsBehind) {
       (1.0F - kShare) * seen_along(room, behind, ahead) + kShare * seen_along(room, before, -ahead);
   EXPECT_LT((seen_along(room, before, ahead) - expected).cwiseAbs().maxCoeff(), 0.01F);
   // The distance is that of what is behind.
-  const Ray ray{before, ahead};
-  double distance = 0.0;
-  room.measure({&ray, 1}, {&distance, 1});
-  EXPECT_NEAR(distance, 1.1, 1e-9);
+  EXPECT_NEAR(room.measure(Ray{before, ahead}), 1.1, 1e-9);
 }
 
 TEST(VirtualRoomTest, MovingObjectsAreInFramesOnly) {
