@@ -132,16 +132,6 @@ void ModbusSlider::start_move(SafePosition target, const MotionProfile& profile)
 // A stop may be repeated safely and must not wait for readings.
 void ModbusSlider::stop() { write_until_answered(map_.stop); }
 
-void ModbusSlider::reset_alarm() {
-  if (!map_.reset_alarm.exists()) {
-    throw DeviceFault(FaultKind::kAlarm,
-                      description() +
-                          " has no alarm reset in its register map; clear the alarm at "
-                          "the drive, or switch it off and on");
-  }
-  write_until_answered(map_.reset_alarm);
-}
-
 // An unanswered write may have been executed (observed on a real line after a timeout), so it is
 // repeated only after a reading shows that nothing has started. If that reading was too early, the
 // repetition is harmless: moves are absolute, and homing starts again.

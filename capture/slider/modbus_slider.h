@@ -33,7 +33,6 @@ class ModbusSlider {
   // UsageError if the target or the profile does not fit the drive's registers.
   void start_homing();
   void start_move(SafePosition target, const MotionProfile& profile);
-  void reset_alarm();
   // Decelerates to a stop; harmless at rest.
   void stop();
 

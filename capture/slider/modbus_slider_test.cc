@@ -195,13 +195,5 @@ TEST_F(ModbusSliderTest, StopIsRepeatedAtOnceWithoutReading) {
   EXPECT_TRUE(registers->reads.empty());
 }
 
-TEST_F(ModbusSliderTest, ResetNeedsARegister) {
-  EXPECT_THROW(drive->reset_alarm(), DeviceFault);
-  map.reset_alarm = RegisterWrite{33, {{WordMeaning::kConstant, 9}}};
-  use(map);
-  drive->reset_alarm();
-  EXPECT_THAT(registers->writes, ElementsAre(Write{33, {9}}));
-}
-
 }  // namespace
 }  // namespace raywalk::capture

@@ -162,11 +162,10 @@ class RegisterMapFile {
 
   std::string source_;
   RegisterMap map_{};
-  std::array<Write, 5> writes_{{{"move", &map_.move, false},
+  std::array<Write, 4> writes_{{{"move", &map_.move, false},
                                 {"start", &map_.start, true},
                                 {"home", &map_.home, false},
-                                {"stop", &map_.stop, false},
-                                {"reset_alarm", &map_.reset_alarm, true}}};
+                                {"stop", &map_.stop, false}}};
   std::array<std::pair<std::string, StatusBit*>, 7> bits_{{{"alarm", &map_.alarm},
                                                            {"enabled", &map_.enabled},
                                                            {"homed", &map_.homed},

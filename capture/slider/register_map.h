@@ -65,7 +65,6 @@ struct RegisterMap {
   RegisterWrite start{};  // after `move`
   RegisterWrite home{};
   RegisterWrite stop{};
-  RegisterWrite reset_alarm{};
   StatusBit alarm{}, enabled{}, homed{}, moving{}, in_position{}, at_low_limit{}, at_high_limit{};
   // A register with a known value, to check that the map fits the drive.
   int identity_address = -1;  // -1: none

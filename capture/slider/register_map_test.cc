@@ -63,7 +63,7 @@ TEST(RegisterMapTest, MinimalMapOmitsWhatTheDriveLacks) {
   EXPECT_EQ(map.move.words[0].meaning, WordMeaning::kPositionLow);
   EXPECT_EQ(map.move.words[1].meaning, WordMeaning::kPositionHigh);
   EXPECT_EQ(map.stop.words.front().constant, 2);
-  EXPECT_FALSE(map.start.exists() || map.reset_alarm.exists());
+  EXPECT_FALSE(map.start.exists());
   EXPECT_EQ(map.homed.bit, -1);
   EXPECT_EQ(map.alarm.bit, 15);
   EXPECT_TRUE(map.alarm.active_low);

@@ -87,8 +87,6 @@ bool DriveRegisters::execute(int address, int count) {
   };
   if (written(map_.stop)) {
     drive_->stop();
-  } else if (written(map_.reset_alarm)) {
-    drive_->reset_alarm();
   } else if (written(map_.home)) {
     drive_->home();
   } else if (written(map_.start.exists() ? map_.start : map_.move)) {

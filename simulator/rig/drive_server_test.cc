@@ -186,7 +186,6 @@ constexpr const char* kVariantsText =
     "start:\n  address: 110\n  words: [1]\n"
     "home:\n  address: 111\n  words: [1]\n"
     "stop:\n  address: 112\n  words: [1]\n"
-    "reset_alarm:\n  address: 113\n  words: [1]\n"
     "status:\n  alarm: {bit: 3, active_low: true}\n  moving: {bit: 0}\n  homed: {bit: 1}\n";
 
 struct Setup {
@@ -228,7 +227,7 @@ TEST_P(SliderOnRigTest, HomesAndReachesEveryTargetAlsoAfterAnAlarm) {
   for (const double target_mm : {25.0, 90.0, 0.0, 51.24}) go_to(target_mm, 0.05);
   rig_.faults.add({.kind = RigFault::kAlarm, .amount = 0x21, .after_ms = 500.0});
   expect_failing_move(FaultKind::kAlarm);
-  slider_->reset_alarm();
+  rig_.drive.reset_alarm();
   go_to(10.0, 0.05);
 }
 

@@ -137,7 +137,6 @@ class TestSlider {
     map.move = {10, {{kPositionHigh}, {kPositionLow}, {kSpeedHigh}, {kSpeedLow}, {kAcceleration}}};
     map.home = {20, {{kConstant, 1}}};
     map.stop = {21, {{kConstant, 1}}};
-    map.reset_alarm = RegisterWrite{22, {{kConstant, 1}}};
     map.alarm = StatusBit{0};
     if (!reports_flags) return map;
     map.enabled = StatusBit{1};
