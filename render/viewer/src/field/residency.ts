@@ -53,10 +53,7 @@ const FIRST_MAPS = 8;
  * The order in which parts are read: coarse pictures of all and the distances of the nearest that
  * have a map, for a first picture; then what is fine, the most wanted first.
  */
-export function readingOrder(
-  wanted: readonly number[],
-  hasMap: (station: number) => boolean,
-): { station: number; part: Part }[] {
+export function readingOrder(wanted: readonly number[], hasMap: (station: number) => boolean) {
   const maps = new Set(wanted.filter(hasMap).slice(0, FIRST_MAPS));
   const first = [...maps].map((station) => ({ station, part: "omega" as Part }));
   const coarse = wanted.map((station) => ({ station, part: "coarse" as Part }));
