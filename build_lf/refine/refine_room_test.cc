@@ -10,7 +10,7 @@
 
 #include "build_lf/depth/depth_test_room.h"
 #include "build_lf/depth/station_image.h"
-#include "build_lf/room_verify.h"
+#include "build_lf/quality/room_verify.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"
