@@ -9,8 +9,8 @@
 #include <string_view>
 
 #include "build_lf/commands/commands.h"
+#include "build_lf/pack/derived_room.h"
 #include "build_lf/pack/pack_room.h"
-#include "build_lf/pack/repack_room.h"
 #include "build_lf/quality/room_info.h"
 #include "build_lf/refine/make_room.h"
 #include "build_lf/refine/refine_room.h"

@@ -23,34 +23,14 @@ namespace fs = std::filesystem;
 
 constexpr PanoramaSize kMapSize{32, 16};
 
-template <typename Work>
-std::string error_of(const Work& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
-    return error.what();
-  }
-  return "no error";
-}
-
 // A room of four lines packed with distances at every station.
-class DistanceSetsTest : public ::testing::Test {
+class DistanceSetsTest : public PackTest {
  protected:
   DistanceSetsTest() {
-    for (int frame = 0; frame < TestCapture::kStations; ++frame) {
-      capture_.write_distance_map(frame, {kMapSize.width, kMapSize.height});
-    }
-    pack(room_);
+    give_all_maps();
+    pack();
   }
 
-  void pack(const fs::path& room) const {
-    PackOptions options;
-    options.frames = capture_.list();
-    options.out = room;
-    options.distances = capture_.distances();
-    pack_room(options);
-  }
   fs::path volume(const std::string& line, DistanceKind kind = DistanceKind::kGiven) const {
     return distance_volume_path(room_, line, kind);
   }
@@ -83,13 +63,12 @@ class DistanceSetsTest : public ::testing::Test {
     use_distances(room_, DistanceKind::kEstimated);
   }
 
-  TestCapture capture_;
   const fs::path room_ = capture_.room();
 };
 
 TEST_F(DistanceSetsTest, ThosePackedWithTheRoomAreInUse) {
   EXPECT_EQ(origin(), "given");
-  EXPECT_EQ(verify_room(Room::open(room_)).distance_maps, TestCapture::kStations);
+  EXPECT_EQ(verify_room(Room::open(room_)).distance_maps, kStations);
   EXPECT_THAT(listed(), AllOf(HasSubstr("views use the given distances"), HasSubstr("in use"),
                               HasSubstr("on 4 lines")));
 }
@@ -97,7 +76,7 @@ TEST_F(DistanceSetsTest, ThosePackedWithTheRoomAreInUse) {
 TEST_F(DistanceSetsTest, ACopyOfTheRoomIsValid) {
   const fs::path copy = capture_.root() / "copy.lf";
   fs::copy(room_, copy, fs::copy_options::recursive);
-  EXPECT_EQ(verify_room(Room::open(copy)).distance_maps, TestCapture::kStations);
+  EXPECT_EQ(verify_room(Room::open(copy)).distance_maps, kStations);
 }
 
 TEST_F(DistanceSetsTest, VolumesSwappedBetweenLinesAreRefused) {

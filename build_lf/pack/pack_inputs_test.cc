@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include <algorithm>
-#include <chrono>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -26,35 +24,14 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 namespace fs = std::filesystem;
 
-class PackInputsTest : public ::testing::Test {
+class PackInputsTest : public PackTest {
  protected:
-  std::string error() const {
-    return error_of([&] { pack_room(options_); });
-  }
-
-  // Leaves two of the four lines finished, as a stopped run does, and a volume that was being
-  // written.
-  void stop_half_way() const {
-    const std::string fingerprint = plan_pack(options_).fingerprint;
+  std::string log_of_pack() const {
+    const CapturedLog log;
     pack_room(options_);
-    fs::rename(capture_.room(), capture_.partial());
-    for (const char* id : {"z0", "z1"}) fs::remove(line_volume_path(capture_.partial(), id));
-    fs::remove(manifest_path(capture_.partial()));
-    write_file_atomically(capture_.partial() / "inputs.sha256", fingerprint);
-    std::ofstream(capture_.partial() / "lines" / ".z0.00000000-1.0.partial.h5") << "half";
+    return log.text();
   }
-
-  TestCapture capture_;
-  PackOptions options_ = [this] {
-    PackOptions options;
-    options.frames = capture_.list();
-    options.out = capture_.room();
-    return options;
-  }();
 };
-
-// 28 panoramas of 64 x 32 pixels of 3 bytes.
-constexpr std::uint64_t kRoomBytes = std::uint64_t{28} * 64 * 32 * 3;
 
 TEST_F(PackInputsTest, AFrameThatIsNoPanoramaIsNamed) {
   for (int frame = 0; frame < TestCapture::kStations; ++frame) {
@@ -70,29 +47,9 @@ TEST_F(PackInputsTest, AFrameThatIsNoPanoramaIsNamed) {
 }
 
 TEST_F(PackInputsTest, FullDiskIsRefusedBeforeAnythingIsWritten) {
-  options_.free_bytes = [](const fs::path&) { return kRoomBytes - 1; };
+  options_.free_bytes = [](const fs::path&) { return TestCapture::kRayBytes - 1; };
   EXPECT_THAT(error(), AllOf(HasSubstr("needs 173 kB, 172 kB are free"), HasSubstr("room.lf")));
   EXPECT_FALSE(fs::exists(capture_.partial()));
-}
-
-TEST_F(PackInputsTest, StoppedRunNeedsSpaceOnlyForTheRest) {
-  stop_half_way();
-  options_.free_bytes = [](const fs::path&) { return kRoomBytes / 2 - 1; };
-  EXPECT_THAT(error(), HasSubstr("needs 87 kB besides the 86 kB that are there, 86 kB are free"));
-  EXPECT_TRUE(fs::exists(line_volume_path(capture_.partial(), "x0")));
-  options_.free_bytes = [](const fs::path&) { return kRoomBytes / 2; };
-  EXPECT_EQ(error(), "no error");
-}
-
-TEST_F(PackInputsTest, UnfinishedVolumesAreRemovedBeforeSpaceIsCounted) {
-  stop_half_way();
-  options_.free_bytes = [](const fs::path& room) {
-    for (const auto& entry : fs::directory_iterator(room / "lines")) {
-      EXPECT_FALSE(entry.path().filename().string().starts_with('.')) << entry.path();
-    }
-    return kRoomBytes;
-  };
-  EXPECT_EQ(error(), "no error");
 }
 
 TEST_F(PackInputsTest, ExistingRoomAndMissingFilesAreReportedBeforeLinesAreSought) {
@@ -131,14 +88,9 @@ TEST_F(PackInputsTest, SpecialFilesAsMasksAndDistanceMapsAreRefused) {
 TEST_F(PackInputsTest, DamagedJpegIsNamedAndNothingIsKept) {
   cv::Mat picture(32, 64, CV_8UC3);
   cv::randu(picture, 0, 255);
-  std::ofstream list(capture_.list());
-  list << "file,x,y,z\n";
-  for (int i = 0; i < 4; ++i) {
-    cv::imwrite((capture_.root() / fmt::format("{}.jpg", i)).string(), picture);
-    list << fmt::format("{}.jpg,{},0,0\n", i, 0.1 * i);
-  }
-  list.close();
-  const fs::path damaged = capture_.root() / "2.jpg";
+  capture_.write_jpeg_line(4);
+  const fs::path damaged = capture_.jpeg(2);
+  cv::imwrite(damaged.string(), picture);
   const std::string whole = read_file(damaged);
   write_file_atomically(damaged, whole.substr(0, whole.size() / 2) + "\xFF\xD9");
   testing::internal::CaptureStderr();
@@ -148,16 +100,11 @@ TEST_F(PackInputsTest, DamagedJpegIsNamedAndNothingIsKept) {
 }
 
 TEST_F(PackInputsTest, MillimetresAreWarnedOf) {
-  std::ofstream list(capture_.list());
-  list << "file,x,y,z\n";
-  for (const auto& row : capture_.rows()) {
-    list << fmt::format("{},{},0,{}\n", row.file, 1e3 * row.x_m, 1e3 * row.z_m);
-  }
-  list.close();
-  const CapturedLog log;
-  pack_room(options_);
-  EXPECT_THAT(log.text(), AllOf(HasSubstr(capture_.list().string()), HasSubstr("millimetres"),
-                                HasSubstr("1000 m wide")));
+  capture_.write_rows("file,x,y,z", [](const TestCapture::Row& row) {
+    return fmt::format("{},{},0,{}", row.file, 1e3 * row.x_m, 1e3 * row.z_m);
+  });
+  EXPECT_THAT(log_of_pack(), AllOf(HasSubstr(capture_.list().string()), HasSubstr("millimetres"),
+                                   HasSubstr("1000 m wide")));
 }
 
 // Two passes 60 mm apart are two lines within the default tolerance, one with the tolerance that
@@ -170,17 +117,11 @@ TEST_F(PackInputsTest, PassesSideBySideAreWarnedOf) {
     list << fmt::format("back_{}.png,{},0,0.06\n", i, 0.25 * i + 0.1);
   }
   list.close();
-  {
-    const CapturedLog log;
-    pack_room(options_);
-    EXPECT_THAT(log.text(),
-                AllOf(HasSubstr("x0 and x1 are 60 mm apart"), HasSubstr("--line-tolerance-mm 60")));
-  }
+  EXPECT_THAT(log_of_pack(),
+              AllOf(HasSubstr("x0 and x1 are 60 mm apart"), HasSubstr("--line-tolerance-mm 60")));
   options_.replace = true;
   options_.tolerance.off_line_m = 0.06;
-  const CapturedLog log;
-  pack_room(options_);
-  EXPECT_THAT(log.text(), IsEmpty());
+  EXPECT_THAT(log_of_pack(), IsEmpty());
 }
 
 TEST_F(PackInputsTest, ExifOrientationIsWarnedOf) {
@@ -191,45 +132,33 @@ TEST_F(PackInputsTest, ExifOrientationIsWarnedOf) {
       "MM\0\x2A\0\0\0\x08"
       "\0\x01\x01\x12\0\x03\0\0\0\x01\0\x03\0\0\0\0\0\0",
       36);
-  std::ofstream list(capture_.list());
-  list << "file,x,y,z\n";
-  for (int i = 0; i < 3; ++i) {
-    const fs::path file = capture_.root() / fmt::format("{}.jpg", i);
-    cv::imwrite(file.string(), cv::Mat(32, 64, CV_8UC3, cv::Scalar::all(90)));
-    const std::string jpeg = read_file(file);
-    if (i > 0) write_file_atomically(file, jpeg.substr(0, 2) + exif + jpeg.substr(2));
-    list << fmt::format("{}.jpg,{},0,0\n", i, 0.1 * i);
+  capture_.write_jpeg_line(3);
+  for (const int i : {1, 2}) {
+    const std::string jpeg = read_file(capture_.jpeg(i));
+    write_file_atomically(capture_.jpeg(i), jpeg.substr(0, 2) + exif + jpeg.substr(2));
   }
-  list.close();
-  const CapturedLog log;
-  pack_room(options_);
-  EXPECT_THAT(log.text(), AllOf(HasSubstr("1.jpg: its EXIF orientation 3"), HasSubstr("1 more")));
+  EXPECT_THAT(log_of_pack(),
+              AllOf(HasSubstr("1.jpg: its EXIF orientation 3"), HasSubstr("1 more")));
 }
 
 TEST_F(PackInputsTest, AStatedAttitudeThatTheListLacksIsWarnedOf) {
-  for (const char* yaw : {"0", "5"}) {
-    std::ofstream list(capture_.list());
-    list << "file,x,y,z,yaw\n";
-    for (int i = 0; i < 3; ++i) {
-      const fs::path file = capture_.root() / fmt::format("{}.jpg", i);
-      cv::imwrite(file.string(), cv::Mat(32, 64, CV_8UC3, cv::Scalar::all(90)));
+  for (const std::string yaw : {"0", "5"}) {
+    capture_.write_jpeg_line(3, ",yaw", "," + yaw);
+    for (const int i : {1, 2}) {
       const std::string tags = "<x GPano:PosePitchDegrees=\"23\"/>";
-      if (i > 0) write_file_atomically(file, with_app1(read_file(file), "http://ns\n", tags));
-      list << fmt::format("{}.jpg,{},0,0,{}\n", i, 0.1 * i, yaw);
+      write_file_atomically(capture_.jpeg(i),
+                            with_app1(read_file(capture_.jpeg(i)), "http://ns\n", tags));
     }
-    list.close();
     const CapturedLog log;
     plan_pack(options_);
     const std::string warned = log.text();
-    EXPECT_EQ(warned.find("1.jpg: states a pitch of 23.0") != std::string::npos, yaw[0] == '0');
-    EXPECT_EQ(warned.find("2 of 3 frames") != std::string::npos, yaw[0] == '0');
+    EXPECT_EQ(warned.find("1.jpg: states a pitch of 23.0") != std::string::npos, yaw == "0");
+    EXPECT_EQ(warned.find("2 of 3 frames") != std::string::npos, yaw == "0");
   }
 }
 
 TEST_F(PackInputsTest, NothingIsWarnedOfInAnOrdinaryCapture) {
-  const CapturedLog log;
-  pack_room(options_);
-  EXPECT_THAT(log.text(), IsEmpty());
+  EXPECT_THAT(log_of_pack(), IsEmpty());
 }
 
 }  // namespace

@@ -6,12 +6,12 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "build_lf/pack/derived_room.h"
 #include "build_lf/pack/pack_room.h"
 #include "build_lf/pack/station_data.h"
 #include "build_lf/pack/test_capture.h"
 #include "build_lf/quality/room_info.h"
 #include "build_lf/quality/room_verify.h"
-#include "build_lf/require/thin_room.h"
 #include "core/base/test_log.h"
 #include "core/files/atomic_output.h"
 
@@ -34,47 +34,22 @@ cv::Mat mask_without(const cv::Rect& hidden, cv::Size size = {kWidth, kHeight}) 
 }
 const cv::Rect kNadir(0, 28, kWidth, 4);
 
-class PackMasksTest : public ::testing::Test {
+class PackMasksTest : public PackTest {
  protected:
   // Writes the capture's list with a mask for every frame selected by `has_mask`, and one yaw for
   // all.
   template <typename HasMask>
   void write_list(const HasMask& has_mask, double yaw_deg = 0.0) const {
-    std::ofstream list(capture_.list());
-    list << "file,x,y,z,yaw,mask\n";
-    for (const auto& row : capture_.rows()) {
-      list << fmt::format("{},{},0,{},{},{}\n", row.file, row.x_m, row.z_m, yaw_deg,
-                          has_mask(row.file) ? "mask.png" : "");
-    }
+    capture_.write_rows("file,x,y,z,yaw,mask", [&](const TestCapture::Row& row) {
+      return fmt::format("{},{},0,{},{},{}", row.file, row.x_m, row.z_m, yaw_deg,
+                         has_mask(row.file) ? "mask.png" : "");
+    });
   }
   void write_mask(const cv::Mat& mask) const {
     cv::imwrite((capture_.root() / "mask.png").string(), mask);
   }
-  Room pack() const {
-    pack_room(options());
-    return Room::open(capture_.room());
-  }
-  PackOptions options() const {
-    PackOptions options;
-    options.frames = capture_.list();
-    options.out = capture_.room();
-    return options;
-  }
-  std::string clean_error() const {
-    std::string message = "no error";
-    try {
-      pack();
-    } catch (const Error& error) {
-      message = error.what();
-    }
-    EXPECT_FALSE(fs::exists(capture_.room()));
-    EXPECT_FALSE(fs::exists(capture_.partial()));
-    return message;
-  }
   static bool every(const std::string&) { return true; }
   static bool of_front(const std::string& file) { return file.starts_with("front"); }
-
-  TestCapture capture_;
 };
 
 TEST(ValidRows, AreTheLongestRunOfEachColumn) {
@@ -155,7 +130,7 @@ TEST_F(PackMasksTest, OddMasksAreWarnedOfOnce) {
   const auto log_of = [&](const cv::Mat& mask) {
     write_mask(mask);
     const CapturedLog log;
-    plan_pack(options());
+    plan_pack(options_);
     return log.text();
   };
   EXPECT_EQ(log_of(mask_without(kNadir)), "");
@@ -171,7 +146,7 @@ TEST_F(PackMasksTest, VerifyDetectsAChangedMask) {
   write_list(every);
   write_mask(mask_without(kNadir));
   pack();
-  EXPECT_EQ(verify_room(Room::open(capture_.room())).panoramas, TestCapture::kStations);
+  EXPECT_EQ(verify_room(Room::open(capture_.room())).panoramas, kStations);
   const fs::path file = line_volume_path(capture_.room(), "x0");
   // The runs of a whole station, {0, 28} in every column.
   std::string runs;
@@ -182,12 +157,8 @@ TEST_F(PackMasksTest, VerifyDetectsAChangedMask) {
   stream.seekp(static_cast<std::streamoff>(at) + 4);
   stream.put('\x20');
   stream.close();
-  try {
-    verify_room(Room::open(capture_.room()));
-    FAIL() << "was not noticed";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), AllOf(HasSubstr("line x0 station 0"), HasSubstr("rays")));
-  }
+  EXPECT_THAT(error_of([&] { verify_room(Room::open(capture_.room())); }),
+              AllOf(HasSubstr("line x0 station 0"), HasSubstr("rays")));
 }
 
 TEST_F(PackMasksTest, InfoShowsTheMaskedShareOfTheSolidAngle) {
@@ -212,12 +183,12 @@ TEST_F(PackMasksTest, ThinnedRoomsKeepTheirMasks) {
   EXPECT_EQ(verify_room(thinned).panoramas, 12);
 }
 
-TEST_F(PackMasksTest, FingerprintFollowsTheMask) {
+TEST_F(PackMasksTest, TheMaskIsAnInput) {
   write_list(every);
   write_mask(mask_without(kNadir));
-  const std::string first = plan_pack(options()).fingerprint;
+  const std::vector<LineInputs> first = plan_pack(options_).inputs;
   write_mask(mask_without({3, 3, 20, 20}));
-  EXPECT_NE(plan_pack(options()).fingerprint, first);
+  EXPECT_NE(plan_pack(options_).inputs, first);
 }
 
 TEST_F(PackMasksTest, InvalidMasksAreNamedWithTheirListLine) {
@@ -232,13 +203,13 @@ TEST_F(PackMasksTest, InvalidMasksAreNamedWithTheirListLine) {
   EXPECT_THAT(clean_error(), AllOf(HasSubstr("poses.csv:6"), HasSubstr("mask.png")));
 }
 
-TEST_F(PackMasksTest, TruncatedMaskLeavesNothingBehind) {
+TEST_F(PackMasksTest, ATruncatedMaskIsNamed) {
   write_list([](const std::string& file) { return file == "right_6.png"; });
   cv::Mat noise(kHeight, kWidth, CV_8UC1);
   cv::randu(noise, 0, 256);
   write_mask(noise);
   fs::resize_file(capture_.root() / "mask.png", fs::file_size(capture_.root() / "mask.png") - 20);
-  EXPECT_THAT(clean_error(), AllOf(HasSubstr("poses.csv:29"), HasSubstr("mask.png")));
+  EXPECT_THAT(error(), AllOf(HasSubstr("poses.csv:29"), HasSubstr("mask.png")));
 }
 
 }  // namespace

@@ -11,9 +11,9 @@
 #include <span>
 #include <system_error>
 
-#include "build_lf/pack/reused_lines.h"
 #include "build_lf/pack/station_data.h"
 #include "core/base/error.h"
+#include "core/base/interrupt.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
@@ -22,6 +22,7 @@
 #include "core/files/image_file.h"
 #include "core/geometry/line_gaps.h"
 #include "core/panorama/panorama_rotation.h"
+#include "core/room/hdf5_file.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
@@ -247,6 +248,47 @@ Grid grid_of(const std::vector<Frame>& frames, const PackOptions& options) {
   return grid;
 }
 
+// Without the folder, so that a folder that was moved or linked elsewhere is the same input.
+std::string file_text(const fs::path& file) {
+  return fmt::format("{}\n{}\n", file.filename().string(), stamp_of(file).text());
+}
+
+std::string attitude_text(const StationSource& source) {
+  if (!source.attitude) return "";
+  return fmt::format("attitude {} {} {}\n", source.attitude->yaw_rad, source.attitude->pitch_rad,
+                     source.attitude->roll_rad);
+}
+
+std::string inputs_of_rays(const Line& line, const std::vector<StationSource>& sources,
+                           const PackPlan& plan) {
+  std::string text =
+      fmt::format("rays {} {} {} {} {} {}\n", kRoomFormatVersion, kVolumeFormatVersion, line.id,
+                  plan.panorama.width, plan.panorama.height, name_of(plan.form));
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const StationSource& source = sources[i];
+    const auto& position_m = line.stations[i].position_m;
+    text += fmt::format("{} {} {} {}\n", line.stations[i].file, position_m[0], position_m[1],
+                        position_m[2]);
+    text += attitude_text(source) + file_text(source.panorama);
+    if (source.mask) text += "mask " + file_text(*source.mask);
+  }
+  return text;
+}
+
+std::string inputs_of_distances(const Line& line, const std::vector<StationSource>& sources,
+                                const PackPlan& plan) {
+  const PanoramaSize map = plan.distance_map;
+  std::string text = fmt::format("distances {} {} {} {} {}\n", kRoomFormatVersion, sha256_of(line),
+                                 map.width, map.height, plan.form.compressed());
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const StationSource& source = sources[i];
+    if (!source.distance_map) continue;
+    // Maps are turned as their panoramas are.
+    text += fmt::format("{}\n", i) + file_text(*source.distance_map) + attitude_text(source);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::uint64_t PackPlan::bytes_of_rays(std::size_t line) const {
@@ -263,14 +305,6 @@ std::uint64_t PackPlan::bytes_of_maps(std::size_t line) const {
       std::count_if(sources[line].begin(), sources[line].end(),
                     [](const StationSource& source) { return source.distance_map.has_value(); });
   return static_cast<std::uint64_t>(maps) * kBytesPerDistance * pixels(distance_map);
-}
-
-std::uint64_t PackPlan::bytes() const {
-  std::uint64_t sum = 0;
-  for (std::size_t line = 0; line < sources.size(); ++line) {
-    sum += bytes_of_rays(line) + bytes_of_maps(line);
-  }
-  return sum;
 }
 
 fs::path default_room_name(const fs::path& frames) {
@@ -303,12 +337,14 @@ PackPlan plan_pack(const PackOptions& options) {
     }
   }
   plan.form = options.form;
-  std::string text;
   for (std::size_t i = 0; i < plan.grid.lines.size(); ++i) {
-    const LineInputs& inputs = plan.inputs.emplace_back(line_inputs(plan, i));
-    text += inputs.rays + inputs.distances + "\n";
+    throw_if_interrupted();
+    const Line& line = plan.grid.lines[i];
+    LineInputs& inputs = plan.inputs.emplace_back();
+    inputs.rays = sha256_hex(inputs_of_rays(line, plan.sources[i], plan));
+    if (!plan.has_maps()) continue;
+    inputs.distances = sha256_hex(inputs_of_distances(line, plan.sources[i], plan));
   }
-  plan.fingerprint = sha256_hex(text);
   return plan;
 }
 

@@ -16,11 +16,11 @@
 namespace raywalk::build_lf {
 
 struct PackOptions {
-  std::filesystem::path frames;                    // the frame list, poses.csv; "-": standard input
-  std::filesystem::path out;                       // the room directory to create
-  std::optional<std::filesystem::path> distances;  // directory of distance maps
-  GridTolerance tolerance{};                       // how lines are found
-  RayForm form{};                                  // how rays are stored
+  std::filesystem::path frames;  // the frame list, poses.csv; "-": standard input
+  std::filesystem::path out;     // the room directory to create
+  std::optional<std::filesystem::path> distances{};  // directory of distance maps
+  GridTolerance tolerance{};                         // how lines are found
+  RayForm form{};                                    // how rays are stored
   // Free bytes of the disk that holds a directory, for tests; none: as the system says.
   std::function<std::optional<std::uint64_t>(const std::filesystem::path&)> free_bytes{};
   bool replace = false;  // a room at `out` is replaced
@@ -41,6 +41,7 @@ struct StationSource {
 struct LineInputs {
   std::string rays{};
   std::string distances{};  // empty: the line has no maps
+  friend bool operator==(const LineInputs&, const LineInputs&) = default;
 };
 
 struct PackPlan {
@@ -50,16 +51,13 @@ struct PackPlan {
   RayForm form{};
   std::vector<std::vector<StationSource>> sources;  // [line][station]
   std::vector<LineInputs> inputs{};                 // [line]
-  // SHA-256 over the inputs. A stopped run can only be resumed with the same fingerprint.
-  std::string fingerprint{};
 
   // Whether any station has a distance map; then every line gets a volume of them.
   bool has_maps() const { return distance_map.width > 0; }
-  // Bytes of a line's volumes and of all volumes, without headers. Of compressed rays an estimate:
-  // few scenes take more.
+  // Bytes of a line's volumes, without headers. Of compressed rays an estimate: few scenes take
+  // more.
   std::uint64_t bytes_of_rays(std::size_t line) const;
   std::uint64_t bytes_of_maps(std::size_t line) const;
-  std::uint64_t bytes() const;
 };
 
 // The room that `pack` makes of a frame list unless told otherwise: hall.lf, in the working

@@ -1,97 +1,140 @@
 #include "build_lf/pack/pack_room.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
+#include <system_error>
+#include <utility>
+#include <vector>
 
 #include "build_lf/pack/free_space.h"
 #include "build_lf/pack/listed_motion.h"
-#include "build_lf/pack/partial_room.h"
-#include "build_lf/pack/reused_lines.h"
+#include "build_lf/pack/room_folder.h"
 #include "build_lf/pack/station_data.h"
 #include "build_lf/pack/volume_writer.h"
-#include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/output_folder.h"
 #include "core/room/hdf5_file.h"
-#include "core/room/room.h"
 
 namespace raywalk::build_lf {
 namespace {
 
 namespace fs = std::filesystem;
 
-// One volume still to be written.
-struct Job {
+// The stations of a line that have a distance map.
+std::vector<std::int32_t> mapped_stations_of(const std::vector<StationSource>& sources) {
+  std::vector<std::int32_t> stations;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    if (sources[i].distance_map) stations.push_back(static_cast<std::int32_t>(i));
+  }
+  return stations;
+}
+
+// A volume to be packed.
+struct PackJob {
   std::size_t line;
   bool distances;
-  std::int64_t stations;
+  PlannedVolume volume;
+  std::int64_t images;
+  std::uint64_t bytes;
 };
 
-// The volumes of lines that no earlier run finished.
-std::vector<Job> open_jobs(const PackPlan& plan, IndexRange lines, const fs::path& room) {
-  std::vector<Job> jobs;
-  for (std::size_t i = lines.begin; i < lines.end; ++i) {
+std::vector<PackJob> jobs_of(const PackPlan& plan) {
+  std::vector<PackJob> jobs;
+  for (std::size_t i = 0; i < plan.grid.lines.size(); ++i) {
     const std::string& id = plan.grid.lines[i].id;
-    if (!fs::exists(line_volume_path(room, id))) {
-      jobs.push_back({i, false, static_cast<std::int64_t>(plan.sources[i].size())});
-    }
-    if (plan.has_maps() && !fs::exists(distance_volume_path(room, id))) {
-      const auto maps =
-          std::count_if(plan.sources[i].begin(), plan.sources[i].end(),
-                        [](const StationSource& s) { return s.distance_map.has_value(); });
-      jobs.push_back({i, true, maps});
-    }
+    const std::vector<StationSource>& sources = plan.sources[i];
+    jobs.push_back({i,
+                    false,
+                    {line_volume_path("", id), plan.inputs[i].rays},
+                    std::ssize(sources),
+                    plan.bytes_of_rays(i)});
+    if (!plan.has_maps()) continue;
+    jobs.push_back({i,
+                    true,
+                    {distance_volume_path("", id), plan.inputs[i].distances},
+                    std::ssize(mapped_stations_of(sources)),
+                    plan.bytes_of_maps(i)});
   }
   return jobs;
 }
 
-std::uint64_t bytes_of(const std::vector<Job>& jobs, const PackPlan& plan) {
-  std::uint64_t sum = 0;
-  for (const Job& job : jobs) {
-    sum += job.distances ? plan.bytes_of_maps(job.line) : plan.bytes_of_rays(job.line);
-  }
-  return sum;
+std::vector<PlannedVolume> volumes_of(const std::vector<PackJob>& jobs) {
+  std::vector<PlannedVolume> volumes;
+  volumes.reserve(jobs.size());
+  for (const PackJob& job : jobs) volumes.push_back(job.volume);
+  return volumes;
 }
 
-DistanceMaps given_maps(const std::vector<StationSource>& sources, PanoramaSize size) {
-  DistanceMaps maps{{}, size, kGivenOrigin, {}};
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    if (sources[i].distance_map) maps.stations.push_back(static_cast<std::int32_t>(i));
-  }
-  maps.read = [&sources, size, stations = maps.stations](std::size_t map) {
-    return read_station_distances(sources[static_cast<std::size_t>(stations[map])], size);
-  };
-  return maps;
-}
-
-void run_job(const Job& job, const PackPlan& plan, const fs::path& room, Progress* progress) {
+void run_job(const PackJob& job, const PackPlan& plan, const fs::path& room, Progress* progress) {
   const Line& line = plan.grid.lines[job.line];
   const std::vector<StationSource>& sources = plan.sources[job.line];
-  if (job.distances) {
-    DistanceMaps maps = given_maps(sources, plan.distance_map);
-    maps.compressed = plan.form.compressed();
-    write_distance_volume(distance_volume_path(room, line.id), line, maps, progress);
-  } else {
-    write_line_volume(line_volume_path(room, line.id), line, sources, plan.panorama, plan.form,
+  const fs::path file = room / job.volume.file;
+  if (!job.distances) {
+    const auto has_mask = [](const StationSource& source) { return source.mask.has_value(); };
+    const auto read = [&](std::size_t i) { return read_station_rays(sources[i], plan.panorama); };
+    write_line_volume(file, line,
+                      {.panorama = plan.panorama,
+                       .masked = std::ranges::any_of(sources, has_mask),
+                       .read = read,
+                       .form = plan.form,
+                       .inputs = job.volume.inputs},
                       progress);
+    return;
   }
+  const std::vector<std::int32_t> stations = mapped_stations_of(sources);
+  const auto read = [&](std::size_t map) {
+    return read_station_distances(sources[static_cast<std::size_t>(stations[map])],
+                                  plan.distance_map);
+  };
+  write_distance_volume(file, line,
+                        {.stations = stations,
+                         .size = plan.distance_map,
+                         .origin = kGivenOrigin,
+                         .read = read,
+                         .compressed = plan.form.compressed(),
+                         .inputs = job.volume.inputs},
+                        progress);
 }
 
-// Takes unchanged volumes from the room that is being replaced, and says what of it is lost.
-void reuse_earlier(const fs::path& earlier, const PackPlan& plan, IndexRange lines,
-                   const fs::path& room) {
-  const ReusedVolumes reused = reuse_volumes(earlier, plan, lines, room);
-  if (reused.lines + reused.distances > 0) {
-    const std::string distances =
-        reused.distances > 0 ? " and the given distances of " + counted(reused.distances, "line")
-                             : "";
-    spdlog::info("unchanged and taken from {}: {} of {}{}", earlier.string(), reused.lines,
-                 counted(lines.size(), "line"), distances);
+// What was measured on a room and is lost when it is replaced, for messages: "the estimated
+// distances, the gains". Empty: nothing.
+std::string measurements_of(const fs::path& room) {
+  constexpr std::array<std::pair<const char*, const char*>, 5> kMeasurements{
+      {{"depth.json", "estimated distances"},
+       {"gains.h5", "gains"},
+       {"held-out", "held-out stations"},
+       {"require.json", "requirements"},
+       {"measured.json", "measured settings"}}};
+  std::vector<std::string> found;
+  std::error_code error;
+  for (const auto& [file, what] : kMeasurements) {
+    if (fs::exists(room / file, error)) found.emplace_back(what);
+  }
+  return fmt::format("{}", fmt::join(found, ", "));
+}
+
+// Takes unchanged volumes from the room that is replaced, and says what of it is lost.
+void reuse_earlier(const fs::path& earlier, std::size_t lines, const RoomFolder& folder,
+                   std::vector<PackJob>* jobs) {
+  std::size_t rays = 0, distances = 0;
+  std::erase_if(*jobs, [&](const PackJob& job) {
+    const bool taken = folder.take_over(job.volume);
+    if (taken) ++(job.distances ? distances : rays);
+    return taken;
+  });
+  if (rays + distances > 0) {
+    const std::string given =
+        distances > 0 ? " and the given distances of " + counted(distances, "line") : "";
+    spdlog::info("unchanged and taken from {}: {} of {}{}", earlier.string(), rays,
+                 counted(lines, "line"), given);
   }
   const std::string lost = measurements_of(earlier);
   if (!lost.empty()) {
@@ -102,39 +145,31 @@ void reuse_earlier(const fs::path& earlier, const PackPlan& plan, IndexRange lin
   }
 }
 
-// Packs those of the lines that are not packed; returns the number of volumes written.
-std::size_t pack_lines(const PackOptions& options, const PackPlan& plan, IndexRange lines,
-                       PartialRoom* partial) {
-  const fs::path& room = partial->directory();
-  if (options.replace) reuse_earlier(without_trailing_slash(options.out), plan, lines, room);
-  const std::vector<Job> jobs = open_jobs(plan, lines, room);
-  const std::uint64_t needed = bytes_of(jobs, plan);
-  std::uint64_t all = 0;
-  for (std::size_t i = lines.begin; i < lines.end; ++i) {
-    all += plan.bytes_of_rays(i) + plan.bytes_of_maps(i);
-  }
-  require_space(room, {.needed = needed, .there = all - needed},
-                options.free_bytes ? options.free_bytes(room) : free_bytes(room));
-  std::int64_t stations = 0;
-  for (const Job& job : jobs) stations += job.stations;
-  try {
-    Progress progress("packing", stations, "images");
-    for (const Job& job : jobs) run_job(job, plan, room, &progress);
-  } catch (const InputError&) {
-    partial->discard();
-    throw;
-  }
-  return jobs.size();
+std::uint64_t bytes_of_jobs(const std::vector<PackJob>& jobs) {
+  std::uint64_t sum = 0;
+  for (const PackJob& job : jobs) sum += job.bytes;
+  return sum;
 }
 
-// Makes the room of its volumes.
-void complete_room(const PackPlan& plan, PartialRoom* partial) {
-  const fs::path& room = partial->directory();
-  write_line_inputs(room, plan);
-  write_file_atomically(manifest_path(room),
-                        manifest_to_json(manifest_of_volumes(room, plan.panorama, plan.grid)));
-  Room::open(room);  // checks that the result can be opened
-  partial->complete();
+// Packs those of the lines that are not packed; returns the number of volumes written.
+std::size_t pack_lines(const PackOptions& options, const PackPlan& plan, IndexRange lines,
+                       std::vector<PackJob> jobs, const RoomFolder& folder) {
+  const fs::path& room = folder.directory();
+  std::erase_if(
+      jobs, [&](const PackJob& job) { return job.line < lines.begin || job.line >= lines.end; });
+  const std::uint64_t all = bytes_of_jobs(jobs);
+  std::erase_if(jobs, [&](const PackJob& job) { return folder.has(job.volume.file); });
+  if (options.replace) {
+    reuse_earlier(without_trailing_slash(options.out), lines.size(), folder, &jobs);
+  }
+  const std::uint64_t needed = bytes_of_jobs(jobs);
+  require_space(room, {.needed = needed, .there = all - needed},
+                options.free_bytes ? options.free_bytes(room) : free_bytes(room));
+  std::int64_t images = 0;
+  for (const PackJob& job : jobs) images += job.images;
+  Progress progress("packing", images, "images");
+  for (const PackJob& job : jobs) run_job(job, plan, room, &progress);
+  return jobs.size();
 }
 
 }  // namespace
@@ -158,13 +193,23 @@ std::string checksum_of_line(const fs::path& volume) {
   return sha256_hex(all);
 }
 
+bool is_packed_from(const fs::path& room, const PackPlan& plan) {
+  std::error_code error;
+  return fs::exists(manifest_path(room), error) &&
+         read_manifest(room).grid.lines.size() == plan.grid.lines.size() &&
+         std::ranges::all_of(jobs_of(plan), [&](const PackJob& job) {
+           return inputs_of(room / job.volume.file) == job.volume.inputs;
+         });
+}
+
 void pack_room(const PackOptions& options) {
   require_free(without_trailing_slash(options.out), options.replace);
   const PackPlan plan = plan_pack(options);
   require_listed_motion(plan, input_name(options.frames));
-  PartialRoom partial(options.out, plan.fingerprint, options.replace);
-  pack_lines(options, plan, {0, plan.grid.lines.size()}, &partial);
-  complete_room(plan, &partial);
+  const std::vector<PackJob> jobs = jobs_of(plan);
+  RoomFolder folder(options.out, volumes_of(jobs), options.replace);
+  pack_lines(options, plan, {0, plan.grid.lines.size()}, jobs, folder);
+  folder.complete(manifest_of_volumes(folder.directory(), plan.panorama, plan.grid));
 }
 
 std::string pack_part(const PackOptions& options, WorkPart part) {
@@ -179,8 +224,9 @@ std::string pack_part(const PackOptions& options, WorkPart part) {
   }
   // The last part is never empty.
   if (part.index == part.count) require_listed_motion(plan, input_name(options.frames));
-  PartialRoom partial(options.out, plan.fingerprint, options.replace, FileLock::Use::kShared);
-  const std::size_t packed = pack_lines(options, plan, lines, &partial);
+  const std::vector<PackJob> jobs = jobs_of(plan);
+  const RoomFolder folder(options.out, volumes_of(jobs), options.replace, FileLock::Use::kShared);
+  const std::size_t packed = pack_lines(options, plan, lines, jobs, folder);
   return fmt::format("{}: {}, {}", name, counted(lines.size(), "line"),
                      packed == 0 ? "all packed before" : "packed");
 }

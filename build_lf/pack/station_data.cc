@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <span>
 
+#include "core/base/error.h"
 #include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
 #include "core/panorama/panorama_rotation.h"
@@ -19,14 +20,9 @@ namespace {
 // Reads an image and checks its size again, as the file may have changed since its header was read.
 template <typename Read>
 cv::Mat read_checked(const std::filesystem::path& file, PanoramaSize size, const Read& read) {
-  cv::Mat image;
-  try {
-    image = read(file);
-  } catch (const Error& error) {
-    throw InputError(error.what());
-  }
+  cv::Mat image = read(file);
   if (image.cols != size.width || image.rows != size.height) {
-    throw InputError(fmt::format("{}: the image size changed during packing", file.string()));
+    throw Error(fmt::format("{}: the image size changed during packing", file.string()));
   }
   return image;
 }
@@ -37,7 +33,7 @@ cv::Mat read_station_mask(const StationSource& source, PanoramaSize size) {
   try {
     mask = read_mask(*source.mask, size);
   } catch (const Error& error) {
-    throw InputError(source.where + ": " + error.what());
+    throw Error(source.where + ": " + error.what());
   }
   return source.attitude ? rotate_mask(mask, world_from_camera(*source.attitude)) : mask;
 }
@@ -97,7 +93,7 @@ StationDistances stored_distances(const DistanceVolume& volume, int map) {
 StationRays read_station_rays(const StationSource& source, PanoramaSize size) {
   cv::Mat panorama = read_checked(source.panorama, size, read_panorama);
   if (look_at_picture(panorama) == PictureKind::kDualFisheye) {
-    throw InputError(fmt::format(
+    throw Error(fmt::format(
         "{}: shows the circles of two fisheye lenses, not a panorama; let raywalk-calibrate stitch "
         "it",
         source.panorama.string()));

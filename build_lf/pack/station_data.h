@@ -8,18 +8,10 @@
 #include <vector>
 
 #include "build_lf/pack/pack_plan.h"
-#include "core/base/error.h"
 #include "core/room/distance_volume.h"
 #include "core/room/line_volume.h"
 
 namespace raywalk::build_lf {
-
-// An unusable input file found while packing. A repaired file changes the fingerprint, so volumes
-// packed so far cannot be resumed and are discarded.
-class InputError : public Error {
- public:
-  using Error::Error;
-};
 
 // rays[theta][phi][rgb] of one station, and valid_rows[theta][2] as line_volume.h describes them;
 // empty where all rows are valid.
@@ -52,7 +44,7 @@ std::vector<std::int32_t> valid_rows_of(const cv::Mat& mask);
 StationRays stored_rays(const LineVolume& volume, int station);
 StationDistances stored_distances(const DistanceVolume& volume, int map);
 
-// Read the station's files; throw InputError when one cannot be read or does not have `size`.
+// Read the station's files; throw Error when one cannot be read or does not have `size`.
 StationRays read_station_rays(const StationSource& source, PanoramaSize size);
 StationDistances read_station_distances(const StationSource& source, PanoramaSize size);
 

@@ -1,18 +1,24 @@
-// For tests: a small capture on disk. A square of side 1 m, seven stations per line (25 % overhang,
-// a station of either line at every corner), 64 x 32 PNG frames whose pixel values encode frame and
-// position.
+// For tests: a small capture on disk, and a fixture that packs it. A square of side 1 m, seven
+// stations per line (25 % overhang, a station of either line at every corner), 64 x 32 PNG frames
+// whose pixel values encode frame and position.
 #pragma once
 
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <numeric>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
 
+#include "build_lf/pack/pack_room.h"
+#include "core/base/test_error.h"
 #include "core/files/test_directory.h"
+#include "core/room/room.h"
 
 namespace raywalk::build_lf {
 
@@ -22,6 +28,7 @@ class TestCapture {
   static constexpr int kStations = 4 * kStationsPerLine;
   static constexpr int kWidth = 64;
   static constexpr int kHeight = 32;
+  static constexpr std::uint64_t kRayBytes = std::uint64_t{3} * kStations * kWidth * kHeight;
 
   // One row of poses.csv.
   struct Row {
@@ -75,11 +82,28 @@ class TestCapture {
   }
 
   void write_list(const std::string& more = "") const {
-    std::ofstream stream(list());
-    stream << "file,x,y,z\n";
-    for (const Row& row : rows_) stream << fmt::format("{},{},0,{}\n", row.file, row.x_m, row.z_m);
-    stream << more;
+    write_rows("file,x,y,z", [](const Row& row) {
+      return fmt::format("{},{},0,{}", row.file, row.x_m, row.z_m);
+    });
+    std::ofstream(list(), std::ios::app) << more;
   }
+  // A list of its own: what `text` returns of every frame.
+  template <typename Text>
+  void write_rows(const std::string& columns, const Text& text) const {
+    std::ofstream stream(list());
+    stream << columns << "\n";
+    for (const Row& row : rows_) stream << text(row) << "\n";
+  }
+  // A list of one line of `count` JPEG pictures, 0.jpg to ..., in plain grey.
+  void write_jpeg_line(int count, const std::string& columns = "", const std::string& values = "") {
+    std::ofstream stream(list());
+    stream << "file,x,y,z" << columns << "\n";
+    for (int i = 0; i < count; ++i) {
+      cv::imwrite(jpeg(i).string(), cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar::all(90)));
+      stream << fmt::format("{}.jpg,{},0,0{}\n", i, 0.1 * i, values);
+    }
+  }
+  std::filesystem::path jpeg(int i) const { return root() / fmt::format("{}.jpg", i); }
 
   std::filesystem::path root() const { return directory_.path(); }
   std::filesystem::path list() const { return directory_ / "poses.csv"; }
@@ -94,6 +118,38 @@ class TestCapture {
  private:
   TestDirectory directory_;
   std::vector<Row> rows_;
+};
+
+class PackTest : public ::testing::Test {
+ protected:
+  static constexpr int kStations = TestCapture::kStations;
+
+  Room pack() const {
+    pack_room(options_);
+    return Room::open(options_.out);
+  }
+  std::string error() const {
+    return error_of([&] { pack_room(options_); });
+  }
+  // The error of a run that must leave neither a room nor a partial one.
+  std::string clean_error() const {
+    std::string message = error();
+    EXPECT_FALSE(std::filesystem::exists(capture_.room())) << message;
+    EXPECT_FALSE(std::filesystem::exists(capture_.partial())) << message;
+    return message;
+  }
+  void give_maps(const std::vector<int>& frames) {
+    for (const int frame : frames) capture_.write_distance_map(frame, {32, 16});
+    options_.distances = capture_.distances();
+  }
+  void give_all_maps() {
+    std::vector<int> all(kStations);
+    std::iota(all.begin(), all.end(), 0);
+    give_maps(all);
+  }
+
+  TestCapture capture_;
+  PackOptions options_{.frames = capture_.list(), .out = capture_.room()};
 };
 
 }  // namespace raywalk::build_lf

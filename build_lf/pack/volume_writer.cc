@@ -1,12 +1,16 @@
 #include "build_lf/pack/volume_writer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <mutex>
 #include <optional>
+#include <system_error>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/files/atomic_output.h"
 #include "core/room/distance_volume.h"
@@ -23,8 +27,10 @@ constexpr const char* kWorldFrame =
 constexpr const char* kPixelGrid =
     "theta = (i + 0.5) / width * 360 - 180 degrees; phi = 90 - (j + 0.5) / height * 180 degrees";
 
-void describe_file(Hdf5File* file, const char* format, const Line& line) {
+void describe_file(Hdf5File* file, const char* format, const Line& line,
+                   const std::string& inputs) {
   file->write_format(format);
+  if (!inputs.empty()) file->write_attribute("/", kInputsAttribute, inputs);
   file->write_attribute("/", "line", line.id);
   file->write_attribute("/", "frame", kWorldFrame);
   file->write_attribute("/", "pixel_grid", kPixelGrid);
@@ -114,21 +120,11 @@ void describe_maps(Hdf5File* hdf5, const DistanceMaps& maps,
 
 }  // namespace
 
-void write_line_volume(const std::filesystem::path& file, const Line& line,
-                       const std::vector<StationSource>& sources, PanoramaSize panorama,
-                       const RayForm& form, Progress* progress) {
-  const bool masked = std::any_of(sources.begin(), sources.end(), [](const StationSource& source) {
-    return source.mask.has_value();
-  });
-  const auto read = [&](std::size_t i) { return read_station_rays(sources[i], panorama); };
-  write_line_volume(file, line, {panorama, masked, read, form}, progress);
-}
-
 void write_line_volume(const std::filesystem::path& file, const Line& line, const LineRays& rays,
                        Progress* progress) {
   AtomicFile output(file);
   Hdf5File hdf5 = Hdf5File::create(output.temporary_path());
-  describe_file(&hdf5, kLineVolumeFormat, line);
+  describe_file(&hdf5, kLineVolumeFormat, line, rays.inputs);
   write_positions(&hdf5, line);
   const std::size_t count = line.stations.size();
   const auto width = static_cast<std::size_t>(rays.panorama.width);
@@ -180,7 +176,7 @@ void write_distance_volume(const std::filesystem::path& file, const Line& line,
                            const DistanceMaps& maps, Progress* progress) {
   AtomicFile output(file);
   Hdf5File hdf5 = Hdf5File::create(output.temporary_path());
-  describe_file(&hdf5, kDistanceVolumeFormat, line);
+  describe_file(&hdf5, kDistanceVolumeFormat, line, maps.inputs);
   hdf5.write_attribute("/", "origin", maps.origin);
   hdf5.write_attribute("/", "stations_sha256", sha256_of(line));
   hdf5.write("station", maps.stations);
@@ -212,6 +208,28 @@ void write_distance_volume(const std::filesystem::path& file, const Line& line,
   }
   hdf5.write_attribute("/", "header_sha256", sha256_of(header));
   hdf5.close();
+  output.commit();
+}
+
+std::string inputs_of(const std::filesystem::path& volume) {
+  std::error_code error;
+  if (!std::filesystem::exists(volume, error)) return "";
+  try {
+    return Hdf5File::open(volume).text_attribute(kInputsAttribute).value_or("");
+  } catch (const Error&) {
+    return "";
+  }
+}
+
+void copy_volume(const std::filesystem::path& from, const std::filesystem::path& to) {
+  AtomicFile output(to);
+  std::error_code error;
+  std::filesystem::copy_file(from, output.temporary_path(),
+                             std::filesystem::copy_options::overwrite_existing, error);
+  if (error) {
+    throw Error(
+        fmt::format("{}: cannot be copied to {}: {}", from.string(), to.string(), error.message()));
+  }
   output.commit();
 }
 

@@ -10,7 +10,6 @@
 #include <system_error>
 
 #include "build_lf/pack/distance_sets.h"
-#include "build_lf/pack/reused_lines.h"
 #include "core/base/escaped.h"
 #include "core/base/interrupt.h"
 #include "core/base/number_text.h"
@@ -190,8 +189,7 @@ RoomInfo info_of(const Room& room) {
   RoomInfo info;
   info.panorama = room.panorama();
   info.cells = room.grid().cells;
-  info.bytes =
-      bytes_of(manifest_path(room.directory())) + bytes_of(line_inputs_path(room.directory()));
+  info.bytes = bytes_of(manifest_path(room.directory()));
   std::int64_t stations = 0;
   for (const Line& line : room.grid().lines) {
     stations += static_cast<std::int64_t>(line.stations.size());

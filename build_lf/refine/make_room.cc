@@ -8,7 +8,6 @@
 #include "build_lf/depth/estimate_depth.h"
 #include "build_lf/pack/distance_sets.h"
 #include "build_lf/pack/pack_room.h"
-#include "build_lf/pack/reused_lines.h"
 #include "build_lf/quality/room_info.h"
 #include "build_lf/refine/refine_room.h"
 #include "core/base/escaped.h"

@@ -10,12 +10,12 @@
 #include <utility>
 #include <vector>
 
-#include "build_lf/pack/partial_room.h"
+#include "build_lf/pack/derived_room.h"
+#include "build_lf/pack/room_folder.h"
 #include "build_lf/require/held_out.h"
 #include "build_lf/require/require_document.h"
 #include "build_lf/require/scene_facts.h"
 #include "build_lf/require/stored_size.h"
-#include "build_lf/require/thin_room.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/median.h"

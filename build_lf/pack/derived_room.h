@@ -1,9 +1,10 @@
-// Stores the panoramas of a room in another form: `raywalk-build-lf repack`.
+// Rooms that are made of another one: `raywalk-build-lf repack`, `require --thin`.
 #pragma once
 
 #include <filesystem>
 
 #include "core/room/ray_form.h"
+#include "core/room/room.h"
 
 namespace raywalk::build_lf {
 
@@ -23,5 +24,12 @@ std::filesystem::path default_repacked_name(const std::filesystem::path& room, c
 // appears only when complete; a stopped run is resumed by the same command. Throws Error as
 // Room::open and pack_room do.
 void repack_room(const RepackOptions& options);
+
+// Creates the room `out` with the stations `kept`: same lines and cells, their rays and gains, and
+// the distance maps in use, reduced to `distance_width` if wider. Rays are stored in the same form:
+// of JPEG, those of a line that loses stations lose once more. `out` appears only when complete,
+// with `replace` in place of a room; the same call resumes a stopped run. Throws as repack_room().
+void write_thinned_room(const Room& room, const KeptStations& kept, int distance_width,
+                        const std::filesystem::path& out, bool replace = false);
 
 }  // namespace raywalk::build_lf
