@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "build_lf/pack/pack_room.h"
-#include "build_lf/pack/test_capture.h"
+#include "build_lf/pack/test_pack.h"
 #include "build_lf/quality/room_info.h"
 #include "build_lf/quality/room_verify.h"
 #include "core/base/error.h"

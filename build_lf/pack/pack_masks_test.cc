@@ -9,7 +9,7 @@
 #include "build_lf/pack/derived_room.h"
 #include "build_lf/pack/pack_room.h"
 #include "build_lf/pack/station_data.h"
-#include "build_lf/pack/test_capture.h"
+#include "build_lf/pack/test_pack.h"
 #include "build_lf/quality/room_info.h"
 #include "build_lf/quality/room_verify.h"
 #include "core/base/test_log.h"

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "build_lf/pack/room_folder.h"
-#include "build_lf/pack/test_capture.h"
+#include "build_lf/pack/test_pack.h"
 #include "build_lf/pack/volume_writer.h"
 #include "build_lf/quality/room_verify.h"
 #include "core/files/atomic_output.h"

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "build_lf/pack/test_capture.h"
+#include "build_lf/pack/test_pack.h"
 #include "build_lf/quality/room_info.h"
 #include "build_lf/quality/room_verify.h"
 #include "core/base/error.h"

@@ -1,24 +1,19 @@
-// For tests: a small capture on disk, and a fixture that packs it. A square of side 1 m, seven
+// For tests: a small capture on disk. A square of side 1 m, seven
 // stations per line (25 % overhang, a station of either line at every corner), 64 x 32 PNG frames
 // whose pixel values encode frame and position.
 #pragma once
 
 #include <fmt/format.h>
-#include <gtest/gtest.h>
 
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <numeric>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
 
-#include "build_lf/pack/pack_room.h"
-#include "core/base/test_error.h"
 #include "core/files/test_directory.h"
-#include "core/room/room.h"
 
 namespace raywalk::build_lf {
 
@@ -118,38 +113,6 @@ class TestCapture {
  private:
   TestDirectory directory_;
   std::vector<Row> rows_;
-};
-
-class PackTest : public ::testing::Test {
- protected:
-  static constexpr int kStations = TestCapture::kStations;
-
-  Room pack() const {
-    pack_room(options_);
-    return Room::open(options_.out);
-  }
-  std::string error() const {
-    return error_of([&] { pack_room(options_); });
-  }
-  // The error of a run that must leave neither a room nor a partial one.
-  std::string clean_error() const {
-    std::string message = error();
-    EXPECT_FALSE(std::filesystem::exists(capture_.room())) << message;
-    EXPECT_FALSE(std::filesystem::exists(capture_.partial())) << message;
-    return message;
-  }
-  void give_maps(const std::vector<int>& frames) {
-    for (const int frame : frames) capture_.write_distance_map(frame, {32, 16});
-    options_.distances = capture_.distances();
-  }
-  void give_all_maps() {
-    std::vector<int> all(kStations);
-    std::iota(all.begin(), all.end(), 0);
-    give_maps(all);
-  }
-
-  TestCapture capture_;
-  PackOptions options_{.frames = capture_.list(), .out = capture_.room()};
 };
 
 }  // namespace raywalk::build_lf
