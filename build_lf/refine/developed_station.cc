@@ -13,7 +13,7 @@
 #include <string>
 #include <string_view>
 
-#include "build_lf/depth/station_image.h"
+#include "core/room/station_image.h"
 #include "build_lf/refine/developed_image.h"
 #include "build_lf/refine/refine_plan.h"
 #include "build_lf/refine/sharpening.h"

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "build_lf/depth/depth_test_room.h"
-#include "build_lf/depth/station_image.h"
+#include "core/room/station_image.h"
 #include "build_lf/room_verify.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
