@@ -14,7 +14,7 @@
 #include "build_lf/export/exported_stations.h"
 #include "build_lf/export/station_surface.h"
 #include "build_lf/export/voxel_points.h"
-#include "build_lf/room_maps.h"
+#include "build_lf/pack/room_maps.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"

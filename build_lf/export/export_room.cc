@@ -10,7 +10,7 @@
 #include "build_lf/export/export_frames.h"
 #include "build_lf/export/export_points.h"
 #include "build_lf/export/exported_stations.h"
-#include "build_lf/free_space.h"
+#include "build_lf/pack/free_space.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/output_folder.h"

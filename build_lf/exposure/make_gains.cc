@@ -6,8 +6,8 @@
 #include <cmath>
 #include <system_error>
 
-#include "build_lf/distances_lock.h"
 #include "build_lf/exposure/room_gains.h"
+#include "build_lf/pack/distances_lock.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/number_text.h"

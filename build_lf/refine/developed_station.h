@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <vector>
 
+#include "build_lf/pack/station_data.h"
 #include "build_lf/refine/source_views.h"
-#include "build_lf/station_data.h"
 #include "core/room/distance_maps.h"
 #include "core/room/room.h"
 #include "core/view/exposure.h"

@@ -9,12 +9,12 @@
 #include <span>
 #include <vector>
 
-#include "build_lf/free_space.h"
-#include "build_lf/pack_room.h"
-#include "build_lf/partial_room.h"
+#include "build_lf/pack/free_space.h"
+#include "build_lf/pack/pack_room.h"
+#include "build_lf/pack/partial_room.h"
+#include "build_lf/pack/volume_writer.h"
 #include "build_lf/refine/developed_station.h"
 #include "build_lf/refine/refine_plan.h"
-#include "build_lf/volume_writer.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/interrupt.h"

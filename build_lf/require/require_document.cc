@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "build_lf/room_maps.h"
+#include "build_lf/pack/room_maps.h"
 #include "core/base/pick_evenly.h"
 #include "core/room/requirements.h"
 

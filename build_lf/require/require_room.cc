@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "build_lf/partial_room.h"
+#include "build_lf/pack/partial_room.h"
 #include "build_lf/require/held_out.h"
 #include "build_lf/require/require_document.h"
 #include "build_lf/require/scene_facts.h"

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "build_lf/room_maps.h"
+#include "build_lf/pack/room_maps.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/room/distance_maps.h"

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "build_lf/room_maps.h"
+#include "build_lf/pack/room_maps.h"
 #include "core/base/parallel.h"
 #include "core/geometry/spacing.h"
 #include "core/room/distance_maps.h"

@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <span>
 
-#include "build_lf/derived_volumes.h"
-#include "build_lf/pack_room.h"
-#include "build_lf/partial_room.h"
+#include "build_lf/pack/derived_volumes.h"
+#include "build_lf/pack/pack_room.h"
+#include "build_lf/pack/partial_room.h"
 #include "build_lf/require/held_out.h"
 #include "core/base/pick_evenly.h"
 #include "core/base/progress.h"

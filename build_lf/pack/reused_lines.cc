@@ -1,4 +1,4 @@
-#include "build_lf/reused_lines.h"
+#include "build_lf/pack/reused_lines.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "build_lf/distance_sets.h"
-#include "build_lf/pack_room.h"
+#include "build_lf/pack/distance_sets.h"
+#include "build_lf/pack/pack_room.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"

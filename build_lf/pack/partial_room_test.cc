@@ -1,4 +1,4 @@
-#include "build_lf/partial_room.h"
+#include "build_lf/pack/partial_room.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "build_lf/room_info.h"
+#include "build_lf/quality/room_info.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "build_lf/distance_sets.h"
-#include "build_lf/reused_lines.h"
+#include "build_lf/pack/distance_sets.h"
+#include "build_lf/pack/reused_lines.h"
 #include "core/base/escaped.h"
 #include "core/base/interrupt.h"
 #include "core/base/number_text.h"

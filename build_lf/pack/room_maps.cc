@@ -1,4 +1,4 @@
-#include "build_lf/room_maps.h"
+#include "build_lf/pack/room_maps.h"
 
 namespace raywalk::build_lf {
 

@@ -1,11 +1,11 @@
-#include "build_lf/distance_sets.h"
+#include "build_lf/pack/distance_sets.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <system_error>
 
-#include "build_lf/distances_lock.h"
+#include "build_lf/pack/distances_lock.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/number_text.h"

@@ -1,4 +1,4 @@
-#include "build_lf/volume_writer.h"
+#include "build_lf/pack/volume_writer.h"
 
 #include <algorithm>
 #include <mutex>

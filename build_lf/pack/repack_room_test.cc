@@ -1,4 +1,4 @@
-#include "build_lf/repack_room.h"
+#include "build_lf/pack/repack_room.h"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,10 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "build_lf/pack_room.h"
-#include "build_lf/room_info.h"
-#include "build_lf/room_verify.h"
-#include "build_lf/test_capture.h"
+#include "build_lf/pack/pack_room.h"
+#include "build_lf/pack/test_capture.h"
+#include "build_lf/quality/room_info.h"
+#include "build_lf/quality/room_verify.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"

@@ -1,4 +1,4 @@
-#include "build_lf/room_verify.h"
+#include "build_lf/quality/room_verify.h"
 
 #include <fmt/format.h>
 
@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
-#include "build_lf/distance_sets.h"
-#include "build_lf/pack_room.h"
-#include "build_lf/station_data.h"
+#include "build_lf/pack/distance_sets.h"
+#include "build_lf/pack/pack_room.h"
+#include "build_lf/pack/station_data.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/fingerprint.h"

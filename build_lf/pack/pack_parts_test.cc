@@ -3,9 +3,9 @@
 
 #include <fstream>
 
-#include "build_lf/pack_room.h"
-#include "build_lf/partial_room.h"
-#include "build_lf/test_capture.h"
+#include "build_lf/pack/pack_room.h"
+#include "build_lf/pack/partial_room.h"
+#include "build_lf/pack/test_capture.h"
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"

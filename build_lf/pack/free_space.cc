@@ -1,4 +1,4 @@
-#include "build_lf/free_space.h"
+#include "build_lf/pack/free_space.h"
 
 #include <fmt/format.h>
 

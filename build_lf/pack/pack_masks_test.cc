@@ -6,12 +6,12 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "build_lf/pack_room.h"
+#include "build_lf/pack/pack_room.h"
+#include "build_lf/pack/station_data.h"
+#include "build_lf/pack/test_capture.h"
+#include "build_lf/quality/room_info.h"
+#include "build_lf/quality/room_verify.h"
 #include "build_lf/require/thin_room.h"
-#include "build_lf/room_info.h"
-#include "build_lf/room_verify.h"
-#include "build_lf/station_data.h"
-#include "build_lf/test_capture.h"
 #include "core/base/test_log.h"
 #include "core/files/atomic_output.h"
 

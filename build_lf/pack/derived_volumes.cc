@@ -1,11 +1,11 @@
-#include "build_lf/derived_volumes.h"
+#include "build_lf/pack/derived_volumes.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <system_error>
 
-#include "build_lf/volume_writer.h"
+#include "build_lf/pack/volume_writer.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"

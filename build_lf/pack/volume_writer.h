@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "build_lf/pack_plan.h"
-#include "build_lf/station_data.h"
+#include "build_lf/pack/pack_plan.h"
+#include "build_lf/pack/station_data.h"
 #include "core/base/progress.h"
 #include "core/room/ray_form.h"
 

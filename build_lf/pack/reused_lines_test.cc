@@ -1,4 +1,4 @@
-#include "build_lf/reused_lines.h"
+#include "build_lf/pack/reused_lines.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 #include <map>
 #include <string>
 
-#include "build_lf/pack_room.h"
-#include "build_lf/test_capture.h"
+#include "build_lf/pack/pack_room.h"
+#include "build_lf/pack/test_capture.h"
 #include "core/files/atomic_output.h"
 #include "core/room/room.h"
 

@@ -1,4 +1,4 @@
-#include "build_lf/station_data.h"
+#include "build_lf/pack/station_data.h"
 
 #include <fmt/format.h>
 

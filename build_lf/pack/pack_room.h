@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "build_lf/pack_plan.h"
-#include "build_lf/work_part.h"
+#include "build_lf/pack/pack_plan.h"
+#include "build_lf/pack/work_part.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "build_lf/pack_plan.h"
+#include "build_lf/pack/pack_plan.h"
 #include "core/base/error.h"
 #include "core/room/distance_volume.h"
 #include "core/room/line_volume.h"

@@ -11,7 +11,7 @@
 #include <opencv2/core/mat.hpp>
 #include <string>
 
-#include "build_lf/pack_plan.h"
+#include "build_lf/pack/pack_plan.h"
 
 namespace raywalk::build_lf {
 

@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <string>
 
-#include "build_lf/pack_plan.h"
-#include "build_lf/work_part.h"
+#include "build_lf/pack/pack_plan.h"
+#include "build_lf/pack/work_part.h"
 
 namespace raywalk::build_lf {
 

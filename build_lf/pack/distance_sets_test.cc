@@ -1,4 +1,4 @@
-#include "build_lf/distance_sets.h"
+#include "build_lf/pack/distance_sets.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -6,11 +6,11 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "build_lf/pack_room.h"
-#include "build_lf/room_info.h"
-#include "build_lf/room_verify.h"
-#include "build_lf/test_capture.h"
-#include "build_lf/volume_writer.h"
+#include "build_lf/pack/pack_room.h"
+#include "build_lf/pack/test_capture.h"
+#include "build_lf/pack/volume_writer.h"
+#include "build_lf/quality/room_info.h"
+#include "build_lf/quality/room_verify.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 

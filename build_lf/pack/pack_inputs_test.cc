@@ -9,8 +9,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "build_lf/pack_room.h"
-#include "build_lf/test_capture.h"
+#include "build_lf/pack/pack_room.h"
+#include "build_lf/pack/test_capture.h"
 #include "core/base/test_error.h"
 #include "core/base/test_log.h"
 #include "core/files/atomic_output.h"

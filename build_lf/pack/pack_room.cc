@@ -1,16 +1,16 @@
-#include "build_lf/pack_room.h"
+#include "build_lf/pack/pack_room.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 
-#include "build_lf/free_space.h"
-#include "build_lf/listed_motion.h"
-#include "build_lf/partial_room.h"
-#include "build_lf/reused_lines.h"
-#include "build_lf/station_data.h"
-#include "build_lf/volume_writer.h"
+#include "build_lf/pack/free_space.h"
+#include "build_lf/pack/listed_motion.h"
+#include "build_lf/pack/partial_room.h"
+#include "build_lf/pack/reused_lines.h"
+#include "build_lf/pack/station_data.h"
+#include "build_lf/pack/volume_writer.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/base/progress.h"

@@ -1,4 +1,4 @@
-#include "build_lf/pack_plan.h"
+#include "build_lf/pack/pack_plan.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -11,8 +11,8 @@
 #include <span>
 #include <system_error>
 
-#include "build_lf/reused_lines.h"
-#include "build_lf/station_data.h"
+#include "build_lf/pack/reused_lines.h"
+#include "build_lf/pack/station_data.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"

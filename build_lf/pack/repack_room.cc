@@ -1,4 +1,4 @@
-#include "build_lf/repack_room.h"
+#include "build_lf/pack/repack_room.h"
 
 #include <fmt/format.h>
 
@@ -7,11 +7,11 @@
 #include <limits>
 #include <string>
 
-#include "build_lf/derived_volumes.h"
-#include "build_lf/distance_sets.h"
-#include "build_lf/free_space.h"
-#include "build_lf/pack_room.h"
-#include "build_lf/partial_room.h"
+#include "build_lf/pack/derived_volumes.h"
+#include "build_lf/pack/distance_sets.h"
+#include "build_lf/pack/free_space.h"
+#include "build_lf/pack/pack_room.h"
+#include "build_lf/pack/partial_room.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"

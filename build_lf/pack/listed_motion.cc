@@ -1,4 +1,4 @@
-#include "build_lf/listed_motion.h"
+#include "build_lf/pack/listed_motion.h"
 
 #include <fmt/format.h>
 
