@@ -6,10 +6,10 @@
 
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
-#include "core/evaluate/held_out.h"
 #include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
+#include "core/room/station_image.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -77,10 +77,8 @@ bool has_unusable_pixels(const Room& room) {
 
 cv::Mat station_mask(const Room& room, const ExportedStation& station) {
   const LineVolume& volume = room.volume(station.line);
-  cv::Mat mask = captured_mask(volume, station.station);
-  if (mask.empty()) {
-    mask = cv::Mat(volume.panorama().height, volume.panorama().width, CV_8UC1, cv::Scalar(255));
-  }
+  cv::Mat mask(volume.panorama().height, volume.panorama().width, CV_8UC1, cv::Scalar(255));
+  if (volume.masked()) mask = captured_validity(volume, station.station).t();
   leave_out(room.distances(station.line).left_out(), station.station, &mask);
   return mask;
 }

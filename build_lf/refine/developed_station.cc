@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "build_lf/depth/station_image.h"
 #include "build_lf/pack/volume_writer.h"
 #include "build_lf/refine/developed_image.h"
 #include "build_lf/refine/refine_plan.h"
@@ -21,6 +20,7 @@
 #include "core/panorama/transposed_border.h"
 #include "core/room/distance_maps.h"
 #include "core/room/hdf5_file.h"
+#include "core/room/station_image.h"
 #include "core/view/distance_view.h"
 
 namespace raywalk::build_lf {

@@ -9,12 +9,12 @@
 #include <thread>
 
 #include "build_lf/depth/depth_test_room.h"
-#include "build_lf/depth/station_image.h"
 #include "build_lf/quality/room_verify.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"
 #include "core/room/refined_record.h"
+#include "core/room/station_image.h"
 #include "core/room/tiled_rays.h"
 
 namespace raywalk::build_lf {

@@ -1,8 +1,8 @@
-#include "build_lf/gains/gain_significance.h"
+#include "build_lf/exposure/gain_significance.h"
 
 #include <gtest/gtest.h>
 
-#include "build_lf/gains/patch_ratios.h"
+#include "build_lf/exposure/patch_ratios.h"
 
 namespace raywalk::build_lf {
 namespace {

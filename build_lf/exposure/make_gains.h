@@ -3,9 +3,7 @@
 
 #include <filesystem>
 #include <string>
-#include <vector>
 
-#include "build_lf/depth/inverse_distance_map.h"
 #include "core/room/gain_fields.h"
 
 namespace raywalk::build_lf {
@@ -19,9 +17,6 @@ struct GainsSummary {
   double spread = 0.0;
   double largest = 1.0;
 };
-
-// All stations of a grid, by lines.
-std::vector<StationIndex> all_stations(const Grid& grid);
 
 GainsSummary summary_of(const GainFields& fields);
 

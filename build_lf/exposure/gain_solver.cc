@@ -1,4 +1,4 @@
-#include "build_lf/gains/gain_solver.h"
+#include "build_lf/exposure/gain_solver.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "build_lf/gains/patch_ratios.h"
+#include "build_lf/exposure/patch_ratios.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk::build_lf {

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "build_lf/gains/station_ratios.h"
-#include "build_lf/gains/surface_maps.h"
+#include "build_lf/exposure/station_ratios.h"
+#include "build_lf/exposure/surface_maps.h"
 #include "core/room/gain_fields.h"
 #include "core/room/room.h"
 

@@ -1,4 +1,4 @@
-#include "build_lf/gains/make_gains.h"
+#include "build_lf/exposure/make_gains.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <system_error>
 
-#include "build_lf/gains/room_gains.h"
+#include "build_lf/exposure/room_gains.h"
 #include "build_lf/pack/distances_lock.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
@@ -63,15 +63,6 @@ struct Totals {
 };
 
 }  // namespace
-
-std::vector<StationIndex> all_stations(const Grid& grid) {
-  std::vector<StationIndex> stations;
-  for (int line = 0; line < static_cast<int>(grid.lines.size()); ++line) {
-    const auto count = static_cast<int>(grid.lines[static_cast<size_t>(line)].stations.size());
-    for (int station = 0; station < count; ++station) stations.push_back({line, station});
-  }
-  return stations;
-}
 
 GainsSummary summary_of(const GainFields& fields) {
   GainsSummary summary;

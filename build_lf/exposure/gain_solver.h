@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "build_lf/gains/station_ratios.h"
+#include "build_lf/exposure/station_ratios.h"
 
 namespace raywalk::build_lf {
 

@@ -1,4 +1,4 @@
-#include "build_lf/gains/make_gains.h"
+#include "build_lf/exposure/make_gains.h"
 
 #include <gmock/gmock.h>
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "build_lf/depth/colour_comparison.h"
+#include "build_lf/quality/colour_comparison.h"
 #include "build_lf/depth/inverse_distance_map.h"
 #include "core/geometry/grid.h"
 #include "core/room/room.h"

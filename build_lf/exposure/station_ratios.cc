@@ -1,4 +1,4 @@
-#include "build_lf/gains/station_ratios.h"
+#include "build_lf/exposure/station_ratios.h"
 
 #include <unistd.h>
 

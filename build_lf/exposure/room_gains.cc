@@ -1,14 +1,14 @@
-#include "build_lf/gains/room_gains.h"
+#include "build_lf/exposure/room_gains.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "build_lf/gains/gain_graph.h"
-#include "build_lf/gains/gain_significance.h"
-#include "build_lf/gains/gain_solver.h"
-#include "build_lf/gains/station_ratios.h"
+#include "build_lf/exposure/gain_graph.h"
+#include "build_lf/exposure/gain_significance.h"
+#include "build_lf/exposure/gain_solver.h"
+#include "build_lf/exposure/station_ratios.h"
 #include "core/base/interrupt.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"

@@ -1,9 +1,9 @@
-#include "build_lf/gains/gain_significance.h"
+#include "build_lf/exposure/gain_significance.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "build_lf/gains/patch_ratios.h"
+#include "build_lf/exposure/patch_ratios.h"
 #include "core/base/median.h"
 #include "core/geometry/sphere.h"
 

@@ -1,11 +1,11 @@
-#include "build_lf/depth/station_links.h"
+#include "build_lf/quality/station_links.h"
 
 #include <algorithm>
 #include <cmath>
 #include <list>
 #include <utility>
 
-#include "build_lf/depth/station_image.h"
+#include "core/room/station_image.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 

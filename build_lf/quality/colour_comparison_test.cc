@@ -1,4 +1,4 @@
-#include "build_lf/depth/colour_comparison.h"
+#include "build_lf/quality/colour_comparison.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "build_lf/gains/room_gains.h"
+#include "build_lf/exposure/room_gains.h"
 
 #include <gmock/gmock.h>
 
@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "build_lf/depth/depth_test_room.h"
-#include "build_lf/gains/patch_ratios.h"
+#include "build_lf/exposure/patch_ratios.h"
 #include "core/base/parallel.h"
 
 namespace raywalk::build_lf {

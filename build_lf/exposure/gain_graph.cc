@@ -1,4 +1,4 @@
-#include "build_lf/gains/gain_graph.h"
+#include "build_lf/exposure/gain_graph.h"
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>

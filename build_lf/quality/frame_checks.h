@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "build_lf/depth/station_links.h"
+#include "build_lf/quality/station_links.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
@@ -63,5 +63,8 @@ struct FrameChecks {
 // matching. Throws Error if a volume's checksums cannot be read; volumes without checksums skip the
 // kSameFile check.
 FrameChecks check_frames(const Room& room, std::span<const StationLink> links, double reach_m);
+
+// One sentence per finding: the fault, the files, and how the run handles it.
+std::vector<std::string> warnings_of(const Room& room, const FrameChecks& checks);
 
 }  // namespace raywalk::build_lf

@@ -1,4 +1,4 @@
-#include "build_lf/gains/patch_ratios.h"
+#include "build_lf/exposure/patch_ratios.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <span>
 
 #include "build_lf/depth/pixel_directions.h"
-#include "build_lf/depth/station_image.h"
+#include "core/room/station_image.h"
 #include "core/base/median.h"
 
 namespace raywalk::build_lf {

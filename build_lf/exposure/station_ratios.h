@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "build_lf/gains/gain_graph.h"
-#include "build_lf/gains/patch_ratios.h"
-#include "build_lf/gains/surface_maps.h"
+#include "build_lf/exposure/gain_graph.h"
+#include "build_lf/exposure/patch_ratios.h"
+#include "build_lf/exposure/surface_maps.h"
 #include "core/files/atomic_output.h"
 #include "core/room/gain_fields.h"
 #include "core/room/room.h"

@@ -1,9 +1,9 @@
-#include "build_lf/gains/surface_maps.h"
+#include "build_lf/exposure/surface_maps.h"
 
 #include <gmock/gmock.h>
 
 #include "build_lf/depth/depth_test_room.h"
-#include "build_lf/gains/patch_ratios.h"
+#include "build_lf/exposure/patch_ratios.h"
 
 namespace raywalk::build_lf {
 namespace {
