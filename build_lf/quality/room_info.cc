@@ -59,23 +59,19 @@ void set_overhang(const Grid& grid, int index, LineInfo* info) {
   info->overhang_last_m = line.last_m() - *last;
 }
 
-void set_extent(const Line& line, LineInfo* info) {
+// Where a line is, and how far apart its stations are.
+void set_places(const Line& line, LineInfo* info) {
   const bool along_x = line.axis == LineAxis::kX;
-  const auto axis_at = [&](double along) {
-    return along_x ? line.origin.x_m + along * line.direction.x_m
-                   : line.origin.z_m + along * line.direction.z_m;
+  const auto at = [&](double along, bool x) {
+    return x ? line.origin.x_m + along * line.direction.x_m
+             : line.origin.z_m + along * line.direction.z_m;
   };
-  const double middle = 0.5 * (line.first_m() + line.last_m());
-  info->from_m = axis_at(line.first_m());
-  info->to_m = axis_at(line.last_m());
-  info->place_m = along_x ? line.origin.z_m + middle * line.direction.z_m
-                          : line.origin.x_m + middle * line.direction.x_m;
+  info->from_m = at(line.first_m(), along_x);
+  info->to_m = at(line.last_m(), along_x);
+  info->place_m = at(0.5 * (line.first_m() + line.last_m()), !along_x);
   info->oblique_deg =
       degrees_from_radians(along_x ? std::atan2(line.direction.z_m, line.direction.x_m)
                                    : std::atan2(line.direction.x_m, line.direction.z_m));
-}
-
-void set_spacing(const Line& line, LineInfo* info) {
   info->spacing_median_m = median_spacing_m(line);
   info->spacing_min_m = info->spacing_max_m = info->spacing_median_m;
   for (size_t i = 1; i < line.stations.size(); ++i) {
@@ -111,8 +107,7 @@ LineInfo line_info(const Room& room, int index, Progress* progress) {
   info.id = line.id;
   info.axis = line.axis;
   info.stations = static_cast<int>(line.stations.size());
-  set_extent(line, &info);
-  set_spacing(line, &info);
+  set_places(line, &info);
   set_overhang(room.grid(), index, &info);
   info.masked_share = masked_share_of(room.volume(index), progress);
   info.distance_maps = room.distances(index).maps();
@@ -123,26 +118,17 @@ LineInfo line_info(const Room& room, int index, Progress* progress) {
   return info;
 }
 
-void set_distance_sets(const Room& room, RoomInfo* info) {
-  for (const FoundDistances& found : find_distances(room.directory(), room.manifest())) {
-    if (found.fault.empty()) {
-      info->distance_sets.push_back(
-          {found.origin, "distances/" + name_of(found.kind), found.in_use});
-    } else {
-      info->distance_faults.push_back(found.fault);
-    }
-  }
-}
-
 // Which distances views use, and how to use others.
 std::string use_text(const RoomInfo& info, const std::string& name) {
   std::string text = "distances in use: " + info.distances + "\n";
-  for (const DistancesInfo& set : info.distance_sets) {
-    if (set.in_use) continue;
-    text += fmt::format("not in use: {} (`raywalk-build-lf distances {} --use {}`)\n", set.origin,
-                        shell_word(name), set.origin == kGivenOrigin ? "given" : "estimated");
+  for (const FoundDistances& found : info.found) {
+    if (!found.fault.empty()) {
+      text += "not usable: " + found.fault + "\n";
+    } else if (!found.in_use) {
+      text += fmt::format("not in use: {} (`raywalk-build-lf distances {} --use {}`)\n",
+                          found.origin, shell_word(name), name_of(found.kind));
+    }
   }
-  for (const std::string& fault : info.distance_faults) text += "not usable: " + fault + "\n";
   return text;
 }
 
@@ -190,15 +176,11 @@ RoomInfo info_of(const Room& room) {
   info.panorama = room.panorama();
   info.cells = room.grid().cells;
   info.bytes = bytes_of(manifest_path(room.directory()));
-  std::int64_t stations = 0;
-  for (const Line& line : room.grid().lines) {
-    stations += static_cast<std::int64_t>(line.stations.size());
-  }
-  Progress progress("reading", stations, "stations", Progress::Shown::kIfLong);
+  info.stations = static_cast<int>(all_stations(room.grid()).size());
+  Progress progress("reading", info.stations, "stations", Progress::Shown::kIfLong);
   for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
     throw_if_interrupted();
     info.lines.push_back(line_info(room, line, &progress));
-    info.stations += info.lines.back().stations;
     info.masked_share += info.lines.back().masked_share * info.lines.back().stations;
     info.distance_maps += info.lines.back().distance_maps;
     info.bytes += info.lines.back().bytes;
@@ -211,7 +193,7 @@ RoomInfo info_of(const Room& room) {
     info.stations_with_gains += static_cast<int>(std::ranges::count_if(line, std::not_fn(is_one)));
   }
   if (!room.gains().empty()) info.bytes += bytes_of(gains_path(room.directory()));
-  set_distance_sets(room, &info);
+  info.found = find_distances(room.directory(), room.manifest());
   return info;
 }
 
@@ -277,9 +259,15 @@ std::string json_of(const RoomInfo& info) {
                      {"z_max_m", cell.z_max_m},
                      {"front_right_back_left", std::move(sides)}});
   }
-  Json sets = Json::array();
-  for (const DistancesInfo& set : info.distance_sets) {
-    sets.push_back({{"origin", set.origin}, {"directory", set.directory}, {"in_use", set.in_use}});
+  Json sets = Json::array(), faults = Json::array();
+  for (const FoundDistances& found : info.found) {
+    if (found.fault.empty()) {
+      sets.push_back({{"origin", found.origin},
+                      {"directory", "distances/" + name_of(found.kind)},
+                      {"in_use", found.in_use}});
+    } else {
+      faults.push_back(found.fault);
+    }
   }
   const Json root = {
       {"panorama", {{"width", info.panorama.width}, {"height", info.panorama.height}}},
@@ -288,7 +276,7 @@ std::string json_of(const RoomInfo& info) {
       {"distance_maps", info.distance_maps},
       {"distances", info.distances},
       {"distance_sets", std::move(sets)},
-      {"distance_faults", info.distance_faults},
+      {"distance_faults", std::move(faults)},
       {"stations_with_gains", info.stations_with_gains},
       {"compression", info.compression},
       {"refined", info.refined.empty() ? Json() : Json(info.refined)},

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "build_lf/pack/distance_sets.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
@@ -29,27 +30,19 @@ struct LineInfo {
   std::uintmax_t bytes = 0;    // of the volume and the distances
 };
 
-// Distances that belong to the room.
-struct DistancesInfo {
-  std::string origin;     // as Room::distances_origin
-  std::string directory;  // within the room
-  bool in_use = false;
-};
-
 struct RoomInfo {
   PanoramaSize panorama;
   std::vector<LineInfo> lines;
   std::vector<Cell> cells;
   int stations = 0;
-  double masked_share = 0.0;  // of the solid angle of all stations
-  int distance_maps = 0;      // in use
-  std::string distances;      // where those in use come from: Room::distances_origin
-  std::vector<DistancesInfo> distance_sets;
-  std::vector<std::string> distance_faults;  // why recorded ones that are not in use cannot be used
-  std::string compression;      // "none", "jpeg:95", "none and lossless" where lines differ
-  std::string refined;          // refined_text(); empty: a captured room
-  int stations_with_gains = 0;  // whose gains are not 1
-  std::uintmax_t bytes = 0;     // of the manifest, the volumes, the distances and gains in use
+  double masked_share = 0.0;          // of the solid angle of all stations
+  int distance_maps = 0;              // in use
+  std::string distances;              // where those in use come from: Room::distances_origin
+  std::vector<FoundDistances> found;  // those that are there, or should be
+  std::string compression;            // "none", "jpeg:95", "none and lossless" where lines differ
+  std::string refined;                // refined_text(); empty: a captured room
+  int stations_with_gains = 0;        // whose gains are not 1
+  std::uintmax_t bytes = 0;  // of the manifest, the volumes, the distances and gains in use
 };
 
 RoomInfo info_of(const Room& room);

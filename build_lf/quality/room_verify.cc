@@ -3,14 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <mutex>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "build_lf/pack/distance_sets.h"
 #include "build_lf/pack/pack_room.h"
 #include "build_lf/pack/station_data.h"
+#include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/fingerprint.h"
@@ -21,9 +20,8 @@
 namespace raywalk::build_lf {
 namespace {
 
-// A stored checksum and the data it belongs to.
+// A stored checksum and the data of a line that it belongs to.
 struct Check {
-  int line;
   int station;
   const FoundDistances* maps;  // null: rays
   int map;
@@ -64,8 +62,8 @@ std::vector<Check> checks_of(const Room& room, int index,
       stored_checksums(line_volume_path(room.directory(), line.id), room.volume(index).stations());
   std::vector<Check> checks;
   checks.reserve(rays.size());
-  for (int station = 0; station < room.volume(index).stations(); ++station) {
-    checks.push_back({index, station, nullptr, 0, rays[static_cast<size_t>(station)]});
+  for (const std::string& sha256 : rays) {
+    checks.push_back({static_cast<int>(checks.size()), nullptr, 0, sha256});
   }
   for (const FoundDistances& found : distances) {
     const DistanceVolume& volume = found.volumes[static_cast<size_t>(index)];
@@ -74,33 +72,24 @@ std::vector<Check> checks_of(const Room& room, int index,
         stored_checksums(found.folder / (line.id + ".h5"), volume.maps());
     for (int map = 0; map < volume.maps(); ++map) {
       const auto i = static_cast<size_t>(map);
-      checks.push_back({index, volume.stations()[i], &found, map, maps[i]});
+      checks.push_back({volume.stations()[i], &found, map, maps[i]});
     }
   }
   return checks;
 }
 
-// The columns of a map are contiguous in memory.
-template <typename T>
-std::span<const T> all_columns(std::span<const T> first_column, int columns) {
-  return {first_column.data(), first_column.size() * static_cast<size_t>(columns)};
-}
-
-std::string actual_checksum(const Room& room, const Check& check) {
-  if (check.maps == nullptr) {
-    const TileReading reading;
-    const LineVolume& volume = room.volume(check.line);
-    return checksum_of_rays(volume.columns(check.station), volume.stored_valid_rows(check.station));
+std::string actual_checksum(const Room& room, int line, const Check& check) {
+  if (check.maps != nullptr) {
+    return stored_distances(check.maps->volumes[static_cast<size_t>(line)], check.map).sha256;
   }
-  const DistanceVolume& volume = check.maps->volumes[static_cast<size_t>(check.line)];
-  return checksum_of_distances(
-      all_columns(volume.distance_column(check.map, 0), volume.size().width),
-      all_columns(volume.confidence_column(check.map, 0), volume.size().width));
+  const TileReading reading;
+  const LineVolume& volume = room.volume(line);
+  return checksum_of_rays(volume.columns(check.station), volume.stored_valid_rows(check.station));
 }
 
-[[noreturn]] void throw_damaged(const Room& room, const Check& first, std::int64_t damaged,
-                                std::int64_t checked) {
-  const Line& line = room.grid().lines[static_cast<size_t>(first.line)];
+[[noreturn]] void throw_damaged(const Room& room, int index, const Check& first,
+                                std::int64_t damaged, std::int64_t checked) {
+  const Line& line = room.grid().lines[static_cast<size_t>(index)];
   const bool estimated = first.maps != nullptr && first.maps->kind == DistanceKind::kEstimated;
   throw Error(fmt::format(
       "{}: line {} station {} ({}): the {} do not match their checksum; {} of {} checksums differ; "
@@ -136,34 +125,6 @@ std::vector<FoundDistances> checked_distances(const Room& room) {
   return all;
 }
 
-// What does not match its checksum.
-struct Damage {
-  std::int64_t count = 0;
-  std::optional<Check> first;
-};
-
-// Line by line, so that the checksums of a line are all that is kept in memory.
-void verify_line(const Room& room, const std::vector<Check>& checks, int line, Progress* progress,
-                 Damage* damage) {
-  check_identity(room, line);
-  std::mutex mutex;
-  std::vector<int> damaged;
-  parallel_for(0, static_cast<int>(checks.size()), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      const Check& check = checks[static_cast<size_t>(i)];
-      const bool matches = actual_checksum(room, check) == check.expected;
-      progress->advance();
-      const std::lock_guard lock(mutex);
-      if (!matches) damaged.push_back(i);
-    }
-  });
-  if (damaged.empty()) return;
-  damage->count += static_cast<std::int64_t>(damaged.size());
-  if (!damage->first) {
-    damage->first = checks[static_cast<size_t>(*std::ranges::min_element(damaged))];
-  }
-}
-
 }  // namespace
 
 VerifiedCounts verify_room(const Room& room) {
@@ -180,14 +141,30 @@ VerifiedCounts verify_room(const Room& room) {
   }
   for (int line = 0; line < lines; ++line) counts.panoramas += room.volume(line).stations();
   all += counts.panoramas;
-  Damage damage;
-  {
-    Progress progress("verifying", all, "images");
-    for (int line = 0; line < lines; ++line) {
-      verify_line(room, checks_of(room, line, distances), line, &progress, &damage);
+  int first_line = 0;
+  std::optional<Check> first;
+  std::int64_t damaged = 0;
+  Progress progress("verifying", all, "images");
+  // Line by line, so that the checksums of a line are all that is kept in memory.
+  for (int line = 0; line < lines; ++line) {
+    check_identity(room, line);
+    const std::vector<Check> checks = checks_of(room, line, distances);
+    std::vector<char> matches(checks.size());
+    parallel_for(0, static_cast<int>(checks.size()), 1, [&](int begin, int end) {
+      for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+        matches[i] = actual_checksum(room, line, checks[i]) == checks[i].expected ? 1 : 0;
+        progress.advance();
+      }
+    });
+    for (size_t i = 0; i < checks.size(); ++i) {
+      if (matches[i] != 0) continue;
+      ++damaged;
+      if (first) continue;
+      first_line = line;
+      first = checks[i];
     }
   }
-  if (damage.first) throw_damaged(room, *damage.first, damage.count, all);
+  if (first) throw_damaged(room, first_line, *first, damaged, all);
   return counts;
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -52,18 +53,16 @@ void believe_single_pixels(PanoramaSize size, std::vector<std::uint8_t>* confide
 // Its own map; without one, what the maps around it show.
 OwnDistances distances_of(const Room& room, StationIndex station, const SourceView& view) {
   const DistanceVolume& volume = room.distances(station.line);
-  const auto maps = volume.stations();
-  const auto own = std::ranges::lower_bound(maps, station.station);
-  if (own == maps.end() || *own != station.station) {
+  const std::optional<int> map = volume.map_of(station.station);
+  if (!map) {
     OwnDistances gathered{OmegaMap(view.size()), {}};
     std::ranges::copy(view.inverse(), gathered.omega.values().begin());
     gathered.confidence.assign(view.inverse().size(), kMinConfidence);
     return gathered;
   }
-  const auto map = static_cast<int>(own - maps.begin());
-  OwnDistances distances{omega_map_of(volume, map), {}};
+  OwnDistances distances{omega_map_of(volume, *map), {}};
   for (int theta = 0; theta < volume.size().width; ++theta) {
-    const auto column = volume.confidence_column(map, theta);
+    const auto column = volume.confidence_column(*map, theta);
     distances.confidence.insert(distances.confidence.end(), column.begin(), column.end());
   }
   believe_single_pixels(volume.size(), &distances.confidence);

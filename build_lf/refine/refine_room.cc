@@ -6,6 +6,7 @@
 #include <array>
 #include <iterator>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -80,12 +81,10 @@ class Refinement {
     const fs::path source =
         fs::absolute(options_.room)
             .lexically_relative(fs::absolute(without_trailing_slash(options_.out)));
-    std::size_t photographs = 0;
-    for (const Line& line : room_.grid().lines) photographs += line.stations.size();
     RoomManifest manifest = manifest_of_volumes(folder_.directory(), size, refined_.grid());
     manifest.refined = {.source = source,
                         .source_fingerprint = room_fingerprint(captured_),
-                        .source_stations = static_cast<int>(photographs),
+                        .source_stations = static_cast<int>(all_stations(room_.grid()).size()),
                         .hold_out = options_.hold_out,
                         .sharpening = sharpening};
     folder_.complete(manifest);
@@ -182,7 +181,7 @@ class Refinement {
         distance_volume_path(folder_.directory(), line.id, DistanceKind::kEstimated);
     if (fs::exists(distances)) return;
     std::vector<std::int32_t> all(kept.size());
-    for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::int32_t>(i);
+    std::iota(all.begin(), all.end(), 0);
     write_distance_volume(distances, line,
                           {.stations = std::move(all),
                            .size = size,

@@ -1,4 +1,4 @@
-#include "build_lf/export/voxel_points.h"
+#include "build_lf/export/point_cloud.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace {
 using ::testing::HasSubstr;
 
 TEST(VoxelPoints, AreTheWeightedMeansOfTheirCubes) {
-  VoxelPoints voxels(0.1, 1, 0);
+  VoxelPoints voxels(0.1);
   voxels.add({{0.01, 0.02, -0.03}, {100, 0, 10}, 100});
   voxels.add({{0.05, 0.02, -0.03}, {200, 0, 10}, 200});
   voxels.add({{0.15, 0.02, -0.03}, {1, 2, 3}, 64});
@@ -26,27 +26,18 @@ TEST(VoxelPoints, AreTheWeightedMeansOfTheirCubes) {
   EXPECT_NEAR(points[1].position_m.x(), 0.15, 2e-6);
 }
 
-// Shares of the cubes are disjoint and complete, and joining is as adding.
-TEST(VoxelPoints, InPartsAreTheSame) {
+TEST(VoxelPoints, JoiningIsAsAdding) {
   std::vector<CloudPoint> cloud;
   for (int i = 0; i < 500; ++i) {
     cloud.push_back({{0.013 * i, std::sin(i), 0.5 * std::cos(3.0 * i)}, {9, 8, 7}, 100});
   }
-  VoxelPoints whole(0.05, 1, 0);
-  VoxelPoints joined(0.05, 1, 0);
-  VoxelPoints other(0.05, 1, 0);
-  std::size_t parts = 0;
+  VoxelPoints whole(0.05);
+  VoxelPoints joined(0.05);
+  VoxelPoints other(0.05);
   for (const CloudPoint& point : cloud) whole.add(point);
   for (std::size_t i = 0; i < cloud.size(); ++i) (i % 3 == 0 ? joined : other).add(cloud[i]);
   joined.take(&other);
   EXPECT_EQ(other.size(), 0U);
-  for (int part = 0; part < 4; ++part) {
-    VoxelPoints share(0.05, 4, part);
-    for (const CloudPoint& point : cloud) share.add(point);
-    EXPECT_GT(share.size(), 0U);
-    parts += share.size();
-  }
-  EXPECT_EQ(parts, whole.size());
   ASSERT_EQ(joined.size(), whole.size());
   for (std::size_t i = 0; i < whole.size(); ++i) {
     EXPECT_EQ(joined.points()[i].position_m, whole.points()[i].position_m);
@@ -54,7 +45,7 @@ TEST(VoxelPoints, InPartsAreTheSame) {
 }
 
 TEST(VoxelPoints, TooFarToCountAreAnError) {
-  VoxelPoints voxels(0.001, 1, 0);
+  VoxelPoints voxels(0.001);
   EXPECT_THAT(error_of([&] {
                 voxels.add({{0, 0, 5000}, {}, 255});
               }),
