@@ -59,8 +59,11 @@ struct Derivation {
   std::string inputs{};                              // of what is not copied
 
   RayForm form_of(int line) const { return form.value_or(part.volume(line).form()); }
+  // What is stored as JPEG would lose once more. Volumes of other programs may lack checksums: to
+  // write other forms again gives them some.
   bool is_copied(int line) const {
-    return part.volume(line).form() == form_of(line) &&
+    return form_of(line).kind == RayForm::Kind::kJpeg &&
+           part.volume(line).form() == form_of(line) &&
            part.volume(line).stations() == room.volume(line).stations();
   }
 };

@@ -5,9 +5,9 @@
 #include <list>
 #include <utility>
 
+#include "core/room/station_image.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
-#include "core/room/station_image.h"
 
 namespace raywalk::build_lf {
 namespace {
