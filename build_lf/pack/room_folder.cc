@@ -38,7 +38,7 @@ OwnOutput own_room() { return {"a room", "manifest.json", "\"raywalk-room\"", is
 // The folder for a room at `out`, which must be free.
 fs::path made_folder(const fs::path& out, bool replace) {
   require_free(out, replace);
-  const fs::path folder = out.string() + ".partial";
+  fs::path folder = out.string() + ".partial";
   std::error_code error;
   fs::create_directory(folder, error);
   if (error) throw Error(fmt::format("cannot make {}: {}", folder.string(), error.message()));
