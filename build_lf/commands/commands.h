@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "build_lf/work_part.h"
+#include "build_lf/pack/work_part.h"
 
 namespace CLI {
 class App;

@@ -8,8 +8,8 @@
 
 #include "build_lf/commands/commands.h"
 #include "build_lf/depth/estimate_depth.h"
-#include "build_lf/distance_sets.h"
-#include "build_lf/gains/make_gains.h"
+#include "build_lf/exposure/make_gains.h"
+#include "build_lf/pack/distance_sets.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/parallel.h"

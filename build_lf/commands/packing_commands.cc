@@ -9,11 +9,11 @@
 #include <string_view>
 
 #include "build_lf/commands/commands.h"
-#include "build_lf/pack_room.h"
+#include "build_lf/pack/derived_room.h"
+#include "build_lf/pack/pack_room.h"
+#include "build_lf/quality/room_info.h"
 #include "build_lf/refine/make_room.h"
 #include "build_lf/refine/refine_room.h"
-#include "build_lf/repack_room.h"
-#include "build_lf/room_info.h"
 #include "core/base/escaped.h"
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"

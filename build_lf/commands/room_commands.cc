@@ -7,9 +7,9 @@
 
 #include "build_lf/commands/commands.h"
 #include "build_lf/export/export_room.h"
+#include "build_lf/quality/room_info.h"
+#include "build_lf/quality/room_verify.h"
 #include "build_lf/require/require_room.h"
-#include "build_lf/room_info.h"
-#include "build_lf/room_verify.h"
 #include "core/base/escaped.h"
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"

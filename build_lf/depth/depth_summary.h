@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "build_lf/depth/frame_checks.h"
+#include "build_lf/quality/frame_checks.h"
 #include "build_lf/depth/inverse_distance_map.h"
-#include "build_lf/gains/make_gains.h"
+#include "build_lf/exposure/make_gains.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
@@ -97,9 +97,6 @@ void require_usable(const DepthSummary& summary);
 
 // One sentence without a full stop: "92.8 % of the pixels within 1 px of parallax ...".
 std::string text_of(const TruthComparison& truth);
-
-// One sentence per finding: the fault, the files, and how the run handles it.
-std::vector<std::string> warnings_of(const Room& room, const FrameChecks& checks);
 
 // One sentence per line whose maps show almost no parallax, as when the camera did not move at all:
 // then all frames differ by noise only, which kNotMoved, relative to the line, cannot detect.

@@ -10,7 +10,9 @@ namespace raywalk::build_lf {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
 
 DepthSummary some_summary() {
@@ -111,6 +113,17 @@ TEST(DepthSummaryTest, TruthIsPresentIfCompared) {
   EXPECT_EQ(truth["elsewhere"][0]["median_error_px"], 2.5);
   ASSERT_EQ(truth["edges"].size(), 1U);
   EXPECT_EQ(truth["edges"][0]["pixels"], 10);
+}
+
+TEST(ParallaxWarningsTest, NameTheLinesWithoutParallax) {
+  const std::vector<MapSummary> maps{
+      {.line = "x0", .parallax_share = 0.005}, {.line = "x0", .parallax_share = 0.5},
+      {.line = "x1", .parallax_share = 0.9},   {.line = "z0", .parallax_share = 0.0},
+      {.line = "z0", .parallax_share = 0.009}, {.line = "z1", .parallax_share = 0.02}};
+  EXPECT_THAT(
+      parallax_warnings(maps, 81.49),
+      ElementsAre(AllOf(HasSubstr("line z0"), HasSubstr("81.5 m"), HasSubstr("did not move"))));
+  EXPECT_THAT(parallax_warnings({}, 81.49), IsEmpty());
 }
 
 }  // namespace

@@ -9,8 +9,8 @@
 
 #include "build_lf/depth/inverse_distance_map.h"
 #include "build_lf/depth/station_picture.h"
-#include "build_lf/distance_sets.h"
-#include "build_lf/volume_writer.h"
+#include "build_lf/pack/distance_sets.h"
+#include "build_lf/pack/volume_writer.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 #include "core/room/gain_fields.h"

@@ -15,7 +15,7 @@
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/partial_maps.h"
 #include "build_lf/depth/preparation.h"
-#include "build_lf/work_part.h"
+#include "build_lf/pack/work_part.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {

@@ -6,7 +6,7 @@
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/depth_summary.h"
 #include "build_lf/depth/depth_work.h"
-#include "build_lf/work_part.h"
+#include "build_lf/pack/work_part.h"
 
 namespace raywalk::build_lf {
 

@@ -9,7 +9,7 @@
 #include "build_lf/depth/file_memory.h"
 #include "build_lf/depth/map_fusion.h"
 #include "build_lf/depth/station_colours.h"
-#include "build_lf/depth/station_image.h"
+#include "core/room/station_image.h"
 #include "build_lf/depth/surface_choice.h"
 #include "build_lf/depth/sweep_depth.h"
 #include "core/base/interrupt.h"

@@ -9,7 +9,7 @@
 #include <opencv2/video/tracking.hpp>
 #include <optional>
 
-#include "build_lf/depth/station_image.h"
+#include "core/room/station_image.h"
 #include "core/base/parallel.h"
 #include "core/panorama/transposed_border.h"
 

@@ -4,22 +4,12 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
+#include "core/geometry/grid.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk::build_lf {
-
-// A station by its indices in Grid::lines and Line::stations.
-struct StationIndex {
-  int line = 0;
-  int station = 0;
-  friend bool operator==(StationIndex, StationIndex) = default;
-  friend bool operator<(StationIndex a, StationIndex b) {
-    return std::pair(a.line, a.station) < std::pair(b.line, b.station);
-  }
-};
 
 // Index of a pixel in the vectors of a map.
 inline std::size_t pixel_index(int theta, int phi, PanoramaSize size) {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
-#include "build_lf/depth/station_image.h"
+#include "core/room/station_image.h"
 
 namespace raywalk::build_lf {
 namespace {

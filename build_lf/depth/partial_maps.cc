@@ -9,7 +9,7 @@
 #include <span>
 #include <system_error>
 
-#include "build_lf/volume_writer.h"
+#include "build_lf/pack/volume_writer.h"
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"

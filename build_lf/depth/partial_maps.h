@@ -11,7 +11,7 @@
 #include "build_lf/depth/contradictions.h"
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/inverse_distance_map.h"
-#include "build_lf/work_part.h"
+#include "build_lf/pack/work_part.h"
 #include "core/files/file_lock.h"
 
 namespace raywalk::build_lf {

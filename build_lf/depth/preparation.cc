@@ -11,10 +11,10 @@
 #include <utility>
 
 #include "build_lf/depth/depth_summary.h"
-#include "build_lf/depth/station_links.h"
+#include "build_lf/quality/station_links.h"
 #include "build_lf/depth/sweep_depth.h"
-#include "build_lf/gains/make_gains.h"
-#include "build_lf/gains/room_gains.h"
+#include "build_lf/exposure/make_gains.h"
+#include "build_lf/exposure/room_gains.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 

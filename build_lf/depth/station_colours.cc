@@ -4,7 +4,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "build_lf/depth/station_image.h"
+#include "core/room/station_image.h"
 #include "build_lf/depth/station_picture.h"
 #include "core/panorama/transposed_border.h"
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "build_lf/depth/seen_surfaces.h"
-#include "build_lf/depth/station_image.h"
+#include "core/room/station_image.h"
 #include "core/base/parallel.h"
 #include "core/panorama/transposed_border.h"
 #include "core/room/distance_volume.h"

@@ -5,7 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "build_lf/depth/station_image.h"
+#include "core/room/station_image.h"
 #include "core/panorama/transposed_border.h"
 
 namespace raywalk::build_lf {

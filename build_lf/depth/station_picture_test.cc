@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "build_lf/depth/depth_test_room.h"
-#include "build_lf/depth/station_image.h"
+#include "core/room/station_image.h"
 #include "core/base/parallel.h"
 #include "core/panorama/transposed_border.h"
 

@@ -8,7 +8,7 @@
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/inverse_distance_map.h"
 #include "build_lf/depth/partial_maps.h"
-#include "build_lf/work_part.h"
+#include "build_lf/pack/work_part.h"
 #include "core/room/gain_fields.h"
 
 namespace raywalk::build_lf {

@@ -28,7 +28,7 @@ std::uint32_t image_id(std::size_t station, std::size_t face) {
 std::uint32_t camera_id(std::size_t face) { return static_cast<std::uint32_t>(face + 1); }
 
 std::string image_name(const ExportedStation& station, std::size_t face, bool jpeg) {
-  return fmt::format("{}/{}", kCubeFaces[face].name, picture_name(station, jpeg));
+  return fmt::format("{}/{}", kCubeFaces[face].name, station.file(jpeg));
 }
 
 // Every face has its own camera, as the sensors of a rig need.
@@ -130,13 +130,13 @@ void write_faces(const Room& room, const std::vector<ExportedStation>& stations,
   parallel_for(0, static_cast<int>(stations.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       const ExportedStation& station = stations[static_cast<std::size_t>(i)];
-      const auto faces = cutter.cut(station_picture(room, station, options.gains));
+      const auto faces = cutter.cut(station_picture(room, station.index, options.gains));
       for (std::size_t face = 0; face < faces.size(); ++face) {
         write_image(directory / "images" / image_name(station, face, options.jpeg), faces[face]);
       }
       if (masked) {
         // COLMAP looks for a picture's mask under its whole name and ".png".
-        const auto masks = cutter.cut_mask(station_mask(room, station), 0.0);
+        const auto masks = cutter.cut_mask(station_mask(room, station.index), 0.0);
         for (std::size_t face = 0; face < masks.size(); ++face) {
           write_image(directory / "masks" / (image_name(station, face, options.jpeg) + ".png"),
                       masks[face]);
@@ -161,7 +161,7 @@ ColmapModel colmap_model_of(const Room& room, const std::vector<ExportedStation>
                                                     {.points = options.points,
                                                     .face_px = face_px,
                                                     .most_error_px = kMostError_px,
-                                                    .limits = {options.max_distance_m},
+                                                    .max_distance_m = options.max_distance_m,
                                                     .gains = options.gains})) {
     add_point(point, &model);
   }

@@ -6,8 +6,8 @@
 #include <atomic>
 #include <cmath>
 
-#include "build_lf/export/export_points.h"
 #include "build_lf/export/exported_stations.h"
+#include "build_lf/export/point_cloud.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
@@ -63,12 +63,9 @@ int write_maps(const Room& room, const std::vector<ExportedStation>& stations,
   parallel_for(0, static_cast<int>(stations.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       const ExportedStation& station = stations[static_cast<std::size_t>(i)];
-      const DistanceVolume& volume = room.distances(station.line);
-      const auto with_maps = volume.stations();
-      const auto found = std::lower_bound(with_maps.begin(), with_maps.end(), station.station);
-      if (found != with_maps.end() && *found == station.station) {
-        const MapPictures pictures =
-            pictures_of(volume, static_cast<int>(found - with_maps.begin()));
+      const DistanceVolume& volume = room.distances(station.index.line);
+      if (const auto map = volume.map_of(station.index.station)) {
+        const MapPictures pictures = pictures_of(volume, *map);
         write_image(directory / "distances" / (station.name + ".png"), pictures.distance);
         write_image(directory / "confidence" / (station.name + ".png"), pictures.confidence);
         ++maps;
@@ -79,16 +76,38 @@ int write_maps(const Room& room, const std::vector<ExportedStation>& stations,
   return maps;
 }
 
+// Relative to the export, with '/'.
+std::string mask_file(const ExportedStation& station) { return "masks/" + station.file(false); }
+
+// Masks only where the room has pixels that are not to be used, then of all stations. Returns
+// whether there are any.
+bool write_panoramas(const Room& room, const std::vector<ExportedStation>& stations,
+                     const ExportOptions& options, const fs::path& directory) {
+  const bool masked = has_unusable_pixels(room);
+  make_directories(directory / "images");
+  if (masked) make_directories(directory / "masks");
+  Progress progress("Writing panoramas", std::ssize(stations), "panoramas");
+  parallel_for(0, static_cast<int>(stations.size()), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const ExportedStation& station = stations[static_cast<std::size_t>(i)];
+      write_image(directory / "images" / station.file(options.jpeg),
+                  station_picture(room, station.index, options.gains));
+      if (masked) write_image(directory / mask_file(station), station_mask(room, station.index));
+      progress.advance();
+    }
+  });
+  return masked;
+}
+
 }  // namespace
 
 std::string write_nerfstudio(const Room& room, const std::vector<ExportedStation>& stations,
                              const ExportOptions& options, const fs::path& directory) {
-  write_panoramas(room, stations, options, directory);
-  const bool masked = has_unusable_pixels(room);
+  const bool masked = write_panoramas(room, stations, options, directory);
   std::vector<NerfstudioFrame> frames;
   frames.reserve(stations.size());
   for (const ExportedStation& station : stations) {
-    frames.push_back({.file = panorama_file(station, options.jpeg),
+    frames.push_back({.file = "images/" + station.file(options.jpeg),
                       .mask = masked ? mask_file(station) : "",
                       .pose = station.pose()});
   }
@@ -105,15 +124,14 @@ std::string write_nerfstudio(const Room& room, const std::vector<ExportedStation
 
 std::string write_frames(const Room& room, const std::vector<ExportedStation>& stations,
                          const ExportOptions& options, const fs::path& directory) {
-  write_panoramas(room, stations, options, directory);
-  const bool masked = has_unusable_pixels(room);
+  const bool masked = write_panoramas(room, stations, options, directory);
   std::vector<ListedFrame> rows;
   rows.reserve(stations.size());
   for (const ExportedStation& station : stations) {
-    rows.push_back({.file = panorama_file(station, options.jpeg),
+    rows.push_back({.file = "images/" + station.file(options.jpeg),
                     .position_m = station.position_m,
                     .mask = masked ? mask_file(station) : "",
-                    .line = room.grid().lines[static_cast<std::size_t>(station.line)].id});
+                    .line = room.grid().line_of(station.index).id});
   }
   const int maps = write_maps(room, stations, directory);
   write_file_atomically(directory / "poses.csv", frame_list_text(rows));

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "build_lf/export/export_options.h"
+#include "build_lf/export/export_room.h"
 #include "build_lf/export/exported_stations.h"
 #include "core/room/room.h"
 

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <cstddef>
 
 #include "build_lf/export/export_colmap.h"
 #include "build_lf/export/export_frames.h"
-#include "build_lf/export/export_points.h"
 #include "build_lf/export/exported_stations.h"
-#include "build_lf/free_space.h"
+#include "build_lf/export/point_cloud.h"
+#include "build_lf/pack/free_space.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/output_folder.h"
@@ -22,6 +22,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// In the order of ExportFormat.
+constexpr std::array kFormatNames{"colmap", "nerfstudio", "frames", "ply"};
+constexpr std::array kWriters{&write_colmap, &write_nerfstudio, &write_frames};
+
+std::string name_of(ExportFormat format) { return kFormatNames[static_cast<std::size_t>(format)]; }
+
 constexpr const char* kMarker = "export.json";
 constexpr const char* kSignature = "\"raywalk-export\"";
 
@@ -32,16 +38,6 @@ bool is_part_of_export(const fs::path& relative, bool is_folder) {
   if (is_folder) return in_folder;
   const bool known = std::ranges::find(kExtensions, relative.extension()) != kExtensions.end();
   return known && (in_folder || !relative.has_parent_path());
-}
-
-void require_ranges(const ExportOptions& options) {
-  if (options.every < 1) throw UsageError("--every: give 1 or more");
-  if (options.points < 0) throw UsageError("--points: give 0 or more");
-  if (options.face_px < 0 || options.face_px % 2 != 0) {
-    throw UsageError("--face-px: give an even number of pixels, or 0 for that of the panoramas");
-  }
-  if (!(options.voxel_mm >= 0.01)) throw UsageError("--voxel-mm: give 0.01 or more");
-  if (!(options.max_distance_m >= 0.0)) throw UsageError("--max-distance-m: give 0 or more");
 }
 
 // Bytes that pictures take at least: photographs are stored in about a third of their pixels' bytes
@@ -65,9 +61,7 @@ std::string export_folder(const Room& room, const ExportOptions& options, const 
   require_space(directory, {.needed = least_bytes(room, stations.size(), options)},
                 options.free_bytes ? options.free_bytes(directory) : free_bytes(directory),
                 "the export");
-  const auto write = options.format == ExportFormat::kColmap       ? &write_colmap
-                     : options.format == ExportFormat::kNerfstudio ? &write_nerfstudio
-                                                                   : &write_frames;
+  const auto write = kWriters[static_cast<std::size_t>(options.format)];
   std::string written = write(room, stations, options, directory);
   write_file_atomically(
       directory / kMarker,
@@ -80,14 +74,27 @@ std::string export_folder(const Room& room, const ExportOptions& options, const 
 
 }  // namespace
 
-std::string export_room(const ExportOptions& options) {
-  require_ranges(options);
-  const fs::path out =
-      options.out.empty() ? default_export_name(options.room, options.format) : options.out;
-  const Room room = Room::open(options.room);
-  if (options.format != ExportFormat::kPly) {
-    return fmt::format("{}: {}", out.string(), export_folder(room, options, out));
+ExportFormat export_format_from_name(const std::string& name) {
+  const auto known = std::ranges::find(kFormatNames, name);
+  if (known != kFormatNames.end()) {
+    return static_cast<ExportFormat>(known - kFormatNames.begin());
   }
+  throw UsageError(
+      fmt::format("--format {}: unknown; give colmap, nerfstudio, frames or ply", excerpt(name)));
+}
+
+std::string export_room(const ExportOptions& options) {
+  if (options.face_px % 2 != 0) {
+    throw UsageError("--face-px: give an even number of pixels, or 0 for that of the panoramas");
+  }
+  const bool is_file = options.format == ExportFormat::kPly;
+  fs::path out = options.out;
+  if (out.empty()) {
+    const fs::path room = fs::absolute(without_trailing_slash(options.room)).lexically_normal();
+    out = room.stem().string() + (is_file ? "." : "-") + name_of(options.format);
+  }
+  const Room room = Room::open(options.room);
+  if (!is_file) return fmt::format("{}: {}", out.string(), export_folder(room, options, out));
   if (!options.replace) require_absent(out, "--out");
   require_replaceable_file(out, "an export", kPointsSignature);
   return fmt::format("{}: {} points", out.string(), write_points(room, options, out));

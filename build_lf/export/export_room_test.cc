@@ -12,7 +12,6 @@
 #include <optional>
 #include <set>
 
-#include "build_lf/export/export_points.h"
 #include "calibrate/import/import_poses.h"
 #include "core/base/child_process.h"
 #include "core/base/test_error.h"

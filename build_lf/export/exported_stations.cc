@@ -4,12 +4,9 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "core/base/parallel.h"
-#include "core/base/progress.h"
-#include "core/evaluate/held_out.h"
-#include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
-#include "core/files/image_file.h"
+#include "core/geometry/panorama_pixels.h"
+#include "core/room/station_image.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -33,83 +30,53 @@ void leave_out(const LeftOutPixels& left_out, int station, cv::Mat* mask) {
 std::vector<ExportedStation> exported_stations(const Room& room, int every) {
   std::vector<ExportedStation> stations;
   std::vector<std::string> files;
-  for (std::size_t line = 0; line < room.grid().lines.size(); ++line) {
-    const std::vector<Station>& of_line = room.grid().lines[line].stations;
-    for (std::size_t i = 0; i < of_line.size(); i += static_cast<std::size_t>(every)) {
-      stations.push_back({.line = static_cast<int>(line),
-                          .station = static_cast<int>(i),
-                          .position_m = of_line[i].position_m});
-      files.push_back(of_line[i].file);
-    }
+  for (const StationIndex index : all_stations(room.grid())) {
+    if (index.station % every != 0) continue;
+    const Station& station = room.grid().station(index);
+    stations.push_back({.index = index, .position_m = station.position_m});
+    files.push_back(station.file);
   }
   const std::vector<std::string> names = frame_names(files, room.directory());
   for (std::size_t i = 0; i < stations.size(); ++i) stations[i].name = names[i];
   return stations;
 }
 
-cv::Mat station_columns(const Room& room, int line, int station, bool gains) {
-  const LineVolume& volume = room.volume(line);
-  cv::Mat columns = captured_columns(volume, station);
+cv::Mat station_columns(const Room& room, StationIndex station, bool gains) {
+  cv::Mat columns = captured_columns(room.volume(station.line), station.station);
   if (gains && !room.gains().empty()) {
-    const std::vector<GainField>& fields = room.gains()[static_cast<std::size_t>(line)];
-    apply_gains(fields[static_cast<std::size_t>(station)], &columns);
+    const std::vector<GainField>& fields = room.gains()[static_cast<std::size_t>(station.line)];
+    apply_gains(fields[static_cast<std::size_t>(station.station)], &columns);
   }
   return columns;
 }
 
-cv::Mat station_picture(const Room& room, const ExportedStation& station, bool gains) {
+cv::Mat station_picture(const Room& room, StationIndex station, bool gains) {
   cv::Mat picture;
-  cv::cvtColor(station_columns(room, station.line, station.station, gains).t(), picture,
-               cv::COLOR_RGB2BGR);
+  cv::cvtColor(station_columns(room, station, gains).t(), picture, cv::COLOR_RGB2BGR);
   return picture;
 }
 
-bool has_unusable_pixels(const Room& room) {
-  if (room.masked()) return true;
-  for (std::size_t line = 0; line < room.grid().lines.size(); ++line) {
-    const LeftOutPixels& left_out = room.distances(static_cast<int>(line)).left_out();
-    for (int i = 0; i < room.volume(static_cast<int>(line)).stations(); ++i) {
-      if (left_out.any(i)) return true;
-    }
-  }
-  return false;
+std::array<std::uint8_t, 3> colour_at(const cv::Mat& columns, const Eigen::Vector3d& direction) {
+  const PanoramaSize size{columns.rows, columns.cols};  // transposed
+  const PixelsAround pixels =
+      pixels_around(pixel_from_angles(angles_from_direction(direction), size), size);
+  const cv::Vec3b colour = columns.at<cv::Vec3b>(pixels.nearest_column(), pixels.nearest_row());
+  return {colour[0], colour[1], colour[2]};
 }
 
-cv::Mat station_mask(const Room& room, const ExportedStation& station) {
+bool has_unusable_pixels(const Room& room) {
+  return room.masked() || std::ranges::any_of(all_stations(room.grid()), [&](StationIndex at) {
+           return room.distances(at.line).left_out().any(at.station);
+         });
+}
+
+cv::Mat station_mask(const Room& room, StationIndex station) {
   const LineVolume& volume = room.volume(station.line);
-  cv::Mat mask = captured_mask(volume, station.station);
-  if (mask.empty()) {
-    mask = cv::Mat(volume.panorama().height, volume.panorama().width, CV_8UC1, cv::Scalar(255));
-  }
+  const auto [width, height] = volume.panorama();
+  cv::Mat mask = volume.masked() ? cv::Mat(captured_validity(volume, station.station).t())
+                                 : cv::Mat(height, width, CV_8UC1, cv::Scalar(255));
   leave_out(room.distances(station.line).left_out(), station.station, &mask);
   return mask;
-}
-
-std::string picture_name(const ExportedStation& station, bool jpeg) {
-  return station.name + (jpeg ? ".jpg" : ".png");
-}
-
-std::string panorama_file(const ExportedStation& station, bool jpeg) {
-  return "images/" + picture_name(station, jpeg);
-}
-
-std::string mask_file(const ExportedStation& station) { return "masks/" + station.name + ".png"; }
-
-void write_panoramas(const Room& room, const std::vector<ExportedStation>& stations,
-                     const ExportOptions& options, const std::filesystem::path& directory) {
-  const bool masked = has_unusable_pixels(room);
-  make_directories(directory / "images");
-  if (masked) make_directories(directory / "masks");
-  Progress progress("Writing panoramas", static_cast<std::int64_t>(stations.size()), "panoramas");
-  parallel_for(0, static_cast<int>(stations.size()), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      const ExportedStation& station = stations[static_cast<std::size_t>(i)];
-      write_image(directory / panorama_file(station, options.jpeg),
-                  station_picture(room, station, options.gains));
-      if (masked) write_image(directory / mask_file(station), station_mask(room, station));
-      progress.advance();
-    }
-  });
 }
 
 }  // namespace raywalk::build_lf

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <optional>
 
+#include "build_lf/export/station_surface.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/geometry/panorama_pixels.h"
@@ -25,22 +26,15 @@ struct MappedStation {
   StationSurface surface;
 };
 
-std::optional<int> map_of(const DistanceVolume& distances, int station) {
-  const auto stations = distances.stations();
-  const auto found = std::lower_bound(stations.begin(), stations.end(), station);
-  if (found == stations.end() || *found != station) return std::nullopt;
-  return static_cast<int>(found - stations.begin());
-}
-
 std::vector<MappedStation> mapped_stations(const Room& room,
                                            const std::vector<ExportedStation>& stations,
-                                           SurfaceLimits limits) {
+                                           double max_distance_m) {
   std::vector<MappedStation> mapped;
   for (std::size_t i = 0; i < stations.size(); ++i) {
-    const auto map = map_of(room.distances(stations[i].line), stations[i].station);
-    if (map) {
-      mapped.push_back({static_cast<int>(i), StationSurface(room, stations[i].line, *map, limits)});
-    }
+    const StationIndex index = stations[i].index;
+    const auto map = room.distances(index.line).map_of(index.station);
+    if (!map) continue;
+    mapped.push_back({static_cast<int>(i), StationSurface(room, index, *map, max_distance_m)});
   }
   return mapped;
 }
@@ -91,7 +85,7 @@ class PointSampler {
         exported_(stations),
         search_(search),
         faces_(cube_faces()),
-        stations_(mapped_stations(room, stations, search.limits)) {}
+        stations_(mapped_stations(room, stations, search.max_distance_m)) {}
 
   std::vector<ObservedPoint> sample() const {
     std::vector<std::vector<ObservedPoint>> points(stations_.size());
@@ -114,9 +108,12 @@ class PointSampler {
   std::vector<ObservedPoint> points_of(std::size_t station) const {
     const MappedStation& own = stations_[station];
     const ExportedStation& exported = exported_[static_cast<std::size_t>(own.exported)];
-    const cv::Mat columns = station_columns(room_, exported.line, exported.station, search_.gains);
+    const cv::Mat columns = station_columns(room_, exported.index, search_.gains);
     const std::vector<std::size_t> others = nearest_others(stations_, station);
-    const int count = std::max(1, search_.points / static_cast<int>(stations_.size()));
+    const auto tried_before = [&](std::size_t stations) {
+      return static_cast<std::size_t>(search_.points) * stations / stations_.size();
+    };
+    const auto count = static_cast<int>(tried_before(station + 1) - tried_before(station));
     std::vector<ObservedPoint> points;
     for (int i = 0; i < count; ++i) {
       auto point = point_near(own, spiral_direction(i, count, station));

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "build_lf/export/exported_stations.h"
-#include "build_lf/export/station_surface.h"
 #include "core/reconstruction/panorama_faces.h"
 #include "core/room/room.h"
 
@@ -28,10 +27,10 @@ struct ObservedPoint {
 };
 
 struct PointSearch {
-  int points = 100'000;        // pixels that are tried, of all maps together
-  int face_px = 512;           // side of the faces
-  double most_error_px = 0.5;  // of an observation
-  SurfaceLimits limits{};
+  int points = 100'000;         // pixels that are tried, of all maps together
+  int face_px = 512;            // side of the faces
+  double most_error_px = 0.5;   // of an observation
+  double max_distance_m = 0.0;  // of a point from its station; 0: any
   bool gains = true;
 };
 

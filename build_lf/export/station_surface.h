@@ -1,8 +1,7 @@
-// The surface that a station's distance map shows, as coloured points.
+// The surface that a station's distance map shows.
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -12,28 +11,22 @@
 
 namespace raywalk::build_lf {
 
-// Which pixels of distance maps count.
-struct SurfaceLimits {
-  double max_distance_m = 0.0;  // from the station; 0: any
-};
-
 // One map of a room, which has to outlive it. Pixels count that views use: of sufficient confidence
-// (kMinConfidence), with a surface, not masked and not left out.
+// (kMinConfidence), with a surface, not masked and not left out, and at most `max_distance_m` from
+// the station (0: at any distance).
 class StationSurface {
  public:
-  StationSurface(const Room& room, int line, int map, SurfaceLimits limits);
+  // `map` is the station's among those of its line.
+  StationSurface(const Room& room, StationIndex station, int map, double max_distance_m);
 
-  PanoramaSize size() const { return size_; }
-  int station() const { return station_; }  // of the line
+  PanoramaSize size() const { return distances_->size(); }
   const Eigen::Vector3d& position_m() const { return position_m_; }
 
-  // Distance from the station along the ray; none where no pixel counts. theta in [0, width), row
-  // in [0, height).
-  std::optional<double> distance_m(int theta, int row) const;
   std::uint8_t confidence(int theta, int row) const;
   // The unit direction of a pixel's centre.
   Eigen::Vector3d direction(int theta, int row) const;
-  // The point of the world that the pixel shows.
+  // The point of the world that the pixel shows; none where no pixel counts. theta in [0, width),
+  // row in [0, height).
   std::optional<Eigen::Vector3d> point_m(int theta, int row) const;
 
   // The point of the surface that is nearest to `point`, by the plane through the pixel that shows
@@ -42,19 +35,15 @@ class StationSurface {
   std::optional<Eigen::Vector3d> nearest_point_m(const Eigen::Vector3d& point_m) const;
 
  private:
-  bool same_surface(double a_m, double b_m) const;
-  std::optional<Eigen::Vector3d> neighbour(int theta, int row, double distance_m) const;
+  std::optional<double> distance_m(int theta, int row) const;
+  // The pixel's point if it is on one surface with what is `distance_m` away beside it.
+  std::optional<Eigen::Vector3d> point_near(int theta, int row, double distance_m) const;
 
   const DistanceVolume* distances_;
   int map_;
-  int station_;
-  SurfaceLimits limits_;
-  PanoramaSize size_;
+  double max_distance_m_;
   Eigen::Vector3d position_m_;
   cv::Mat usable_;  // CV_8UC1 of the map's size [row][theta]
 };
-
-// The colour that a station shows in a direction: red, green, blue. `columns` as station_columns.
-std::array<std::uint8_t, 3> colour_at(const cv::Mat& columns, const Eigen::Vector3d& direction);
 
 }  // namespace raywalk::build_lf

@@ -240,10 +240,7 @@ DevelopedImage develop_image(const Room& room, const Exposure* exposure, Station
   const PanoramaSize size = distances.size();
   const auto rows = static_cast<std::size_t>(size.height);
   const Latitudes latitudes(size.height);
-  const Eigen::Vector3d station_m = room.grid()
-                                        .lines[static_cast<std::size_t>(station.line)]
-                                        .stations[static_cast<std::size_t>(station.station)]
-                                        .position_m;
+  const Eigen::Vector3d station_m = room.grid().station(station).position_m;
   DevelopedImage image{cv::Mat(size.width, size.height, CV_16UC3),
                        cv::Mat(size.width, size.height, CV_16UC3, cv::Scalar::all(0)),
                        cv::Mat1b(size.width, size.height)};

@@ -5,8 +5,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "build_lf/depth/depth_test_room.h"
-#include "build_lf/depth/station_image.h"
 #include "build_lf/refine/refine_plan.h"
+#include "core/room/station_image.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -1,27 +1,27 @@
 #include "build_lf/refine/developed_station.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
-#include <fstream>
+#include <cstdint>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
+#include <span>
 #include <string>
-#include <string_view>
+#include <vector>
 
-#include "build_lf/depth/station_image.h"
+#include "build_lf/pack/volume_writer.h"
 #include "build_lf/refine/developed_image.h"
 #include "build_lf/refine/refine_plan.h"
 #include "build_lf/refine/sharpening.h"
-#include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/geometry/sphere.h"
 #include "core/panorama/transposed_border.h"
 #include "core/room/distance_maps.h"
+#include "core/room/hdf5_file.h"
+#include "core/room/station_image.h"
 #include "core/view/distance_view.h"
 
 namespace raywalk::build_lf {
@@ -53,18 +53,16 @@ void believe_single_pixels(PanoramaSize size, std::vector<std::uint8_t>* confide
 // Its own map; without one, what the maps around it show.
 OwnDistances distances_of(const Room& room, StationIndex station, const SourceView& view) {
   const DistanceVolume& volume = room.distances(station.line);
-  const auto maps = volume.stations();
-  const auto own = std::ranges::lower_bound(maps, station.station);
-  if (own == maps.end() || *own != station.station) {
+  const std::optional<int> map = volume.map_of(station.station);
+  if (!map) {
     OwnDistances gathered{OmegaMap(view.size()), {}};
     std::ranges::copy(view.inverse(), gathered.omega.values().begin());
     gathered.confidence.assign(view.inverse().size(), kMinConfidence);
     return gathered;
   }
-  const auto map = static_cast<int>(own - maps.begin());
-  OwnDistances distances{omega_map_of(volume, map), {}};
+  OwnDistances distances{omega_map_of(volume, *map), {}};
   for (int theta = 0; theta < volume.size().width; ++theta) {
-    const auto column = volume.confidence_column(map, theta);
+    const auto column = volume.confidence_column(*map, theta);
     distances.confidence.insert(distances.confidence.end(), column.begin(), column.end());
   }
   believe_single_pixels(volume.size(), &distances.confidence);
@@ -134,17 +132,19 @@ OwnPhotograph photograph_of(const Room& room, StationIndex station) {
   return own;
 }
 
-void read_into(std::string_view* text, void* to, std::size_t bytes, const fs::path& file) {
-  if (text->size() < bytes) {
-    throw Error(fmt::format("{}: is cut off; remove it and run the command again", file.string()));
-  }
-  std::memcpy(to, text->data(), bytes);
-  text->remove_prefix(bytes);
+// The values of a stored station are slabs of datasets of one slab.
+template <typename T>
+void write_values(Hdf5File* file, const char* name, ElementType type,
+                  const std::vector<T>& values) {
+  file->create_contiguous(name, type, {1, values.size()});
+  file->write_slab(name, 0, values.data());
 }
 
 template <typename T>
-std::string_view bytes_of(const std::vector<T>& values) {
-  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
+std::vector<T> read_values(const Hdf5File& file, const char* name, ElementType type) {
+  std::vector<T> values(file.shape_of(name).back());
+  file.read_slab(name, 0, type, std::as_writable_bytes(std::span(values)));
+  return values;
 }
 
 }  // namespace
@@ -170,41 +170,42 @@ DevelopedStation develop_station(const Room& room, const Exposure* exposure, Sta
   return developed;
 }
 
-void store_developed(const fs::path& file, const DevelopedStation& station) {
-  std::string text(reinterpret_cast<const char*>(&station.sharpening), sizeof(double));
-  text += bytes_of(station.rays.rays);
-  text += bytes_of(station.distances.distance_m);
-  text += bytes_of(station.distances.confidence);
-  text += bytes_of(station.rays.valid_rows);
-  write_file_atomically(file, text);
-}
-
-DevelopedStation load_developed(const fs::path& file, int width) {
-  const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(width / 2);
-  const std::string text =
-      read_file(file, sizeof(double) + 8 * pixels + 8 * static_cast<std::size_t>(width));
-  std::string_view left = text;
-  DevelopedStation station;
-  station.rays.rays.resize(3 * pixels);
-  station.distances.distance_m.resize(pixels);
-  station.distances.confidence.resize(pixels);
-  read_into(&left, &station.sharpening, sizeof(double), file);
-  read_into(&left, station.rays.rays.data(), 3 * pixels, file);
-  read_into(&left, station.distances.distance_m.data(), sizeof(float) * pixels, file);
-  read_into(&left, station.distances.confidence.data(), pixels, file);
-  if (!left.empty()) {
-    station.rays.valid_rows.resize(2 * static_cast<std::size_t>(width));
-    read_into(&left, station.rays.valid_rows.data(), left.size(), file);
+void store_developed(const fs::path& file, const DevelopedStation& station,
+                     const std::string& inputs) {
+  AtomicFile output(file);
+  Hdf5File hdf5 = Hdf5File::create(output.temporary_path());
+  hdf5.write_attribute("/", kInputsAttribute, inputs);
+  hdf5.write("sharpening", std::vector{station.sharpening});
+  write_values(&hdf5, "rays", ElementType::kUint8, station.rays.rays);
+  write_values(&hdf5, "distance_m", ElementType::kFloat32, station.distances.distance_m);
+  write_values(&hdf5, "confidence", ElementType::kUint8, station.distances.confidence);
+  if (!station.rays.valid_rows.empty()) {
+    write_values(&hdf5, "valid_rows", ElementType::kInt32, station.rays.valid_rows);
   }
-  station.distances.sha256 =
-      checksum_of_distances(station.distances.distance_m, station.distances.confidence);
-  return station;
+  hdf5.close();
+  output.commit();
 }
 
-double stored_sharpening(const fs::path& file) {
-  double sharpening = 0.0;
-  std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(&sharpening), sizeof(double));
-  return sharpening;
+StationRays developed_rays(const fs::path& file) {
+  const Hdf5File hdf5 = Hdf5File::open(file);
+  StationRays rays{read_values<std::uint8_t>(hdf5, "rays", ElementType::kUint8)};
+  if (hdf5.has_dataset("valid_rows")) {
+    rays.valid_rows = read_values<std::int32_t>(hdf5, "valid_rows", ElementType::kInt32);
+  }
+  return rays;
+}
+
+StationDistances developed_distances(const fs::path& file) {
+  const Hdf5File hdf5 = Hdf5File::open(file);
+  StationDistances distances{read_values<float>(hdf5, "distance_m", ElementType::kFloat32),
+                             read_values<std::uint8_t>(hdf5, "confidence", ElementType::kUint8),
+                             {}};
+  distances.sha256 = checksum_of_distances(distances.distance_m, distances.confidence);
+  return distances;
+}
+
+double developed_sharpening(const fs::path& file) {
+  return Hdf5File::open(file).read<double>("sharpening").at(0);
 }
 
 OmegaMap enlarged(const OmegaMap& map, int width) {

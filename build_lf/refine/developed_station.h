@@ -1,12 +1,11 @@
 // A developed station, kept in the working directory until its line is written.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
-#include <vector>
+#include <string>
 
+#include "build_lf/pack/station_data.h"
 #include "build_lf/refine/source_views.h"
-#include "build_lf/station_data.h"
 #include "core/room/distance_maps.h"
 #include "core/room/room.h"
 #include "core/view/exposure.h"
@@ -23,12 +22,15 @@ struct DevelopedStation {
 DevelopedStation develop_station(const Room& room, const Exposure* exposure, StationIndex station,
                                  int width, SourceViews* views);
 
-// Stores it, atomically. Throws Error if it cannot be written.
-void store_developed(const std::filesystem::path& file, const DevelopedStation& station);
+// Stores it, atomically, with the inputs that inputs_of() reads. Throws Error if it cannot be
+// written.
+void store_developed(const std::filesystem::path& file, const DevelopedStation& station,
+                     const std::string& inputs);
 
-// A stored one of that width. Throws Error naming the file if it is damaged.
-DevelopedStation load_developed(const std::filesystem::path& file, int width);
-double stored_sharpening(const std::filesystem::path& file);
+// What is stored of one. Throw Error naming the file if it is damaged.
+StationRays developed_rays(const std::filesystem::path& file);
+StationDistances developed_distances(const std::filesystem::path& file);
+double developed_sharpening(const std::filesystem::path& file);
 
 // The map at another, larger width: inverse distances are interpolated between neighbours on one
 // surface (resized), and steps, which would be stairs of the map's pixels, are smoothed by medians

@@ -5,11 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <set>
 
+#include "build_lf/pack/volume_writer.h"
 #include "core/base/error.h"
-#include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
@@ -86,32 +87,24 @@ TEST(DevelopedStationTest, WithoutAMapOfItsOwnItTakesThoseAround) {
   EXPECT_GT(near, own.distances.distance_m.size() * 97 / 100);
 }
 
-TEST(DevelopedStationTest, IsStoredAsItIs) {
+TEST(DevelopedStationTest, IsStoredAsItIsAndDamageIsNoticed) {
   const TestDirectory directory;
+  const std::filesystem::path file = directory / "a.h5";
   for (const bool masked : {false, true}) {
     const DevelopedStation station = station_of(masked);
-    store_developed(directory / "a.developed", station);
-    const DevelopedStation loaded = load_developed(directory / "a.developed", 8);
-    EXPECT_EQ(loaded.rays.rays, station.rays.rays);
-    EXPECT_EQ(loaded.rays.valid_rows, station.rays.valid_rows);
-    EXPECT_EQ(loaded.distances.distance_m, station.distances.distance_m);
-    EXPECT_EQ(loaded.distances.confidence, station.distances.confidence);
-    EXPECT_EQ(loaded.distances.sha256,
+    store_developed(file, station, "made from this");
+    EXPECT_EQ(developed_rays(file).rays, station.rays.rays);
+    EXPECT_EQ(developed_rays(file).valid_rows, station.rays.valid_rows);
+    const StationDistances distances = developed_distances(file);
+    EXPECT_EQ(distances.distance_m, station.distances.distance_m);
+    EXPECT_EQ(distances.confidence, station.distances.confidence);
+    EXPECT_EQ(distances.sha256,
               checksum_of_distances(station.distances.distance_m, station.distances.confidence));
-    EXPECT_EQ(stored_sharpening(directory / "a.developed"), 1.25);
+    EXPECT_EQ(developed_sharpening(file), 1.25);
+    EXPECT_EQ(inputs_of(file), "made from this");
   }
-}
-
-TEST(DevelopedStationTest, DamageIsNoticed) {
-  const TestDirectory directory;
-  store_developed(directory / "a.developed", station_of(true));
-  const std::string text = read_file(directory / "a.developed");
-  for (const std::size_t bytes : {std::size_t{0}, std::size_t{7}, text.size() / 2}) {
-    write_file_atomically(directory / "a.developed", text.substr(0, bytes));
-    EXPECT_THROW(load_developed(directory / "a.developed", 8), Error) << bytes;
-  }
-  write_file_atomically(directory / "a.developed", text + "more");
-  EXPECT_THROW(load_developed(directory / "a.developed", 8), Error);
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
+  EXPECT_THROW(developed_rays(file), Error);
 }
 
 }  // namespace

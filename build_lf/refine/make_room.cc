@@ -6,11 +6,10 @@
 #include <algorithm>
 
 #include "build_lf/depth/estimate_depth.h"
-#include "build_lf/distance_sets.h"
-#include "build_lf/pack_room.h"
+#include "build_lf/pack/distance_sets.h"
+#include "build_lf/pack/pack_room.h"
+#include "build_lf/quality/room_info.h"
 #include "build_lf/refine/refine_room.h"
-#include "build_lf/reused_lines.h"
-#include "build_lf/room_info.h"
 #include "core/base/escaped.h"
 #include "core/files/output_folder.h"
 #include "core/room/refined_record.h"

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "build_lf/pack_plan.h"
+#include "build_lf/pack/pack_plan.h"
 
 namespace raywalk::build_lf {
 

@@ -39,8 +39,7 @@ KeptStations with_maps(const Room& room) {
 }  // namespace
 
 KeptStations stations_to_develop(const Room& room, int stations) {
-  std::size_t captured = 0;
-  for (const Line& line : room.grid().lines) captured += line.stations.size();
+  const std::size_t captured = all_stations(room.grid()).size();
   if (stations < 0 || stations > static_cast<int>(captured)) {
     throw UsageError(fmt::format("--stations {}: the room has {} stations", stations, captured));
   }
@@ -76,19 +75,11 @@ int developed_width(PanoramaSize captured, int asked) {
 }
 
 std::vector<StationIndex> sources_of(const Grid& grid, StationIndex station, double surfaces_m) {
-  const auto position_of = [&](StationIndex of) {
-    return grid.lines[static_cast<std::size_t>(of.line)]
-        .stations[static_cast<std::size_t>(of.station)]
-        .position_m;
-  };
-  const Eigen::Vector3d here_m = position_of(station);
+  const Eigen::Vector3d here_m = grid.station(station).position_m;
   std::vector<std::pair<double, StationIndex>> others;
-  for (int line = 0; line < static_cast<int>(grid.lines.size()); ++line) {
-    const auto& stations = grid.lines[static_cast<std::size_t>(line)].stations;
-    for (int i = 0; i < static_cast<int>(stations.size()); ++i) {
-      if (StationIndex{line, i} == station) continue;
-      others.emplace_back((position_of({line, i}) - here_m).norm(), StationIndex{line, i});
-    }
+  for (const StationIndex other : all_stations(grid)) {
+    if (other == station) continue;
+    others.emplace_back((grid.station(other).position_m - here_m).norm(), other);
   }
   std::ranges::sort(others);
   // Stations of two lines at their crossing are at one place, where nothing is hidden.

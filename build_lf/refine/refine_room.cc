@@ -6,22 +6,22 @@
 #include <array>
 #include <iterator>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <vector>
 
-#include "build_lf/free_space.h"
-#include "build_lf/pack_room.h"
-#include "build_lf/partial_room.h"
+#include "build_lf/pack/free_space.h"
+#include "build_lf/pack/pack_room.h"
+#include "build_lf/pack/room_folder.h"
+#include "build_lf/pack/volume_writer.h"
 #include "build_lf/refine/developed_station.h"
 #include "build_lf/refine/refine_plan.h"
-#include "build_lf/volume_writer.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/interrupt.h"
 #include "core/base/number_text.h"
 #include "core/base/progress.h"
 #include "core/evaluate/held_out.h"
-#include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/output_folder.h"
 #include "core/room/refined_record.h"
@@ -46,13 +46,9 @@ class Refinement {
         kept_(stations_to_develop(room_, options.stations)),
         refined_(room_.subset(kept_)),
         width_(developed_width(room_.panorama(), options.width)),
-        partial_(options.out, fingerprint(), options.replace, use) {
-    for (int line = 0; line < static_cast<int>(kept_.size()); ++line) {
-      for (const int station : kept_[static_cast<std::size_t>(line)]) {
-        stations_.push_back({line, station});
-      }
-    }
-  }
+        inputs_(fingerprint()),
+        stations_(stations_of(kept_)),
+        folder_(options.out, volumes(), options.replace, use) {}
 
   // Develops those of the part that are not. Returns how many stations the part has.
   std::size_t develop(WorkPart part) {
@@ -67,7 +63,7 @@ class Refinement {
       throw_if_interrupted();
       if (!fs::exists(file_of(station))) {
         store_developed(file_of(station),
-                        develop_station(room_, exposure.get(), station, width_, &views));
+                        develop_station(room_, exposure.get(), station, width_, &views), inputs_);
       }
       progress.advance();
     }
@@ -76,7 +72,6 @@ class Refinement {
 
   // Makes the room of what is developed.
   void complete() {
-    const fs::path& out = partial_.directory();
     std::array<double, 2> sharpening{2.0, 0.0};
     Progress progress("storing", 2 * static_cast<std::int64_t>(stations_.size()), "images");
     for (int line = 0; line < static_cast<int>(kept_.size()); ++line) {
@@ -86,17 +81,13 @@ class Refinement {
     const fs::path source =
         fs::absolute(options_.room)
             .lexically_relative(fs::absolute(without_trailing_slash(options_.out)));
-    std::size_t photographs = 0;
-    for (const Line& line : room_.grid().lines) photographs += line.stations.size();
-    RoomManifest manifest = manifest_of_volumes(out, size, refined_.grid());
+    RoomManifest manifest = manifest_of_volumes(folder_.directory(), size, refined_.grid());
     manifest.refined = {.source = source,
                         .source_fingerprint = room_fingerprint(captured_),
-                        .source_stations = static_cast<int>(photographs),
+                        .source_stations = static_cast<int>(all_stations(room_.grid()).size()),
                         .hold_out = options_.hold_out,
                         .sharpening = sharpening};
-    write_file_atomically(manifest_path(out), manifest_to_json(manifest));
-    Room::open(out);  // checks that the result can be opened
-    partial_.complete();
+    folder_.complete(manifest);
   }
 
  private:
@@ -124,9 +115,35 @@ class Refinement {
                                   manifest_to_json(refined_.manifest()), distances_sha256(room_)));
   }
 
+  static std::vector<StationIndex> stations_of(const KeptStations& kept) {
+    std::vector<StationIndex> stations;
+    for (int line = 0; line < static_cast<int>(kept.size()); ++line) {
+      for (const int station : kept[static_cast<std::size_t>(line)]) {
+        stations.push_back({line, station});
+      }
+    }
+    return stations;
+  }
+
+  // Of a developed station, relative to the room.
+  static fs::path name_of_file(StationIndex station) {
+    return fs::path(kDevelopedDirectory) / fmt::format("{}-{}.h5", station.line, station.station);
+  }
+
   fs::path file_of(StationIndex station) const {
-    return partial_.directory() / kDevelopedDirectory /
-           fmt::format("{}-{}{}", station.line, station.station, kDevelopedExtension);
+    return folder_.directory() / name_of_file(station);
+  }
+
+  std::vector<PlannedVolume> volumes() const {
+    std::vector<PlannedVolume> volumes;
+    for (const StationIndex station : stations_) {
+      volumes.push_back({name_of_file(station), inputs_});
+    }
+    for (const Line& line : refined_.grid().lines) {
+      volumes.push_back({line_volume_path("", line.id), inputs_});
+      volumes.push_back({distance_volume_path("", line.id, DistanceKind::kEstimated), inputs_});
+    }
+    return volumes;
   }
 
   void require_space() const {
@@ -136,42 +153,42 @@ class Refinement {
         std::ranges::count_if(stations_, [&](StationIndex at) { return fs::exists(file_of(at)); }));
     const std::uint64_t all = stations_.size() * pixels * (kDevelopedBytes + kStoredBytes);
     const std::uint64_t developed = there * pixels * kDevelopedBytes;
-    build_lf::require_space(partial_.directory(), {.needed = all - developed, .there = developed},
-                            free_bytes(partial_.directory()));
+    build_lf::require_space(folder_.directory(), {.needed = all - developed, .there = developed},
+                            free_bytes(folder_.directory()));
   }
 
   void write_line(int index, std::array<double, 2>* sharpening, Progress* progress) {
     const Line& line = refined_.grid().lines[static_cast<std::size_t>(index)];
     const std::vector<int>& kept = kept_[static_cast<std::size_t>(index)];
     const PanoramaSize size{width_, width_ / 2};
-    const auto loaded = [&](std::size_t i) {
-      return load_developed(file_of({index, kept[i]}), width_);
-    };
+    const auto file = [&](std::size_t i) { return file_of({index, kept[i]}); };
     for (std::size_t i = 0; i < kept.size(); ++i) {
-      const double amount = stored_sharpening(file_of({index, kept[i]}));
+      const double amount = developed_sharpening(file(i));
       (*sharpening)[0] = std::min((*sharpening)[0], amount);
       (*sharpening)[1] = std::max((*sharpening)[1], amount);
     }
-    const fs::path rays = line_volume_path(partial_.directory(), line.id);
+    const fs::path rays = line_volume_path(folder_.directory(), line.id);
     if (!fs::exists(rays)) {
       write_line_volume(rays, line,
                         {.panorama = size,
                          .masked = room_.masked(),
-                         .read = [&](std::size_t i) { return loaded(i).rays; },
-                         .form = options_.form},
+                         .read = [&](std::size_t i) { return developed_rays(file(i)); },
+                         .form = options_.form,
+                         .inputs = inputs_},
                         progress);
     }
     const fs::path distances =
-        distance_volume_path(partial_.directory(), line.id, DistanceKind::kEstimated);
+        distance_volume_path(folder_.directory(), line.id, DistanceKind::kEstimated);
     if (fs::exists(distances)) return;
     std::vector<std::int32_t> all(kept.size());
-    for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::int32_t>(i);
+    std::iota(all.begin(), all.end(), 0);
     write_distance_volume(distances, line,
                           {.stations = std::move(all),
                            .size = size,
                            .origin = kRefinedOrigin,
-                           .read = [&](std::size_t i) { return loaded(i).distances; },
-                           .compressed = options_.form.compressed()},
+                           .read = [&](std::size_t i) { return developed_distances(file(i)); },
+                           .compressed = options_.form.compressed(),
+                           .inputs = inputs_},
                           progress);
   }
 
@@ -181,8 +198,9 @@ class Refinement {
   KeptStations kept_;
   Room refined_;  // what the refined room has of the room: lines, cells and stations
   int width_;
-  PartialRoom partial_;
+  std::string inputs_;                  // of every volume
   std::vector<StationIndex> stations_;  // that are developed
+  RoomFolder folder_;
 };
 
 }  // namespace

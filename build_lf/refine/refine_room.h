@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "build_lf/work_part.h"
+#include "build_lf/pack/work_part.h"
 #include "core/room/ray_form.h"
 
 namespace raywalk::build_lf {

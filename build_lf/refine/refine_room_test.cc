@@ -9,12 +9,13 @@
 #include <thread>
 
 #include "build_lf/depth/depth_test_room.h"
-#include "build_lf/depth/station_image.h"
-#include "build_lf/room_verify.h"
+#include "build_lf/quality/room_verify.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/room/refined_record.h"
+#include "core/room/station_image.h"
 #include "core/room/tiled_rays.h"
 
 namespace raywalk::build_lf {
@@ -61,21 +62,10 @@ class RefineRoomTest : public testing::Test {
   }
   // PSNR of a station's picture against the scene, which shows detail of a pixel of its width.
   static double psnr_of(const Room& room, StationIndex station, const SyntheticScene& scene) {
-    const auto& at = room.grid()
-                         .lines[static_cast<std::size_t>(station.line)]
-                         .stations[static_cast<std::size_t>(station.station)];
+    const Station& at = room.grid().station(station);
     cv::Mat shown = station_image(room, station, room.panorama()).t();
     cv::cvtColor(shown, shown, cv::COLOR_RGB2BGR);
     return cv::PSNR(shown, render_scene(scene, at.position_m, room.panorama().width));
-  }
-  template <typename Run>
-  static std::string error_of(const Run& run) {
-    try {
-      run();
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "no error";
   }
 };
 

@@ -18,7 +18,7 @@ std::vector<MapStation> maps_for(const Room& room, StationIndex station,
   std::vector<MapStation> maps =
       nearest_maps(room, lines, position_m, 0.0, std::numeric_limits<int>::max(), kAround);
   for (const MapStation& map : maps) {
-    if (map.line == station.line && map.station == station.station) return {map};
+    if (StationIndex{map.line, map.station} == station) return {map};
   }
   return maps;
 }
@@ -26,11 +26,7 @@ std::vector<MapStation> maps_for(const Room& room, StationIndex station,
 }  // namespace
 
 SourceView::SourceView(const Room& room, StationIndex station, DistanceView* distances)
-    : station_(station),
-      position_m_(room.grid()
-                      .lines[static_cast<std::size_t>(station.line)]
-                      .stations[static_cast<std::size_t>(station.station)]
-                      .position_m) {
+    : station_(station), position_m_(room.grid().station(station).position_m) {
   distances->compute(maps_for(room, station, position_m_), position_m_);
   size_ = distances->size();
   tolerance_ = distances->surface_tolerance();
@@ -56,9 +52,8 @@ bool SourceView::sees(const SeenThere& point) const {
 }
 
 std::shared_ptr<const SourceView> SourceViews::of(StationIndex station) {
-  const auto known = std::ranges::find_if(kept_, [&](const auto& view) {
-    return view->station().line == station.line && view->station().station == station.station;
-  });
+  const auto known =
+      std::ranges::find_if(kept_, [&](const auto& view) { return view->station() == station; });
   if (known != kept_.end()) {
     kept_.splice(kept_.begin(), kept_, known);
   } else {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -10,6 +11,7 @@
 #include "core/base/pick_evenly.h"
 #include "core/base/progress.h"
 #include "core/evaluate/metrics.h"
+#include "core/files/output_folder.h"
 #include "core/geometry/panorama_pixels.h"
 #include "core/room/kept_stations.h"
 
@@ -17,6 +19,7 @@ namespace raywalk::build_lf {
 namespace {
 
 constexpr int kViewsPerStride = 12;
+constexpr int kViewsOfThinned = 48;
 
 // 2, 3, 4, 6, 8, 12, 16, ...
 std::vector<int> strides_up_to(int longest) {
@@ -179,6 +182,34 @@ double measured_up_to_m(std::span<const HeldOutFacts> strides) {
     step_m = facts.step_m;
   }
   return step_m;
+}
+
+ThinnedFacts thinned_facts(const Room& room, const KeptStations& kept,
+                           const std::filesystem::path& out) {
+  const Room thinned = Room::open(out);
+  ThinnedFacts facts{.room = out.string(), .bytes = bytes_in(out)};
+  for (size_t line = 0; line < kept.size(); ++line) {
+    facts.stations += static_cast<int>(kept[line].size());
+    facts.distance_maps += thinned.distances(static_cast<int>(line)).maps();
+  }
+  const std::vector<HeldOutStation> dropped =
+      stations_with_views(room.grid(), stations_except(room.grid(), kept));
+  const std::vector<int> views = pick_evenly(static_cast<int>(dropped.size()), kViewsOfThinned);
+  facts.views = static_cast<int>(views.size());
+  facts.psnr_db = facts.worst_psnr_db = kMaxPsnrDb;
+  if (views.empty()) return facts;
+  facts.psnr_db = 0.0;
+  Progress progress("re-creating", std::ssize(views), "stations");
+  Renderer renderer(thinned, {.gains = false});
+  for (const int i : views) {
+    const TrueView captured = true_view_of(room, dropped[static_cast<size_t>(i)]);
+    const cv::Mat view = renderer.render({captured.viewpoint, captured.height_m}).image;
+    const double db = psnr_of_view(view, captured);
+    facts.psnr_db += db / static_cast<double>(views.size());
+    facts.worst_psnr_db = std::min(facts.worst_psnr_db, db);
+    progress.advance();
+  }
+  return facts;
 }
 
 }  // namespace raywalk::build_lf

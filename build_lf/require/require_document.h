@@ -13,7 +13,4 @@ namespace raywalk::build_lf {
 nlohmann::ordered_json require_document(const Room& room, const SceneFacts& facts,
                                         const KeptStations& kept);
 
-// Its key `thinned`.
-nlohmann::ordered_json json_of(const ThinnedFacts& thinned);
-
 }  // namespace raywalk::build_lf

@@ -10,12 +10,11 @@
 #include <utility>
 #include <vector>
 
-#include "build_lf/partial_room.h"
+#include "build_lf/pack/derived_room.h"
+#include "build_lf/pack/room_folder.h"
 #include "build_lf/require/held_out.h"
 #include "build_lf/require/require_document.h"
 #include "build_lf/require/scene_facts.h"
-#include "build_lf/require/stored_size.h"
-#include "build_lf/require/thin_room.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/median.h"
@@ -105,10 +104,9 @@ void prepare_outputs(const RequireOptions& options) {
 // Without any distance map the thinned room could be neither rendered with correction nor compared.
 void require_kept_maps(const Room& room, const KeptStations& kept) {
   for (size_t line = 0; line < kept.size(); ++line) {
-    const auto mapped = room.distances(static_cast<int>(line)).stations();
-    const bool any = std::ranges::any_of(
-        kept[line], [&](int station) { return std::ranges::binary_search(mapped, station); });
-    if (any) return;
+    const DistanceVolume& maps = room.distances(static_cast<int>(line));
+    const auto has_map = [&](int station) { return maps.map_of(station).has_value(); };
+    if (std::ranges::any_of(kept[line], has_map)) return;
   }
   throw Error(
       fmt::format("{}: no station that --thin would keep has a distance map; add maps with "
@@ -162,7 +160,7 @@ std::string finish(const RequireOptions& options, const Room& room, SceneFacts f
     write_thinned_room(room, kept, facts.storage.needed_distance_width_px, *options.thin,
                        options.replace_thin);
     facts.thinned = thinned_facts(room, kept, *options.thin);
-    document["thinned"] = json_of(*facts.thinned);
+    document = require_document(room, facts, kept);
     write_file_atomically(requirements_path(options.room), json_text(document));
   }
   if (options.report) {

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "build_lf/quality/room_verify.h"
 #include "build_lf/require/test_distances.h"
-#include "build_lf/room_verify.h"
 #include "core/base/error.h"
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"

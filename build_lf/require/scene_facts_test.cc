@@ -4,9 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "build_lf/require/test_distances.h"
-#include "core/base/error.h"
+#include "core/base/test_error.h"
+#include "core/geometry/error_model.h"
+#include "core/geometry/spacing.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -46,14 +49,7 @@ TEST_F(SceneFactsTest, PixelsAreWeightedByConfidence) {
 }
 
 TEST_F(SceneFactsTest, RoomWithoutKnownDistancesIsAnError) {
-  const auto message_of = [](const Room& room) -> std::string {
-    try {
-      distance_facts(room);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "no error";
-  };
+  const auto message_of = [](const Room& room) { return error_of([&] { distance_facts(room); }); };
   const auto names_both =
       AllOf(HasSubstr(path_.string()), HasSubstr("raywalk-build-lf depth"),
             HasSubstr("raywalk-build-lf pack --distance"), ::testing::Not(HasSubstr("\n")));
@@ -79,6 +75,117 @@ TEST(TypicalReach, IsHalfTheSmallestCell) {
   EXPECT_DOUBLE_EQ(typical_reach_m(synthetic_grid({.cells_x = 2, .cells_z = 3, .side_m = 0.8})),
                    0.4);
   EXPECT_DOUBLE_EQ(typical_reach_m(synthetic_grid({.cells_z = 0, .side_m = 3.0})), 1.5);
+}
+
+TEST_F(SceneFactsTest, ExactMapsHaveNearlyNoError) {
+  const auto error = omega_error(room_of({.width = 256}));
+  ASSERT_TRUE(error);
+  EXPECT_LT(*error, 2e-3);
+}
+
+TEST_F(SceneFactsTest, NoiseIsMeasured) {
+  room_of({.width = 256});
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> noise(0.0, 0.005);  // 1/m; 95 % are within 1.96 of it
+  replace_distances(
+      [&](float metres) { return static_cast<float>(1.0 / (1.0 / metres + noise(random))); });
+  const auto error = omega_error(Room::open(path_));
+  ASSERT_TRUE(error);
+  // Interpolation reduces the noise of one of the two maps.
+  EXPECT_NEAR(*error, 1.96 * 0.005, 0.35 * 1.96 * 0.005);
+}
+
+TEST_F(SceneFactsTest, OneMapHasNothingToCompareWith) {
+  EXPECT_FALSE(omega_error(room_of({.cells_z = 0, .width = 64, .distance_every = 1000})));
+  EXPECT_FALSE(omega_error(room_of({.width = 64, .distances = false})));
+}
+
+TEST_F(SceneFactsTest, DistancesThatViewsIgnoreDoNotCount) {
+  room_of({.width = 64});
+  replace_distances([](float metres) { return metres; }, kMinConfidence);
+  EXPECT_TRUE(omega_error(Room::open(path_)));
+  replace_distances([](float metres) { return metres; }, kMinConfidence - 1);
+  EXPECT_FALSE(omega_error(Room::open(path_)));
+}
+
+TEST_F(SceneFactsTest, SkyIsAgreement) {
+  SyntheticRoomSpec spec{.width = 64};
+  spec.scene.infinitely_far = true;
+  // Sky is stored as infinity.
+  EXPECT_EQ(omega_error(room_of(spec)), 0.0);
+}
+
+TEST(UsefulWidth, IsWhereResidualParallaxEqualsTheTolerance) {
+  const StorageNeed need{
+      .reach_m = 0.5, .spacing_m = 0.0, .tolerance_px = 0.5, .omega_error = 0.01};
+  const double width_px = useful_width(need);
+  // Independent computation: the largest latitude error for a source at 4 m with a wrong distance.
+  double worst_rad = 0.0;
+  for (int degree = 0; degree <= 90; ++degree) {
+    const double alpha_rad = radians_from_degrees(degree);
+    const double wrong_m = 1.0 / (0.25 + 0.01);
+    worst_rad = std::max(worst_rad, std::abs(latitude_shift(4.0, alpha_rad, 0.5) -
+                                             latitude_shift(wrong_m, alpha_rad, 0.5)));
+  }
+  EXPECT_NEAR(worst_rad, angle_of_pixels(0.5, static_cast<int>(width_px)), 0.05 * worst_rad);
+}
+
+TEST(UsefulWidth, FallsWithErrorReachAndSpacing) {
+  const StorageNeed need{
+      .reach_m = 0.5, .spacing_m = 0.2, .tolerance_px = 0.5, .omega_error = 0.01};
+  const double width_px = useful_width(need);
+  const auto with = [&](double StorageNeed::*member, double factor) {
+    StorageNeed other = need;
+    other.*member *= factor;
+    return useful_width(other);
+  };
+  EXPECT_LT(with(&StorageNeed::reach_m, 2.0), 0.6 * width_px);
+  EXPECT_LT(with(&StorageNeed::spacing_m, 10.0), 0.6 * width_px);
+  EXPECT_DOUBLE_EQ(with(&StorageNeed::omega_error, 2.0), 0.5 * width_px);
+  EXPECT_TRUE(std::isinf(with(&StorageNeed::omega_error, 0.0)));
+}
+
+TEST_F(SceneFactsTest, SmoothDistancesNeedCoarseMapsAndDetailedOnesFine) {
+  SyntheticRoomSpec spec{.cells_z = 0, .side_m = 1.0, .spacing_m = 0.5, .width = 512};
+  const StorageNeed need{.reach_m = 0.5, .tolerance_px = 0.5};
+  const DistanceWidth smooth = distance_width_needed(room_of(spec), need);
+  EXPECT_LE(smooth.width_px, 128);
+  EXPECT_GE(smooth.share_within_tolerance, kKeptShare);
+  // Stripes of 2 pixels alternate between two distances: half the width cannot hold them.
+  replace_distances([pixel = 0](float metres) mutable {
+    const int theta = pixel++ / 256;
+    return theta / 2 % 2 == 0 ? metres : 0.6f * metres;
+  });
+  EXPECT_GT(distance_width_needed(Room::open(path_), need).width_px, 128);
+  EXPECT_LT(smooth.width_px, distance_width_needed(Room::open(path_), need).width_px);
+}
+
+TEST_F(SceneFactsTest, TighterToleranceNeedsFinerMaps) {
+  const Room room = room_of({.cells_z = 0, .side_m = 1.0, .spacing_m = 0.5, .width = 512});
+  const auto width_for = [&](double tolerance_px) {
+    return distance_width_needed(room, {.reach_m = 0.5, .tolerance_px = tolerance_px}).width_px;
+  };
+  EXPECT_LT(width_for(1.0), width_for(0.02));
+}
+
+TEST_F(SceneFactsTest, BytesAreThoseOfTheFilesWithoutHeaders) {
+  const Room room = room_of({.width = 64, .distance_every = 2, .distance_width = 32});
+  // 9 stations and 5 maps on each of 4 lines.
+  const StorageFacts facts = storage_facts(room,
+                                           {.reach_m = 0.5,
+                                            .spacing_m = 0.125,
+                                            .tolerance_px = 0.5,
+                                            .omega_error = 0.01,
+                                            .scene = {0.2, 1.0}},
+                                           10);
+  EXPECT_EQ(facts.ray_bytes, 36U * 64 * 32 * 3);
+  EXPECT_EQ(facts.ray_bytes_thinned, 10U * 64 * 32 * 3);
+  EXPECT_EQ(facts.ray_bytes_worth, facts.ray_bytes_thinned) << "a wider panorama would be of use";
+  EXPECT_EQ(facts.distance_bytes, 20U * 32 * 16 * 5);
+  EXPECT_EQ(facts.distance_width_px, 32);
+  EXPECT_EQ(facts.omega_steps, layers_for_tolerance({0.2, 1.0}, 0.5, angle_of_pixels(0.5, 64)));
+  EXPECT_EQ(facts.omega_bits, static_cast<int>(std::ceil(std::log2(facts.omega_steps + 2))));
+  EXPECT_LT(facts.distance_bytes_needed, facts.distance_bytes);
 }
 
 }  // namespace

@@ -7,8 +7,8 @@
 #include <functional>
 #include <vector>
 
-#include "build_lf/station_data.h"
-#include "build_lf/volume_writer.h"
+#include "build_lf/pack/station_data.h"
+#include "build_lf/pack/volume_writer.h"
 #include "core/base/progress.h"
 #include "core/files/test_directory.h"
 #include "core/room/room.h"

@@ -15,7 +15,7 @@
 #include "core/files/json.h"
 #include "core/files/shipped_configs.h"
 #include "core/room/kept_stations.h"
-#include "core/room/tiled_rays.h"
+#include "core/room/station_image.h"
 
 namespace raywalk {
 namespace {
@@ -72,25 +72,6 @@ void estimate(const fs::path& room, const std::vector<std::string>& settings) {
 
 }  // namespace
 
-cv::Mat captured_columns(const LineVolume& volume, int station) {
-  cv::Mat columns(volume.panorama().width, volume.panorama().height, CV_8UC3);
-  for (int theta = 0; theta < columns.rows; ++theta) {
-    const TileReading reading;
-    std::ranges::copy(volume.column(station, theta), columns.ptr(theta));
-  }
-  return columns;
-}
-
-cv::Mat captured_mask(const LineVolume& volume, int station) {
-  if (!volume.masked()) return {};
-  cv::Mat mask(volume.panorama().height, volume.panorama().width, CV_8UC1, cv::Scalar(0));
-  for (int theta = 0; theta < mask.cols; ++theta) {
-    const RowRun valid = volume.valid_rows(station, theta);
-    mask.col(theta).rowRange(valid.begin, valid.end).setTo(255);
-  }
-  return mask;
-}
-
 std::vector<HeldOutStation> stations_with_views(const Grid& grid, const KeptStations& left_out) {
   std::vector<HeldOutStation> stations;
   for (std::size_t line = 0; line < left_out.size(); ++line) {
@@ -115,7 +96,7 @@ TrueView true_view_of(const Room& room, const HeldOutStation& station) {
   view.viewpoint = {captured.position_m.x(), captured.position_m.z()};
   view.height_m = captured.position_m.y();
   view.width = volume.panorama().width;
-  view.mask = captured_mask(volume, station.station);
+  if (volume.masked()) view.mask = captured_validity(volume, station.station).t();
   cv::cvtColor(captured_columns(volume, station.station).t(), view.image, cv::COLOR_RGB2BGR);
   return view;
 }

@@ -10,20 +10,12 @@
 #pragma once
 
 #include <cstddef>
-#include <opencv2/core/mat.hpp>
 #include <vector>
 
 #include "core/evaluate/truth_views.h"
 #include "core/room/room.h"
 
 namespace raywalk {
-
-// What a station captured, without gains: CV_8UC3, red, green, blue; a row of the result is a
-// column of the panorama, from the zenith down.
-cv::Mat captured_columns(const LineVolume& volume, int station);
-
-// Its mask as a picture: CV_8UC1, 0 = masked, else 255; empty where no station of the line has one.
-cv::Mat captured_mask(const LineVolume& volume, int station);
 
 // A station by its indices in a room.
 struct HeldOutStation {

@@ -121,6 +121,15 @@ double along_line(const Line& line, PlanPoint point) {
 }
 
 // origin_a + s direction_a = origin_b + t direction_b, solved for (s, t).
+std::vector<StationIndex> all_stations(const Grid& grid) {
+  std::vector<StationIndex> stations;
+  for (int line = 0; line < static_cast<int>(grid.lines.size()); ++line) {
+    const auto count = static_cast<int>(grid.lines[static_cast<size_t>(line)].stations.size());
+    for (int station = 0; station < count; ++station) stations.push_back({line, station});
+  }
+  return stations;
+}
+
 PlanPoint crossing_of(const Line& a, const Line& b) {
   Eigen::Matrix2d directions;
   directions << vector_of(a.direction), -vector_of(b.direction);

@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <compare>
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
@@ -54,10 +56,25 @@ struct Cell {
   std::array<int, 4> line{-1, -1, -1, -1};
 };
 
+// A station by its indices in Grid::lines and Line::stations.
+struct StationIndex {
+  int line = 0;
+  int station = 0;
+  friend auto operator<=>(StationIndex, StationIndex) = default;
+};
+
 struct Grid {
   std::vector<Line> lines;
   std::vector<Cell> cells;  // empty if no four lines close one
+
+  const Line& line_of(StationIndex index) const { return lines[static_cast<size_t>(index.line)]; }
+  const Station& station(StationIndex index) const {
+    return line_of(index).stations[static_cast<size_t>(index.station)];
+  }
 };
+
+// The stations of all lines, in their order.
+std::vector<StationIndex> all_stations(const Grid& grid);
 
 // A station before it has been assigned to a line.
 struct StationPose {

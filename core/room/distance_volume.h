@@ -13,9 +13,11 @@
 // (sha256_of the header).
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -105,6 +107,12 @@ class DistanceVolume {
   int maps() const { return static_cast<int>(stations_.size()); }
   // Station index of each map, increasing.
   std::span<const int> stations() const { return stations_; }
+  // The map of a station of the line, if it has one.
+  std::optional<int> map_of(int station) const {
+    const auto found = std::ranges::lower_bound(stations_, station);
+    if (found == stations_.end() || *found != station) return std::nullopt;
+    return static_cast<int>(found - stations_.begin());
+  }
   PanoramaSize size() const { return size_; }
   // Where the maps come from: kGivenOrigin, or how they were estimated ("estimated by sweep").
   const std::string& origin() const { return origin_; }

@@ -11,9 +11,7 @@
 namespace raywalk {
 namespace {
 
-// The maps of lines, the nearest to a viewpoint first; equally near ones in the order of the lines.
-std::vector<MapStation> maps_by_distance(const Room& room, std::span<const int> lines,
-                                         const Eigen::Vector3d& viewpoint_m) {
+std::vector<MapStation> maps_of_lines(const Room& room, std::span<const int> lines) {
   std::vector<MapStation> maps;
   for (const int line : lines) {
     const auto& stations = room.grid().lines[static_cast<size_t>(line)].stations;
@@ -22,6 +20,13 @@ std::vector<MapStation> maps_by_distance(const Room& room, std::span<const int> 
       maps.push_back({line, map++, station, stations[static_cast<size_t>(station)].position_m});
     }
   }
+  return maps;
+}
+
+// The nearest to a viewpoint first; equally near ones in the order of the lines.
+std::vector<MapStation> maps_by_distance(const Room& room, std::span<const int> lines,
+                                         const Eigen::Vector3d& viewpoint_m) {
+  std::vector<MapStation> maps = maps_of_lines(room, lines);
   std::ranges::stable_sort(maps, {}, [&](const MapStation& map) {
     return (map.position_m - viewpoint_m).squaredNorm();
   });
@@ -35,6 +40,12 @@ bool is_near(const MapStation& map, std::span<const MapStation> others, double g
 }
 
 }  // namespace
+
+std::vector<MapStation> all_maps(const Room& room) {
+  std::vector<int> lines(room.grid().lines.size());
+  std::iota(lines.begin(), lines.end(), 0);
+  return maps_of_lines(room, lines);
+}
 
 std::vector<MapStation> nearest_maps(const Room& room, std::span<const int> lines,
                                      const Eigen::Vector3d& viewpoint_m, double gap_m,

@@ -17,6 +17,9 @@ struct MapStation {
   Eigen::Vector3d position_m{0, 0, 0};
 };
 
+// All distance maps of a room, line by line, in the order of the stations.
+std::vector<MapStation> all_maps(const Room& room);
+
 // Distance maps of the given lines, nearest to `viewpoint_m` first, no two nearer to each other
 // than `gap_m`, at most `most_per_line` of a line and `most` in all.
 std::vector<MapStation> nearest_maps(const Room& room, std::span<const int> lines,

@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/room/gain_fields.h"
-#include "core/room/tiled_rays.h"
+#include "core/room/station_image.h"
 #include "core/view/view_plan.h"
 
 namespace raywalk::render {
@@ -28,17 +28,6 @@ cv::Mat at_width(const cv::Mat& picture, int width) {
 // Marks runs of rows of a column of a transposed picture.
 void mark(RowRun rows, int theta, cv::Mat* columns) {
   if (!rows.empty()) columns->row(theta).colRange(rows.begin, rows.end).setTo(255);
-}
-
-cv::Mat masked_pixels(const LineVolume& volume, int station) {
-  const PanoramaSize size = volume.panorama();
-  cv::Mat columns(size.width, size.height, CV_8UC1, cv::Scalar(0));
-  for (int theta = 0; theta < size.width; ++theta) {
-    const RowRun valid = volume.valid_rows(station, theta);
-    mark({0, valid.empty() ? size.height : valid.begin}, theta, &columns);
-    if (!valid.empty()) mark({valid.end, size.height}, theta, &columns);
-  }
-  return columns.t();
 }
 
 cv::Mat left_out_pixels(const LeftOutPixels& left_out, int station) {
@@ -93,11 +82,7 @@ cv::Mat seen_from_station(const cv::Mat& view, const Eigen::Vector3d& offset_m,
 }  // namespace
 
 cv::Mat captured_picture_at(const Room& room, int line, int station, int width) {
-  cv::Mat columns(room.panorama().width, room.panorama().height, CV_8UC3);
-  for (int theta = 0; theta < columns.rows; ++theta) {
-    const TileReading reading;
-    std::ranges::copy(room.volume(line).column(station, theta), columns.ptr(theta));
-  }
+  cv::Mat columns = captured_columns(room.volume(line), station);
   if (!room.gains().empty()) {
     apply_gains(room.gains()[static_cast<std::size_t>(line)][static_cast<std::size_t>(station)],
                 &columns);
@@ -110,7 +95,7 @@ cv::Mat captured_picture_at(const Room& room, int line, int station, int width) 
 cv::Mat hidden_in_views(const Room& room, int line, int station, int width) {
   cv::Mat hidden;
   if (room.volume(line).masked()) {
-    hidden = at_width(masked_pixels(room.volume(line), station), width);
+    hidden = at_width(captured_validity(room.volume(line), station).t() == 0, width);
   }
   const LeftOutPixels& left_out = room.distances(line).left_out();
   if (left_out.any(station)) {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "build_lf/pack_room.h"
-#include "build_lf/repack_room.h"
+#include "build_lf/pack/derived_room.h"
+#include "build_lf/pack/pack_room.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/files/atomic_output.h"

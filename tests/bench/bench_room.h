@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "build_lf/pack_plan.h"
+#include "build_lf/pack/pack_plan.h"
 #include "core/geometry/grid.h"
 #include "core/room/ray_form.h"
 

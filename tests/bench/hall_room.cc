@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "build_lf/pack_room.h"
+#include "build_lf/pack/pack_room.h"
 #include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"

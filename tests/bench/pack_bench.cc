@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "build_lf/pack_room.h"
+#include "build_lf/pack/pack_room.h"
 #include "core/base/median.h"
 #include "core/base/timing.h"
 #include "tests/bench/bench_room.h"

@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "build_lf/test_capture.h"
+#include "build_lf/pack/test_capture.h"
 #include "core/room/room.h"
 #include "tests/end_to_end/run_command.h"
 

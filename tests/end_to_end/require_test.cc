@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "build_lf/test_capture.h"
+#include "build_lf/pack/test_capture.h"
 #include "core/files/atomic_output.h"
 #include "tests/end_to_end/run_command.h"
 

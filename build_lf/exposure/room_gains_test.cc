@@ -1,0 +1,297 @@
+#include "build_lf/exposure/room_gains.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "build_lf/depth/depth_test_room.h"
+#include "build_lf/exposure/patch_ratios.h"
+#include "core/base/parallel.h"
+
+namespace raywalk::build_lf {
+namespace {
+
+using ::testing::Gt;
+using ::testing::IsEmpty;
+using ::testing::Lt;
+
+// Factors of the levels of a frame, by station, channel (red, green, blue) and u / width.
+using Exposure = std::function<cv::Vec3d(StationIndex, double)>;
+
+SyntheticRoomSpec small_room() {
+  SyntheticRoomSpec spec = room_of_scale(1.0);
+  spec.spacing_m = 1.0 / 3.0;
+  return spec;
+}
+
+DepthTestRoom::Edit exposed(const Exposure& exposure) {
+  return [exposure](StationIndex station, cv::Mat* frame) {
+    for (int u = 0; u < frame->cols; ++u) {
+      const cv::Vec3d rgb = exposure(station, (u + 0.5) / frame->cols);
+      for (int v = 0; v < frame->rows; ++v) {
+        auto& bgr = frame->at<cv::Vec3b>(v, u);
+        for (int c = 0; c < 3; ++c) bgr[2 - c] = cv::saturate_cast<uchar>(bgr[2 - c] * rgb[c]);
+      }
+    }
+  };
+}
+
+// A random factor of about exp(+-0.12), the same for equal `where`.
+double random_exposure(StationIndex station, int where) {
+  cv::RNG random(static_cast<std::uint64_t>(7919 * (100 * station.line + station.station) +
+                                            104729 * where + 17));
+  random.next();
+  return std::exp(0.7 * std::clamp(random.gaussian(0.12), -0.3, 0.3) - 0.1);
+}
+
+cv::Vec3d equally(double factor) { return {factor, factor, factor}; }
+
+Exposure by_station() {
+  return [](StationIndex s, double) {
+    return cv::Vec3d(random_exposure(s, 0), random_exposure(s, 1), random_exposure(s, 2));
+  };
+}
+
+Exposure by_quarter() {
+  return [](StationIndex s, double share) {
+    return equally(random_exposure(s, 10 + static_cast<int>(4.0 * share)));
+  };
+}
+
+std::vector<StationIndex> stations_of(const Grid& grid) {
+  std::vector<StationIndex> stations;
+  for (int line = 0; line < static_cast<int>(grid.lines.size()); ++line) {
+    const auto count = static_cast<int>(grid.lines[static_cast<size_t>(line)].stations.size());
+    for (int station = 0; station < count; ++station) stations.push_back({line, station});
+  }
+  return stations;
+}
+
+const Station& station_at(const Grid& grid, StationIndex station) {
+  return grid.lines[static_cast<size_t>(station.line)]
+      .stations[static_cast<size_t>(station.station)];
+}
+
+// Exact maps of every n-th station.
+SurfaceMaps exact_maps(const SyntheticScene& scene, const Room& room, int every = 1) {
+  SurfaceMaps maps{.size = room.panorama(), .stations = {}, .read = {}};
+  for (const StationIndex station : stations_of(room.grid())) {
+    if (station.station % every == 0) maps.stations.push_back(station);
+  }
+  maps.read = [scene, &room, size = maps.size](StationIndex station) {
+    return true_map(scene, station_at(room.grid(), station).position_m, size);
+  };
+  return maps;
+}
+
+GainFields gains_of(const DepthTestRoom& room, const SurfaceMaps& maps) {
+  return solve_room_gains(room.room(), stations_of(room.grid()), maps);
+}
+
+const GainField& field_of(const GainFields& fields, StationIndex station) {
+  return fields[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)];
+}
+
+cv::Vec3d gain_at(const GainField& field, int theta, int phi) {
+  cv::Vec3d gain(field.whole);
+  if (field.local.empty()) return gain;
+  return gain.mul(cv::Vec3d(field.local.at<cv::Vec3f>(theta, phi)));
+}
+
+// Root mean square of log(gain * exposure) less the channel's mean, in percent. Patches at the
+// borders of quarters belong to both, and those at the poles are hardly seen.
+double error_percent(const GainFields& fields, const Grid& grid, const Exposure& exposure) {
+  double square = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    std::vector<double> logs;
+    for (const StationIndex station : stations_of(grid)) {
+      for (int theta = 0; theta < kPatchesTheta; ++theta) {
+        if (theta % 8 == 0 || theta % 8 == 7) continue;
+        const double level = exposure(station, (theta + 0.5) / kPatchesTheta)[c];
+        for (int phi = 3; phi < kPatchesPhi - 3; ++phi) {
+          logs.push_back(std::log(gain_at(field_of(fields, station), theta, phi)[c] * level));
+        }
+      }
+    }
+    const auto count = static_cast<double>(logs.size());
+    const double mean = std::accumulate(logs.begin(), logs.end(), 0.0) / count;
+    for (const double value : logs) square += (value - mean) * (value - mean) / (3.0 * count);
+  }
+  return 100.0 * std::sqrt(square);
+}
+
+TEST(RoomGainsTest, AreExactlyOneWherePicturesAgree) {
+  for (const double noise : {0.0, 4.0}) {
+    const SyntheticRoomSpec spec = small_room();
+    const DepthTestRoom room(
+        spec, [noise](StationIndex station, cv::Mat* frame) { add_noise(station, noise, frame); });
+    for (const auto& line : gains_of(room, exact_maps(spec.scene, room.room()))) {
+      for (const GainField& field : line) EXPECT_TRUE(is_one(field)) << noise << field.whole;
+    }
+  }
+}
+
+TEST(RoomGainsTest, UndoExposuresOfStations) {
+  const SyntheticRoomSpec spec = small_room();
+  const DepthTestRoom room(spec, exposed(by_station()));
+  const GainFields fields = gains_of(room, exact_maps(spec.scene, room.room()));
+  EXPECT_THAT(error_percent(unit_gain_fields(room.grid()), room.grid(), by_station()), Gt(6.0));
+  EXPECT_THAT(error_percent(fields, room.grid(), by_station()), Lt(1.0));
+  for (const auto& line : fields) {
+    for (const GainField& field : line) EXPECT_TRUE(field.local.empty());
+  }
+}
+
+TEST(RoomGainsTest, UndoExposuresOfPartsOfThePicture) {
+  const SyntheticRoomSpec spec = small_room();
+  const DepthTestRoom room(spec, exposed(by_quarter()));
+  const GainFields fields = gains_of(room, exact_maps(spec.scene, room.room()));
+  EXPECT_THAT(error_percent(unit_gain_fields(room.grid()), room.grid(), by_quarter()), Gt(6.0));
+  EXPECT_THAT(error_percent(fields, room.grid(), by_quarter()), Lt(2.0));
+}
+
+TEST(RoomGainsTest, UndoAnExposureInOnePartOfOneStation) {
+  const SyntheticRoomSpec spec = small_room();
+  const Exposure one = [](StationIndex s, double share) {
+    return equally(s == StationIndex{1, 2} && share < 0.25 ? 0.8 : 1.0);
+  };
+  const DepthTestRoom room(spec, exposed(one));
+  const GainFields fields = gains_of(room, exact_maps(spec.scene, room.room()));
+  EXPECT_NEAR(gain_at(field_of(fields, {1, 2}), 4, 8)[1], 1.25, 0.04);
+  EXPECT_NEAR(gain_at(field_of(fields, {1, 2}), 20, 8)[1], 1.0, 0.02);
+  EXPECT_TRUE(is_one(field_of(fields, {3, 3})));
+}
+
+TEST(RoomGainsTest, NeedMapsOfOnlySomeStations) {
+  const SyntheticRoomSpec spec = small_room();
+  const DepthTestRoom room(spec, exposed(by_quarter()));
+  const GainFields fields = gains_of(room, exact_maps(spec.scene, room.room(), 2));
+  EXPECT_THAT(error_percent(fields, room.grid(), by_quarter()), Lt(2.5));
+}
+
+// A factor of 1.6 clips a quarter of the levels of the scene, and a factor of 0.2 blackens many.
+TEST(RoomGainsTest, IgnoreClippedAndBlackPixels) {
+  const SyntheticRoomSpec spec = small_room();
+  const Exposure extremes = [](StationIndex s, double) {
+    return equally(s.station == 1 ? 1.6 : s.station == 3 ? 0.2 : 1.0);
+  };
+  const DepthTestRoom room(spec, exposed(extremes));
+  const GainFields fields = gains_of(room, exact_maps(spec.scene, room.room()));
+  EXPECT_THAT(error_percent(fields, room.grid(), extremes), Lt(2.0));
+}
+
+// The dolly below is masked: its levels, which differ from station to station, do not count.
+TEST(RoomGainsTest, IgnoreMaskedPixels) {
+  const SyntheticRoomSpec spec = small_room();
+  const DepthTestRoom room(
+      spec,
+      [](StationIndex station, cv::Mat* frame) {
+        frame->rowRange(frame->rows / 2, frame->rows) = equally(60.0 + 25.0 * station.station);
+      },
+      [&](StationIndex) {
+        cv::Mat mask(spec.width / 2, spec.width, CV_8UC1, cv::Scalar(255));
+        mask.rowRange(mask.rows / 2, mask.rows) = 0;
+        return mask;
+      });
+  for (const auto& line : gains_of(room, exact_maps(spec.scene, room.room()))) {
+    for (const GainField& field : line) EXPECT_TRUE(is_one(field)) << field.whole;
+  }
+}
+
+TEST(RoomGainsTest, IgnoreAMaskOfAllPictures) {
+  const SyntheticRoomSpec spec = small_room();
+  const DepthTestRoom room(spec, [](StationIndex station, cv::Mat* frame) {
+    frame->rowRange(frame->rows / 2, frame->rows) = equally(60.0 + 25.0 * station.station);
+  });
+  SurfaceMaps maps = exact_maps(spec.scene, room.room());
+  maps.valid = cv::Mat(spec.width / 2, spec.width, CV_8UC1, cv::Scalar(255));
+  maps.valid.rowRange(maps.valid.rows / 2, maps.valid.rows) = 0;
+  for (const auto& line : gains_of(room, maps)) {
+    for (const GainField& field : line) EXPECT_TRUE(is_one(field)) << field.whole;
+  }
+}
+
+// People stand elsewhere in every frame.
+TEST(RoomGainsTest, WithstandPeopleWhoWalkOn) {
+  const SyntheticRoomSpec spec = small_room();
+  const DepthTestRoom room(spec, [](StationIndex station, cv::Mat* frame) {
+    const int u = (37 * station.station + 53 * station.line) % 110;
+    cv::rectangle(*frame, {u, 24}, {u + 8, 48}, cv::Scalar(20, 60, 200), cv::FILLED);
+  });
+  const GainFields fields = gains_of(room, exact_maps(spec.scene, room.room()));
+  const Exposure none = [](StationIndex, double) { return equally(1.0); };
+  EXPECT_THAT(error_percent(fields, room.grid(), none), Lt(3.0));
+}
+
+TEST(RoomGainsTest, WithstandGrosslyWrongDistances) {
+  const SyntheticRoomSpec spec = small_room();
+  const DepthTestRoom room(spec, exposed(by_station()));
+  SurfaceMaps maps = exact_maps(spec.scene, room.room());
+  maps.read = [exact = maps.read](StationIndex station) {
+    InverseDistanceMap map = exact(station);
+    cv::RNG random(static_cast<std::uint64_t>(station.station + 10 * station.line + 1));
+    for (float& omega : map.omega) {
+      if (random.uniform(0, 4) == 0) omega = random.uniform(0.0F, 3.0F);
+    }
+    return map;
+  };
+  EXPECT_THAT(error_percent(gains_of(room, maps), room.grid(), by_station()), Lt(1.5));
+}
+
+TEST(RoomGainsTest, AreOneForAStationThatSharesNothing) {
+  const SyntheticRoomSpec spec = small_room();
+  const Exposure exposure = [](StationIndex s, double) {
+    return equally(s == StationIndex{2, 3} ? 0.0 : random_exposure(s, 0));
+  };
+  const DepthTestRoom room(spec, exposed(exposure));
+  const GainFields fields = gains_of(room, exact_maps(spec.scene, room.room()));
+  EXPECT_TRUE(is_one(field_of(fields, {2, 3})));
+  EXPECT_NEAR(gain_at(field_of(fields, {2, 2}), 8, 8)[0] * exposure({2, 2}, 0.0)[0],
+              gain_at(field_of(fields, {0, 1}), 8, 8)[0] * exposure({0, 1}, 0.0)[0], 0.02);
+}
+
+TEST(RoomGainsTest, AreOneWithoutDistances) {
+  const SyntheticRoomSpec spec = small_room();
+  const DepthTestRoom room(spec, exposed(by_station()));
+  SurfaceMaps maps = exact_maps(spec.scene, room.room());
+  maps.stations.clear();
+  for (const auto& line : gains_of(room, maps)) {
+    for (const GainField& field : line) EXPECT_TRUE(is_one(field));
+  }
+}
+
+// Solved for in several windows, gains are nearly those of all stations at once.
+TEST(RoomGainsTest, WindowsAgreeWithTheWholeRoom) {
+  const SyntheticRoomSpec spec = small_room();
+  const DepthTestRoom room(spec, exposed(by_quarter()));
+  const SurfaceMaps maps = exact_maps(spec.scene, room.room());
+  const std::vector<StationIndex> stations = stations_of(room.grid());
+  const GainFields whole = gains_of(room, maps);
+  const GainFields parts =
+      solve_room_gains(room.room(), stations, maps, static_cast<int>(stations.size()) / 4);
+  for (const StationIndex s : stations) {
+    for (int theta = 0; theta < kPatchesTheta; ++theta) {
+      const cv::Vec3d expected = gain_at(field_of(whole, s), theta, kPatchesPhi / 2);
+      const cv::Vec3d gain = gain_at(field_of(parts, s), theta, kPatchesPhi / 2);
+      EXPECT_NEAR(gain[1] / expected[1], 1.0, 0.02) << s.line << "/" << s.station;
+    }
+  }
+}
+
+TEST(RoomGainsTest, DoNotDependOnTheNumberOfThreads) {
+  const SyntheticRoomSpec spec = small_room();
+  const DepthTestRoom room(spec, exposed(by_quarter()));
+  const SurfaceMaps maps = exact_maps(spec.scene, room.room());
+  set_thread_count(1);
+  const GainFields alone = gains_of(room, maps);
+  set_thread_count(0);
+  const GainFields together = gains_of(room, maps);
+  for (const StationIndex s : stations_of(room.grid())) {
+    EXPECT_EQ(field_of(alone, s).whole, field_of(together, s).whole);
+    EXPECT_EQ(cv::norm(field_of(alone, s).local, field_of(together, s).local, cv::NORM_INF), 0.0);
+  }
+}
+
+}  // namespace
+}  // namespace raywalk::build_lf

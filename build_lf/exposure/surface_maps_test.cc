@@ -1,0 +1,72 @@
+#include "build_lf/exposure/surface_maps.h"
+
+#include <gmock/gmock.h>
+
+#include "build_lf/depth/depth_test_room.h"
+#include "build_lf/exposure/patch_ratios.h"
+
+namespace raywalk::build_lf {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+SyntheticRoomSpec line_with_maps(int distance_width) {
+  SyntheticRoomSpec spec = line_of_scale(1.0);
+  spec.spacing_m = 0.5;
+  spec.width = 512;
+  spec.distance_width = distance_width;
+  spec.distance_every = 2;
+  return spec;
+}
+
+TEST(SurfaceMapsTest, AreThoseOfTheRoomReduced) {
+  const SyntheticRoomSpec spec = line_with_maps(512);
+  const TestDirectory directory;
+  write_synthetic_room(spec, directory / "room");
+  const Room room = Room::open(directory / "room");
+  const SurfaceMaps maps = surface_maps_of(room);
+  EXPECT_EQ(maps.size, (PanoramaSize{kSurfaceWidth, kSurfaceWidth / 2}));
+  ASSERT_THAT(maps.stations, ElementsAre(StationIndex{0, 0}, StationIndex{0, 2}));
+  const InverseDistanceMap map = maps.read({0, 2});
+  const InverseDistanceMap truth = true_map(spec.scene, map.position_m, maps.size);
+  EXPECT_EQ(map.position_m, room.grid().lines[0].stations[2].position_m);
+  EXPECT_GT(share_within(map, truth, 0.01, [](size_t) { return true; }), 0.98);
+}
+
+TEST(SurfaceMapsTest, AreNotWiderThanStored) {
+  const TestDirectory directory;
+  write_synthetic_room(line_with_maps(64), directory / "room");
+  const Room room = Room::open(directory / "room");
+  EXPECT_EQ(surface_maps_of(room).size, (PanoramaSize{64, 32}));
+}
+
+// A pixel with an edge in it shows two surfaces at once, neither of them well.
+TEST(SurfaceMapsTest, AreUnknownAtEdgesAndWhereNotReliable) {
+  SyntheticRoomSpec spec = line_with_maps(512);
+  spec.stored_distance = [](int u, int v, double exact_m) {
+    if (v < 4) return static_cast<float>(exact_m);
+    return u % 8 == 3 ? 1.0F : 3.0F;
+  };
+  const TestDirectory directory;
+  write_synthetic_room(spec, directory / "room");
+  const Room room = Room::open(directory / "room");
+  const SurfaceMaps maps = surface_maps_of(room);
+  const InverseDistanceMap map = maps.read({0, 0});
+  for (int theta = 0; theta < 32; ++theta) {
+    const bool edge = theta % 4 == 1;  // columns 2 and 3 of every 8
+    EXPECT_EQ(map.confidence[pixel_index(theta, 20, maps.size)] > 0, !edge) << theta;
+  }
+}
+
+TEST(SurfaceMapsTest, AreNoneInARoomWithoutDistances) {
+  SyntheticRoomSpec spec = line_with_maps(64);
+  spec.distances = false;
+  const TestDirectory directory;
+  write_synthetic_room(spec, directory / "room");
+  const Room room = Room::open(directory / "room");
+  EXPECT_THAT(surface_maps_of(room).stations, IsEmpty());
+}
+
+}  // namespace
+}  // namespace raywalk::build_lf

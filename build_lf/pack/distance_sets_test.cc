@@ -1,0 +1,208 @@
+#include "build_lf/pack/distance_sets.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "build_lf/pack/pack_room.h"
+#include "build_lf/pack/test_pack.h"
+#include "build_lf/pack/volume_writer.h"
+#include "build_lf/quality/room_info.h"
+#include "build_lf/quality/room_verify.h"
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+
+namespace raywalk::build_lf {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+constexpr PanoramaSize kMapSize{32, 16};
+
+// A room of four lines packed with distances at every station.
+class DistanceSetsTest : public PackTest {
+ protected:
+  DistanceSetsTest() {
+    give_all_maps();
+    pack();
+  }
+
+  fs::path volume(const std::string& line, DistanceKind kind = DistanceKind::kGiven) const {
+    return distance_volume_path(room_, line, kind);
+  }
+  std::string open_error() const {
+    return error_of([&] { Room::open(room_); });
+  }
+  std::string verify_error() const {
+    return error_of([&] { verify_room(Room::open(room_)); });
+  }
+  std::string origin() const { return Room::open(room_).distances_origin(); }
+  std::string listed() const { return distances_text(room_); }
+
+  // Estimated distances, constant at every other station of three lines, as `depth` leaves them.
+  void estimate(float metres) const {
+    fs::create_directories(distances_directory(room_, DistanceKind::kEstimated));
+    const Room room = Room::open_rays(room_);
+    Progress progress("writing", 1, "maps");
+    for (const Line& line : room.grid().lines) {
+      DistanceMaps maps{{}, kMapSize, "estimated by sweep", {}};
+      if (line.id != "z1") maps.stations = {0, 6};
+      maps.read = [&](std::size_t) {
+        StationDistances distances{
+            std::vector<float>(512, metres), std::vector<std::uint8_t>(512, 200), {}};
+        distances.sha256 = checksum_of_distances(distances.distance_m, distances.confidence);
+        return distances;
+      };
+      maps.left_out = {3, 1, 2, 4};
+      write_distance_volume(volume(line.id, DistanceKind::kEstimated), line, maps, &progress);
+    }
+    use_distances(room_, DistanceKind::kEstimated);
+  }
+
+  const fs::path room_ = capture_.room();
+};
+
+TEST_F(DistanceSetsTest, ThosePackedWithTheRoomAreInUse) {
+  EXPECT_EQ(origin(), "given");
+  EXPECT_EQ(verify_room(Room::open(room_)).distance_maps, kStations);
+  EXPECT_THAT(listed(), AllOf(HasSubstr("views use the given distances"), HasSubstr("in use"),
+                              HasSubstr("on 4 lines")));
+}
+
+TEST_F(DistanceSetsTest, ACopyOfTheRoomIsValid) {
+  const fs::path copy = capture_.root() / "copy.lf";
+  fs::copy(room_, copy, fs::copy_options::recursive);
+  EXPECT_EQ(verify_room(Room::open(copy)).distance_maps, kStations);
+}
+
+TEST_F(DistanceSetsTest, VolumesSwappedBetweenLinesAreRefused) {
+  fs::rename(volume("x0"), volume("q"));
+  fs::rename(volume("x1"), volume("x0"));
+  fs::rename(volume("q"), volume("x1"));
+  EXPECT_THAT(open_error(), AllOf(HasSubstr("given/x0.h5: holds the distances of line x1"),
+                                  HasSubstr("raywalk-build-lf depth")));
+}
+
+TEST_F(DistanceSetsTest, AVolumeOfAnotherRoomIsRefused) {
+  Line elsewhere = Room::open(room_).grid().lines[3];
+  for (Station& station : elsewhere.stations) station.position_m.y() += 0.01;
+  const DistanceVolume own = Room::open(room_).distances(3);
+  Progress progress("writing", 1, "maps");
+  write_distance_volume(volume("z1"), elsewhere,
+                        {{own.stations().begin(), own.stations().end()},
+                         own.size(),
+                         kGivenOrigin,
+                         [&](std::size_t i) { return stored_distances(own, static_cast<int>(i)); }},
+                        &progress);
+  EXPECT_THAT(open_error(), HasSubstr("given/z1.h5: holds the distances of another room"));
+}
+
+TEST_F(DistanceSetsTest, DeletedVolumesAreNamed) {
+  fs::remove(volume("z0"));
+  EXPECT_THAT(open_error(), HasSubstr("given/z0.h5: no such file"));
+  EXPECT_THAT(listed(), HasSubstr("not usable"));
+  fs::remove_all(room_ / "distances");
+  EXPECT_THAT(open_error(), HasSubstr("given/x0.h5: no such file"));
+}
+
+TEST_F(DistanceSetsTest, TruncatedVolumesAreRefused) {
+  fs::resize_file(volume("z0"), fs::file_size(volume("z0")) - 1);
+  EXPECT_THAT(open_error(), HasSubstr("given/z0.h5"));
+}
+
+// Bytes that hold nothing may differ.
+TEST_F(DistanceSetsTest, VerifyFindsEveryFlippedByte) {
+  estimate(2.0F);
+  const fs::path file = volume("x1", DistanceKind::kEstimated);
+  const Room intact = Room::open(room_);
+  const auto size = static_cast<std::streamoff>(fs::file_size(file));
+  int found = 0;
+  for (std::streamoff at = 5; at < size; at += size / 60) {
+    const std::string bytes = read_file(file);
+    std::fstream(file, std::ios::in | std::ios::out | std::ios::binary)
+        .seekp(at)
+        .put(static_cast<char>(bytes[static_cast<size_t>(at)] ^ 1));
+    const std::string error = verify_error();
+    if (error == "no error") {
+      EXPECT_EQ(Room::open(room_).distances(1).header_sha256(),
+                intact.distances(1).header_sha256());
+    } else {
+      EXPECT_THAT(error, HasSubstr("x1")) << at;
+      ++found;
+    }
+    write_file_atomically(file, bytes);
+  }
+  EXPECT_GT(found, 30);
+  EXPECT_EQ(verify_error(), "no error");
+}
+
+TEST_F(DistanceSetsTest, AVolumeOfNoLineFailsVerify) {
+  fs::copy_file(volume("x1"), volume("x7"));
+  EXPECT_EQ(open_error(), "no error");
+  EXPECT_THAT(verify_error(), HasSubstr("x7.h5: belongs to no line of the room"));
+}
+
+TEST_F(DistanceSetsTest, EstimatedDistancesComeInUseAndGivenOnesStay) {
+  estimate(2.0F);
+  EXPECT_EQ(origin(), "estimated by sweep");
+  EXPECT_EQ(Room::open(room_).distances(3).maps(), 0);
+  EXPECT_THAT(listed(),
+              AllOf(HasSubstr("views use the estimated distances"), HasSubstr("--use given")));
+  const VerifiedCounts counts = verify_room(Room::open(room_));
+  EXPECT_EQ(counts.distance_maps, 6);
+  EXPECT_EQ(counts.kept_distances, "given");
+  estimate(3.0F);
+  EXPECT_EQ(Room::open(room_).distances(0).distance_column(0, 0)[0], 3.0F);
+  EXPECT_EQ(verify_error(), "no error");
+}
+
+TEST_F(DistanceSetsTest, UseSwitchesThereAndBack) {
+  estimate(2.0F);
+  EXPECT_THAT(use_distances(room_, DistanceKind::kGiven), HasSubstr("now use the given"));
+  EXPECT_EQ(origin(), "given");
+  EXPECT_EQ(verify_room(Room::open(room_)).kept_distances, "estimated by sweep");
+  EXPECT_THAT(use_distances(room_, DistanceKind::kGiven), HasSubstr("already"));
+  use_distances(room_, DistanceKind::kEstimated);
+  EXPECT_EQ(origin(), "estimated by sweep");
+  EXPECT_FALSE(fs::exists(room_ / "distances.lock"));
+}
+
+TEST_F(DistanceSetsTest, InfoNamesThoseInUseAndTheOthers) {
+  estimate(2.0F);
+  const RoomInfo info = info_of(Room::open(room_));
+  EXPECT_THAT(text_of(info, "room.lf"), AllOf(HasSubstr("distances in use: estimated by sweep"),
+                                              HasSubstr("not in use: given")));
+  const auto json = nlohmann::json::parse(json_of(info));
+  EXPECT_EQ(json["distances"], "estimated by sweep");
+  EXPECT_EQ(json["distance_sets"].size(), 2U);
+  fs::remove(volume("z0"));
+  EXPECT_THAT(text_of(info_of(Room::open(room_)), "room.lf"),
+              HasSubstr("not usable: " + volume("z0").string()));
+}
+
+TEST_F(DistanceSetsTest, ASetThatIsNotThereCannotBeUsed) {
+  EXPECT_THAT(error_of([&] { use_distances(room_, DistanceKind::kEstimated); }),
+              HasSubstr("raywalk-build-lf depth"));
+  estimate(2.0F);
+  fs::remove(volume("z0"));
+  EXPECT_THAT(error_of([&] { use_distances(room_, DistanceKind::kGiven); }),
+              HasSubstr("given/z0.h5: no such file"));
+  EXPECT_THAT(verify_error(), HasSubstr("given/z0.h5"));
+  EXPECT_EQ(origin(), "estimated by sweep");
+  EXPECT_THROW(distance_kind_from_name("both"), UsageError);
+}
+
+TEST_F(DistanceSetsTest, OthersReplaceMissingOnes) {
+  estimate(2.0F);
+  fs::remove(volume("x0", DistanceKind::kEstimated));
+  EXPECT_THAT(open_error(), HasSubstr("estimated/x0.h5: no such file"));
+  use_distances(room_, DistanceKind::kGiven);
+  EXPECT_EQ(origin(), "given");
+}
+
+}  // namespace
+}  // namespace raywalk::build_lf

@@ -1,0 +1,103 @@
+#include "build_lf/pack/room_folder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "build_lf/pack/volume_writer.h"
+#include "core/base/error.h"
+#include "core/base/test_error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+#include "core/room/hdf5_file.h"
+
+namespace raywalk::build_lf {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class RoomFolderTest : public ::testing::Test {
+ protected:
+  static std::vector<PlannedVolume> plan(const std::string& inputs) {
+    return {{fs::path("lines") / "x0.h5", inputs}, {fs::path("lines") / "x1.h5", inputs}};
+  }
+  std::string error_with(const std::string& inputs, bool replace = false) const {
+    return error_of([&] { const RoomFolder folder(out_, plan(inputs), replace); });
+  }
+  void finish_volume(const std::string& inputs) const {
+    Hdf5File file = Hdf5File::create(volume_);
+    file.write_attribute("/", kInputsAttribute, inputs);
+    file.close();
+  }
+  // A stopped run that finished a volume, and did not finish another one.
+  void stop(const std::string& inputs) const {
+    const RoomFolder folder(out_, plan(inputs));
+    finish_volume(inputs);
+    std::ofstream(partial_ / "lines" / ".x1.00000000-1.0.partial.h5") << "half";
+  }
+
+  TestDirectory directory_;
+  fs::path out_ = directory_ / "room.lf";
+  fs::path partial_ = directory_ / "room.lf.partial";
+  fs::path volume_ = partial_ / "lines" / "x0.h5";
+};
+
+TEST_F(RoomFolderTest, NothingIsLeftWithoutAFinishedVolume) {
+  { const RoomFolder folder(out_, plan("a")); }
+  EXPECT_EQ(directory_.entries(), 0U);
+  // What Raywalk did not make stays.
+  fs::create_directory(partial_);
+  write_file_atomically(partial_ / "thesis.txt", "mine");
+  { const RoomFolder folder(out_, plan("a")); }
+  EXPECT_EQ(read_file(partial_ / "thesis.txt"), "mine");
+}
+
+TEST_F(RoomFolderTest, FinishedVolumesAreKeptForTheSameInputsOnly) {
+  stop("a");
+  EXPECT_THAT(error_with("b"), AllOf(HasSubstr(partial_.string()), HasSubstr("remove it")));
+  EXPECT_EQ(inputs_of(volume_), "a");
+  {
+    const RoomFolder folder(out_, plan("a"));
+    EXPECT_TRUE(folder.has("lines/x0.h5"));
+    EXPECT_EQ(std::distance(fs::directory_iterator(partial_ / "lines"), {}), 1) << "unfinished";
+  }
+  EXPECT_EQ(error_with("b", true), "no error");
+  EXPECT_EQ(directory_.entries(), 0U) << "of other inputs";
+}
+
+TEST_F(RoomFolderTest, AVolumeThatIsNotPlannedIsOfOtherInputs) {
+  stop("a");
+  fs::rename(volume_, partial_ / "lines" / "z0.h5");
+  EXPECT_THAT(error_with("a"), HasSubstr("of other frames"));
+  // A room that someone gave this name is never taken apart.
+  write_file_atomically(partial_ / "manifest.json", "{}");
+  EXPECT_THAT(error_with("a", true), HasSubstr("of other frames"));
+  EXPECT_TRUE(fs::exists(partial_ / "lines" / "z0.h5"));
+}
+
+TEST_F(RoomFolderTest, ConcurrentRunsAreRejected) {
+  const RoomFolder folder(out_, plan("a"));
+  EXPECT_THAT(error_with("a"), HasSubstr("another raywalk-build-lf"));
+  EXPECT_TRUE(fs::exists(partial_));
+}
+
+TEST_F(RoomFolderTest, OnlyARoomIsReplaced) {
+  fs::create_directory(out_);
+  write_file_atomically(out_ / "thesis.txt", "mine");
+  EXPECT_THAT(error_with("a", true), HasSubstr("not a room"));
+  EXPECT_EQ(read_file(out_ / "thesis.txt"), "mine");
+  EXPECT_FALSE(fs::exists(partial_));
+}
+
+TEST_F(RoomFolderTest, ARoomThatAppearsMeanwhileIsNotReplaced) {
+  RoomFolder folder(out_, {});
+  fs::create_directory(out_);
+  EXPECT_THROW(folder.complete(RoomManifest{}), Error);
+  EXPECT_TRUE(fs::is_empty(out_));
+}
+
+}  // namespace
+}  // namespace raywalk::build_lf

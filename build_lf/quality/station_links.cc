@@ -1,0 +1,75 @@
+#include "build_lf/quality/station_links.h"
+
+#include <algorithm>
+#include <cmath>
+#include <list>
+#include <utility>
+
+#include "core/room/station_image.h"
+#include "core/base/parallel.h"
+#include "core/base/progress.h"
+
+namespace raywalk::build_lf {
+namespace {
+
+constexpr int kFlowMaskMarginPx = kFlowWindow / 2 + 1;
+
+// A small cache of images, as consecutive pairs share stations.
+class RecentImages {
+ public:
+  explicit RecentImages(const Room& room) : room_(room) {
+    const int width = std::min(kComparisonWidth, room.panorama().width);
+    size_ = {width, width / 2};
+  }
+  ComparedPicture get(StationIndex station) {
+    const auto found = std::find_if(images_.begin(), images_.end(),
+                                    [&](const auto& held) { return held.first == station; });
+    if (found != images_.end()) return found->second;
+    constexpr size_t kCapacity = 4;
+    if (images_.size() == kCapacity) images_.pop_front();
+    images_.emplace_back(
+        station, ComparedPicture{station_image(room_, station, size_),
+                                 station_validity(room_, station, size_, kFlowMaskMarginPx)});
+    return images_.back().second;
+  }
+
+ private:
+  const Room& room_;
+  PanoramaSize size_;
+  std::list<std::pair<StationIndex, ComparedPicture>> images_;
+};
+
+}  // namespace
+
+double StationLink::log_exposure_step() const {
+  return std::ranges::max(compared.log_ratio, {}, [](double step) { return std::fabs(step); });
+}
+
+std::vector<StationPair> pairs_to_compare(const Grid& grid) {
+  std::vector<StationPair> pairs;
+  for (int line = 0; line < static_cast<int>(grid.lines.size()); ++line) {
+    const int stations = static_cast<int>(grid.lines[static_cast<size_t>(line)].stations.size());
+    for (int i = 0; i < stations; ++i) {
+      for (int j = i + 1; j < std::min(i + 3, stations); ++j) {
+        pairs.push_back({{line, i}, {line, j}});
+      }
+    }
+  }
+  return pairs;
+}
+
+std::vector<StationLink> measure_links(const Room& room, std::span<const StationPair> pairs) {
+  std::vector<StationLink> links(pairs.size());
+  Progress progress("comparing neighbours", static_cast<std::int64_t>(pairs.size()), "pairs");
+  constexpr int kPairsPerTask = 16;
+  parallel_for(0, static_cast<int>(pairs.size()), kPairsPerTask, [&](int begin, int end) {
+    RecentImages images(room);
+    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+      links[i] = {pairs[i], compare_colours(images.get(pairs[i].from), images.get(pairs[i].to))};
+      progress.advance();
+    }
+  });
+  return links;
+}
+
+}  // namespace raywalk::build_lf
