@@ -33,7 +33,7 @@ struct Contradictions {
 };
 
 // The finished map of a station of the plan.
-using FinalMap = std::function<InverseDistanceMap(const SweepReference&)>;
+using FinalMap = std::function<InverseDistanceMap(StationIndex)>;
 
 // Looks for what the stations of a line contradict. Throws Interrupted.
 using LineSearch = std::function<Contradictions(int line)>;
@@ -48,8 +48,7 @@ using LineSearch = std::function<Contradictions(int line)>;
 // are edges and thin things that maps miss.
 //
 // `room`, `plan` and `gains` must outlive the result, which keeps what lines near each other share.
-LineSearch contradiction_search(const Room& room, const DepthPlan& plan,
-                                const std::vector<std::vector<GainField>>& gains,
+LineSearch contradiction_search(const Room& room, const DepthPlan& plan, const GainFields& gains,
                                 FinalMap final_map);
 
 // Replaces the distances of what moved by those of the surfaces behind it, with the lowest

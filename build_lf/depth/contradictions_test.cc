@@ -50,13 +50,31 @@ class ContradictionsTest : public testing::Test {
       const DepthTestRoom& room, int every = 2,
       const std::function<void(InverseDistanceMap*)>& edit = nullptr) {
     const DepthPlan plan = plan_depth(room.room(), {.every = every});
-    return find_contradictions(
-        room.room(), plan, unit_gain_fields(room.grid()), [&](const SweepReference& reference) {
-          InverseDistanceMap map = true_map(plain_room().scene, reference.position_m, plan.size);
-          map.station = reference.station;
-          if (edit) edit(&map);
-          return map;
-        });
+    return find_contradictions(room.room(), plan, unit_gain_fields(room.grid()),
+                               [&](StationIndex station) {
+                                 InverseDistanceMap map = exact_map(room, station, plan.size);
+                                 if (edit) edit(&map);
+                                 return map;
+                               });
+  }
+  static InverseDistanceMap exact_map(const DepthTestRoom& room, StationIndex station,
+                                      PanoramaSize size) {
+    const Eigen::Vector3d& position_m = room.grid().station(station).position_m;
+    InverseDistanceMap map = true_map(plain_room().scene, position_m, size);
+    map.station = station;
+    return map;
+  }
+  // In a room whose station kVisited took `exposure` times the light, as its gain says.
+  static Contradictions contradictions_at(double exposure) {
+    const DepthTestRoom room(plain_room(), [exposure](StationIndex station, cv::Mat* frame) {
+      if (station == kVisited) frame->convertTo(*frame, -1, exposure);
+    });
+    const DepthPlan plan = plan_depth(room.room(), {.every = 2});
+    GainFields gains = unit_gain_fields(room.grid());
+    gains[0][8].whole = ColourGain::all(static_cast<float>(1.0 / exposure));
+    return find_contradictions(room.room(), plan, gains, [&](StationIndex station) {
+      return exact_map(room, station, plan.size);
+    });
   }
   // Share of the pixels of `rect` that are left out of the only station of which anything is.
   static double share_found(const Contradictions& found, cv::Rect rect) {
@@ -127,33 +145,11 @@ TEST_F(ContradictionsTest, TheSameInNoisyFrames) {
 }
 
 TEST_F(ContradictionsTest, ExposuresAreComparedAfterTheirGains) {
-  const DepthTestRoom room(plain_room(), [](StationIndex station, cv::Mat* frame) {
-    if (station == kVisited) frame->convertTo(*frame, -1, 0.7);
-  });
-  const DepthPlan plan = plan_depth(room.room(), {.every = 2});
-  auto gains = unit_gain_fields(room.grid());
-  gains[0][8].whole = {1.0F / 0.7F, 1.0F / 0.7F, 1.0F / 0.7F};
-  const auto exact = [&](const SweepReference& reference) {
-    InverseDistanceMap map = true_map(plain_room().scene, reference.position_m, plan.size);
-    map.station = reference.station;
-    return map;
-  };
-  EXPECT_THAT(find_contradictions(room.room(), plan, gains, exact).stations, IsEmpty());
+  EXPECT_THAT(contradictions_at(0.7).stations, IsEmpty());
 }
 
 TEST_F(ContradictionsTest, WhatIsClippedAgreesWithWhatIsBrighter) {
-  const DepthTestRoom room(plain_room(), [](StationIndex station, cv::Mat* frame) {
-    if (station == kVisited) frame->convertTo(*frame, -1, 1.8);
-  });
-  const DepthPlan plan = plan_depth(room.room(), {.every = 2});
-  auto gains = unit_gain_fields(room.grid());
-  gains[0][8].whole = {1.0F / 1.8F, 1.0F / 1.8F, 1.0F / 1.8F};
-  const auto exact = [&](const SweepReference& reference) {
-    InverseDistanceMap map = true_map(plain_room().scene, reference.position_m, plan.size);
-    map.station = reference.station;
-    return map;
-  };
-  EXPECT_THAT(find_contradictions(room.room(), plan, gains, exact).stations, IsEmpty());
+  EXPECT_THAT(contradictions_at(1.8).stations, IsEmpty());
 }
 
 TEST_F(ContradictionsTest, MaskedPixelsAreNeitherComparedNorBelieved) {

@@ -38,7 +38,7 @@ class PartialMapsTest : public ::testing::Test {
 
   static std::optional<InverseDistanceMap> load(const PartialMaps& maps,
                                                 const std::string& stage = "swept") {
-    return maps.load(stage, kStation, kPosition_m, kPartialSize);
+    return maps.load(stage, kStation);
   }
   // A room whose distances are `text`.
   void give_distances(const std::string& text) const {
@@ -72,7 +72,7 @@ TEST_F(PartialMapsTest, ReturnsWhatWasStored) {
   EXPECT_EQ(loaded->confidence, stored.confidence);
   // Stages and stations are separate.
   EXPECT_FALSE(load(maps, "final").has_value());
-  EXPECT_FALSE(maps.load("swept", {5, 1}, kPosition_m, kPartialSize).has_value());
+  EXPECT_FALSE(maps.load("swept", {5, 1}).has_value());
 }
 
 TEST_F(PartialMapsTest, ANewMapReplacesTheOld) {
@@ -124,8 +124,6 @@ TEST_F(PartialMapsTest, DamagedMapsCountAsMissing) {
   EXPECT_FALSE(load(maps).has_value());
   write_file_atomically(file, whole);
   EXPECT_TRUE(load(maps).has_value());
-  // A map of another size does not match.
-  EXPECT_FALSE(maps.load("swept", kStation, kPosition_m, {16, 8}).has_value());
 }
 
 // The lock works between processes.

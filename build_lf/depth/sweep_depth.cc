@@ -9,9 +9,6 @@
 
 #include "build_lf/depth/file_memory.h"
 #include "build_lf/depth/semi_global.h"
-#include "core/base/interrupt.h"
-#include "core/base/parallel.h"
-#include "core/base/progress.h"
 #include "core/base/usable_memory.h"
 #include "core/geometry/sphere.h"
 
@@ -23,10 +20,6 @@ constexpr double kFullWeight = 1 << 24;
 
 // Cache size: neighbouring references share most pictures.
 constexpr std::size_t kPicturesKept = 48;
-
-std::span<const SweepReference> maps_of(const DepthPlan& plan, IndexRange share) {
-  return std::span(plan.maps).subspan(share.begin, share.size());
-}
 
 // Sweeps one station after another. Costs and pictures lie in memory while half of what may be used
 // holds them (the rest is for the panoramas, which are mapped), otherwise all of them in files: a
@@ -42,12 +35,15 @@ class StationSweep {
         files_(scratch),
         volume_{size, layers_, std::pmr::vector<std::uint8_t>(memory_for(size)), {}, {}},
         scratch_{std::pmr::vector<std::uint16_t>(memory_for(size))},
-        pictures_(room, size, gains, valid, kPicturesKept, levelled, memory_for(size)) {}
-
-  PanoramaSize size() const { return pictures_.map_size(); }
+        pictures_(kPicturesKept, [&room, size, &gains, valid, levelled,
+                                  memory = memory_for(size)](StationIndex station) {
+          return make_station_picture(room, station, size, gain_field(gains, station), valid,
+                                      levelled, memory);
+        }) {}
 
   InverseDistanceMap map_at(const SweepReference& reference) {
-    const TileViews views(reference, candidates_near(plan_, reference), plan_.reach_m, &pictures_);
+    const TileViews views(reference, candidates_near(plan_, reference), plan_.reach_m, volume_.size,
+                          &pictures_);
     sweep(views, layers_, &volume_);
     return regularise(volume_, reference, &scratch_);
   }
@@ -76,24 +72,6 @@ class StationSweep {
   SemiGlobalScratch scratch_;
   PictureCache pictures_;
 };
-
-// Sweeps the stations of `share` without a stored map of the stage. `see` is called with every map,
-// in order.
-template <typename See>
-void sweep_all(const DepthPlan& plan, IndexRange share, const char* doing, const char* stage,
-               StationSweep* sweep, PartialMaps* partial, const See& see) {
-  Progress progress(doing, static_cast<std::int64_t>(share.size()), "stations");
-  for (const SweepReference& reference : maps_of(plan, share)) {
-    throw_if_interrupted();
-    auto map = partial->load(stage, reference.station, reference.position_m, sweep->size());
-    if (!map) {
-      map = sweep->map_at(reference);
-      partial->store(stage, *map);
-    }
-    see(*map);
-    progress.advance();
-  }
-}
 
 // The nearest distance looked for, as a share of the reach.
 constexpr double kNearestPerReach = 0.25;
@@ -133,19 +111,6 @@ PanoramaSize coarse_size(const DepthPlan& plan) {
   return {plan.size.width / kReduction, plan.size.height / kReduction};
 }
 
-OmegaHistogram near_surfaces(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
-                             const std::filesystem::path& scratch) {
-  const GainFields gains = unit_gain_fields(room.grid());
-  OmegaHistogram histogram(sweep_limit_per_m(plan));
-  StationSweep sweep(room, plan, coarse_size(plan), sweep_limit_per_m(plan), gains, valid, true,
-                     scratch);
-  for (const SweepReference& reference : plan.maps) {
-    throw_if_interrupted();
-    histogram.add(sweep.map_at(reference));
-  }
-  return histogram;
-}
-
 double near_distance_m(const DepthPlan& plan, const OmegaHistogram& histogram) {
   constexpr double kNear = 0.25;
   const double step_per_m =
@@ -158,13 +123,14 @@ double near_distance_m(const DepthPlan& plan, const OmegaHistogram& histogram) {
 }
 
 OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
-                                 PartialMaps* partial) {
+                                 const char* stage, PartialMaps* partial) {
   const GainFields gains = unit_gain_fields(room.grid());
-  OmegaHistogram histogram(sweep_limit_per_m(plan));
   StationSweep sweep(room, plan, coarse_size(plan), sweep_limit_per_m(plan), gains, valid, true,
                      partial->directory());
-  sweep_all(plan, {0, plan.maps.size()}, "looking for the nearest surfaces", kCoarseStage, &sweep,
-            partial, [&](const InverseDistanceMap& map) { histogram.add(map); });
+  make_maps(plan, {0, plan.maps.size()}, stage, "looking for the nearest surfaces", partial,
+            [&](int i) { return sweep.map_at(plan.maps[static_cast<size_t>(i)]); });
+  OmegaHistogram histogram(sweep_limit_per_m(plan));
+  for (const SweepReference& map : plan.maps) histogram.add(partial->stored(stage, map.station));
   return histogram;
 }
 
@@ -179,8 +145,8 @@ double nearest_surfaces_per_m(const DepthPlan& plan, const OmegaHistogram& histo
 void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m, const GainFields& gains,
                 const cv::Mat& valid, IndexRange share, PartialMaps* partial) {
   StationSweep sweep(room, plan, plan.size, max_per_m, gains, valid, false, partial->directory());
-  sweep_all(plan, share, "sweeping", kSweptStage, &sweep, partial,
-            [](const InverseDistanceMap&) {});
+  make_maps(plan, share, kSweptStage, "sweeping", partial,
+            [&](int i) { return sweep.map_at(plan.maps[static_cast<size_t>(i)]); });
 }
 
 }  // namespace raywalk::build_lf

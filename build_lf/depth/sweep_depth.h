@@ -34,27 +34,21 @@ class OmegaHistogram {
 
 // The stage of the maps of sweep_maps().
 inline constexpr const char* kSweptStage = "swept";
-// The stage of the maps of sweep_coarse_maps(), and their size.
-inline constexpr const char* kCoarseStage = "coarse";
+// The size of the maps of sweep_coarse_maps().
 PanoramaSize coarse_size(const DepthPlan& plan);
 
-// What a coarse sweep of the plan's maps is confident of, as far as is looked for: down to a
-// distance of a quarter of the reach, where the longest baseline is four times the distance. Coarse
-// sweeps compare colours with those around them, as exposures need not agree yet. Nothing is
-// stored; `scratch` is a directory for values that memory does not hold. Throws Error if the disk
-// does not either.
-OmegaHistogram near_surfaces(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
-                             const std::filesystem::path& scratch);
+// A coarse sweep of the plan's maps, at a quarter of their width, which are stored: what it is
+// confident of, as far as is looked for, down to a distance of a quarter of the reach, where the
+// longest baseline is four times the distance. It compares colours with those around them, as
+// exposures need not agree yet. Processes one station at a time, with the memory of one and of the
+// pictures around it; what half of the usable memory does not hold lies in files of the maps'
+// directory. Throws Error if the disk is full.
+OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
+                                 const char* stage, PartialMaps* partial);
 
 // The distance, metres, within which a quarter of that lies; infinity if there is nothing, or it is
 // not to be told from infinity. `histogram`: of all maps.
 double near_distance_m(const DepthPlan& plan, const OmegaHistogram& histogram);
-
-// A coarse sweep of the plan's maps, at a quarter of their width; they are stored. Processes one
-// station at a time, with the memory of one and of the pictures around it; what half of the usable
-// memory does not hold lies in files of the maps' directory. Throws Error if the disk is full.
-OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
-                                 PartialMaps* partial);
 
 // The largest inverse distance, 1/m, to sweep, beyond which nearly nothing of the scene lies.
 // `histogram`: of all coarse maps.

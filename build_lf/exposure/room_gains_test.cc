@@ -59,38 +59,20 @@ Exposure by_quarter() {
   };
 }
 
-std::vector<StationIndex> stations_of(const Grid& grid) {
-  std::vector<StationIndex> stations;
-  for (int line = 0; line < static_cast<int>(grid.lines.size()); ++line) {
-    const auto count = static_cast<int>(grid.lines[static_cast<size_t>(line)].stations.size());
-    for (int station = 0; station < count; ++station) stations.push_back({line, station});
-  }
-  return stations;
-}
-
-const Station& station_at(const Grid& grid, StationIndex station) {
-  return grid.lines[static_cast<size_t>(station.line)]
-      .stations[static_cast<size_t>(station.station)];
-}
-
 // Exact maps of every n-th station.
 SurfaceMaps exact_maps(const SyntheticScene& scene, const Room& room, int every = 1) {
   SurfaceMaps maps{.size = room.panorama(), .stations = {}, .read = {}};
-  for (const StationIndex station : stations_of(room.grid())) {
+  for (const StationIndex station : all_stations(room.grid())) {
     if (station.station % every == 0) maps.stations.push_back(station);
   }
   maps.read = [scene, &room, size = maps.size](StationIndex station) {
-    return true_map(scene, station_at(room.grid(), station).position_m, size);
+    return true_map(scene, room.grid().station(station).position_m, size);
   };
   return maps;
 }
 
 GainFields gains_of(const DepthTestRoom& room, const SurfaceMaps& maps) {
-  return solve_room_gains(room.room(), stations_of(room.grid()), maps);
-}
-
-const GainField& field_of(const GainFields& fields, StationIndex station) {
-  return fields[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)];
+  return solve_room_gains(room.room(), maps);
 }
 
 cv::Vec3d gain_at(const GainField& field, int theta, int phi) {
@@ -105,12 +87,12 @@ double error_percent(const GainFields& fields, const Grid& grid, const Exposure&
   double square = 0.0;
   for (int c = 0; c < 3; ++c) {
     std::vector<double> logs;
-    for (const StationIndex station : stations_of(grid)) {
+    for (const StationIndex station : all_stations(grid)) {
       for (int theta = 0; theta < kPatchesTheta; ++theta) {
         if (theta % 8 == 0 || theta % 8 == 7) continue;
         const double level = exposure(station, (theta + 0.5) / kPatchesTheta)[c];
         for (int phi = 3; phi < kPatchesPhi - 3; ++phi) {
-          logs.push_back(std::log(gain_at(field_of(fields, station), theta, phi)[c] * level));
+          logs.push_back(std::log(gain_at(gain_field(fields, station), theta, phi)[c] * level));
         }
       }
     }
@@ -158,9 +140,9 @@ TEST(RoomGainsTest, UndoAnExposureInOnePartOfOneStation) {
   };
   const DepthTestRoom room(spec, exposed(one));
   const GainFields fields = gains_of(room, exact_maps(spec.scene, room.room()));
-  EXPECT_NEAR(gain_at(field_of(fields, {1, 2}), 4, 8)[1], 1.25, 0.04);
-  EXPECT_NEAR(gain_at(field_of(fields, {1, 2}), 20, 8)[1], 1.0, 0.02);
-  EXPECT_TRUE(is_one(field_of(fields, {3, 3})));
+  EXPECT_NEAR(gain_at(gain_field(fields, {1, 2}), 4, 8)[1], 1.25, 0.04);
+  EXPECT_NEAR(gain_at(gain_field(fields, {1, 2}), 20, 8)[1], 1.0, 0.02);
+  EXPECT_TRUE(is_one(gain_field(fields, {3, 3})));
 }
 
 TEST(RoomGainsTest, NeedMapsOfOnlySomeStations) {
@@ -246,9 +228,9 @@ TEST(RoomGainsTest, AreOneForAStationThatSharesNothing) {
   };
   const DepthTestRoom room(spec, exposed(exposure));
   const GainFields fields = gains_of(room, exact_maps(spec.scene, room.room()));
-  EXPECT_TRUE(is_one(field_of(fields, {2, 3})));
-  EXPECT_NEAR(gain_at(field_of(fields, {2, 2}), 8, 8)[0] * exposure({2, 2}, 0.0)[0],
-              gain_at(field_of(fields, {0, 1}), 8, 8)[0] * exposure({0, 1}, 0.0)[0], 0.02);
+  EXPECT_TRUE(is_one(gain_field(fields, {2, 3})));
+  EXPECT_NEAR(gain_at(gain_field(fields, {2, 2}), 8, 8)[0] * exposure({2, 2}, 0.0)[0],
+              gain_at(gain_field(fields, {0, 1}), 8, 8)[0] * exposure({0, 1}, 0.0)[0], 0.02);
 }
 
 TEST(RoomGainsTest, AreOneWithoutDistances) {
@@ -266,14 +248,14 @@ TEST(RoomGainsTest, WindowsAgreeWithTheWholeRoom) {
   const SyntheticRoomSpec spec = small_room();
   const DepthTestRoom room(spec, exposed(by_quarter()));
   const SurfaceMaps maps = exact_maps(spec.scene, room.room());
-  const std::vector<StationIndex> stations = stations_of(room.grid());
+  const std::vector<StationIndex> stations = all_stations(room.grid());
   const GainFields whole = gains_of(room, maps);
   const GainFields parts =
-      solve_room_gains(room.room(), stations, maps, static_cast<int>(stations.size()) / 4);
+      solve_room_gains(room.room(), maps, static_cast<int>(stations.size()) / 4);
   for (const StationIndex s : stations) {
     for (int theta = 0; theta < kPatchesTheta; ++theta) {
-      const cv::Vec3d expected = gain_at(field_of(whole, s), theta, kPatchesPhi / 2);
-      const cv::Vec3d gain = gain_at(field_of(parts, s), theta, kPatchesPhi / 2);
+      const cv::Vec3d expected = gain_at(gain_field(whole, s), theta, kPatchesPhi / 2);
+      const cv::Vec3d gain = gain_at(gain_field(parts, s), theta, kPatchesPhi / 2);
       EXPECT_NEAR(gain[1] / expected[1], 1.0, 0.02) << s.line << "/" << s.station;
     }
   }
@@ -287,9 +269,10 @@ TEST(RoomGainsTest, DoNotDependOnTheNumberOfThreads) {
   const GainFields alone = gains_of(room, maps);
   set_thread_count(0);
   const GainFields together = gains_of(room, maps);
-  for (const StationIndex s : stations_of(room.grid())) {
-    EXPECT_EQ(field_of(alone, s).whole, field_of(together, s).whole);
-    EXPECT_EQ(cv::norm(field_of(alone, s).local, field_of(together, s).local, cv::NORM_INF), 0.0);
+  for (const StationIndex s : all_stations(room.grid())) {
+    EXPECT_EQ(gain_field(alone, s).whole, gain_field(together, s).whole);
+    EXPECT_EQ(cv::norm(gain_field(alone, s).local, gain_field(together, s).local, cv::NORM_INF),
+              0.0);
   }
 }
 

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "build_lf/quality/colour_comparison.h"
 #include "build_lf/depth/inverse_distance_map.h"
+#include "build_lf/quality/colour_comparison.h"
 #include "core/geometry/grid.h"
 #include "core/room/room.h"
 
