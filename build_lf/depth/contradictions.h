@@ -22,8 +22,9 @@ struct SurfaceBehind {
 
 struct ContradictedStation {
   StationIndex station;
-  double share = 0.0;              // of the sphere that is contradicted, in (0, 1]
-  std::vector<std::int32_t> runs;  // [run][theta, first row, one past the last], pixels of the maps
+  // [run][station, theta, first row, one past the last], pixels of the maps
+  // (DistanceMaps::left_out)
+  std::vector<std::int32_t> runs;
   std::vector<SurfaceBehind> behind;
 };
 

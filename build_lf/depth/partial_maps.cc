@@ -63,18 +63,6 @@ StationDistances stored_distances(const InverseDistanceMap& map) {
   return station;
 }
 
-// The contradicted pixels of a line's stations as DistanceMaps::left_out.
-std::vector<std::int32_t> left_out_of(const Contradictions& of_line) {
-  std::vector<std::int32_t> runs;
-  for (const ContradictedStation& found : of_line.stations) {
-    for (std::size_t i = 0; i < found.runs.size(); i += 3) {
-      runs.insert(runs.end(),
-                  {found.station.station, found.runs[i], found.runs[i + 1], found.runs[i + 2]});
-    }
-  }
-  return runs;
-}
-
 // The stations of a line that have maps.
 std::vector<std::int32_t> mapped_stations(const DepthPlan& plan, std::size_t line) {
   std::vector<std::int32_t> stations;
@@ -242,7 +230,9 @@ void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
       show_behind(contradictions, half_pixel_per_m, &map);
       return stored_distances(map);
     };
-    maps.left_out = left_out_of(contradictions);
+    for (const ContradictedStation& found : contradictions.stations) {
+      maps.left_out.insert(maps.left_out.end(), found.runs.begin(), found.runs.end());
+    }
     maps.compressed = room.volume(static_cast<int>(l)).form().compressed();
     write_distance_volume(volume, line, maps, &progress);
   }

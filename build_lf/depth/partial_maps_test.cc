@@ -45,9 +45,6 @@ class PartialMapsTest : public ::testing::Test {
     fs::create_directories(distances());
     write_file_atomically(distances() / "x0.h5", text);
   }
-  std::string distances_text(const fs::path& directory) const {
-    return read_file(directory / "x0.h5");
-  }
   fs::path stored_file() const {
     for (const auto& entry : fs::directory_iterator(partial())) {
       if (entry.path().extension() == ".map") return entry.path();
@@ -75,16 +72,13 @@ TEST_F(PartialMapsTest, ReturnsWhatWasStored) {
   EXPECT_FALSE(maps.load("swept", {5, 1}).has_value());
 }
 
-TEST_F(PartialMapsTest, ANewMapReplacesTheOld) {
-  PartialMaps maps(room(), "inputs");
-  maps.store("swept", map_of(0.0f));
-  maps.store("swept", map_of(3.0f));
-  EXPECT_EQ(load(maps)->omega.front(), 3.0f);
-}
-
-TEST_F(PartialMapsTest, TheSameRunResumes) {
-  { PartialMaps(room(), "inputs").store("swept", map_of(0.0f)); }
-  EXPECT_TRUE(load(PartialMaps(room(), "inputs")).has_value());
+TEST_F(PartialMapsTest, TheSameRunResumesWithTheLastMaps) {
+  {
+    PartialMaps maps(room(), "inputs");
+    maps.store("swept", map_of(0.0f));
+    maps.store("swept", map_of(3.0f));
+  }
+  EXPECT_EQ(load(PartialMaps(room(), "inputs"))->omega.front(), 3.0f);
 }
 
 TEST_F(PartialMapsTest, OtherInputsStartOver) {
@@ -151,34 +145,19 @@ TEST_F(PartialMapsTest, ARoomThatCannotBeWrittenIsNamed) {
               ThrowsMessage<Error>(HasSubstr("distances.partial")));
 }
 
-TEST_F(PartialMapsTest, CompletingMovesTheDistancesAndCleansUp) {
-  PartialMaps maps(room(), "inputs");
-  maps.store("swept", map_of(0.0f));
-  write_file_atomically(maps.volumes() / "x0.h5", "estimated");
-  maps.complete();
-  EXPECT_EQ(distances_text(distances()), "estimated");
-  EXPECT_EQ(directory_.entries(), 1U);
-}
-
-TEST_F(PartialMapsTest, OldDistancesStayUntilCompletion) {
-  give_distances("old");
-  {
+TEST_F(PartialMapsTest, CompletingReplacesTheDistancesAndCleansUp) {
+  for (const bool replaced : {false, true}) {
+    if (replaced) give_distances("old");
+    if (replaced) write_file_atomically(distances() / "x9.h5", "of a line that has none now");
     PartialMaps maps(room(), "inputs");
     maps.store("final", map_of(0.0f));
-    write_file_atomically(maps.volumes() / "x0.h5", "half a room");
+    write_file_atomically(maps.volumes() / "x0.h5", "estimated");
+    if (replaced) EXPECT_EQ(read_file(distances() / "x0.h5"), "old");
+    maps.complete();
+    EXPECT_EQ(read_file(distances() / "x0.h5"), "estimated");
+    EXPECT_FALSE(fs::exists(distances() / "x9.h5"));
+    EXPECT_EQ(directory_.entries(), 1U);
   }
-  EXPECT_EQ(distances_text(distances()), "old");
-}
-
-TEST_F(PartialMapsTest, EstimatedDistancesAreReplaced) {
-  give_distances("old");
-  write_file_atomically(distances() / "x9.h5", "of a line that has none now");
-  PartialMaps maps(room(), "inputs");
-  write_file_atomically(maps.volumes() / "x0.h5", "new");
-  maps.complete();
-  EXPECT_EQ(distances_text(distances()), "new");
-  EXPECT_FALSE(fs::exists(distances() / "x9.h5"));
-  EXPECT_EQ(directory_.entries(), 1U);
 }
 
 }  // namespace

@@ -104,13 +104,12 @@ Preparation prepare_depth(const Room& room, const DepthOptions& options, const c
   warn_of(room, preparation.checks);  // before hours of work
   if (options.method == DepthMethod::kSweep && room.grid().cells.empty()) {
     // Without cells, the lines do not tell how far away the scene is.
-    measured.near_m = near_distance_m(
-        preparation.plan, sweep_coarse_maps(room, preparation.plan, valid, "near", partial));
+    measured.near_m = sweep_coarse_maps(room, preparation.plan, valid, "near", partial).near_m;
     preparation.plan = plan_without_faults(room, options, preparation.checks, measured.near_m);
   }
   const DepthPlan& plan = preparation.plan;
   measured.nearest_per_m =
-      nearest_surfaces_per_m(plan, sweep_coarse_maps(room, plan, valid, kCoarseStage, partial));
+      sweep_coarse_maps(room, plan, valid, kCoarseStage, partial).nearest_per_m;
   preparation.nearest_per_m = measured.nearest_per_m;
   preparation.gains =
       kept_gains(room, solve_room_gains(room, coarse_maps(plan, valid, *partial)), *partial);

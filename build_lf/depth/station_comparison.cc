@@ -273,25 +273,21 @@ class StationComparison {
 void add_regions(const cv::Mat& regions, const StationComparison& comparison, PanoramaSize size,
                  PanoramaSize maps, ContradictedStation* found) {
   const int step = maps.width / size.width;
-  double all = 0.0;
   for (int theta = 0; theta < size.width; ++theta) {
     for (int phi = 0; phi < size.height; ++phi) {
-      const double solid_angle = std::sin((phi + 0.5) * kPi / size.height);
-      all += solid_angle;
       if (regions.at<uchar>(theta, phi) == 0) continue;
-      found->share += solid_angle;
       found->behind.push_back({theta, phi, comparison.surface_behind(theta, phi)});
       const bool continues = phi > 0 && regions.at<uchar>(theta, phi - 1) != 0;
       for (int column = 0; column < step; ++column) {
         if (!continues) {
           int end = phi + 1;
           while (end < size.height && regions.at<uchar>(theta, end) != 0) ++end;
-          found->runs.insert(found->runs.end(), {theta * step + column, phi * step, end * step});
+          found->runs.insert(found->runs.end(), {found->station.station, theta * step + column,
+                                                 phi * step, end * step});
         }
       }
     }
   }
-  found->share /= all;
 }
 
 }  // namespace
@@ -322,7 +318,7 @@ ContradictedStation contradicted_by(
     std::span<const std::shared_ptr<const StationEvidence>> neighbours, const StationEvidence& own,
     PanoramaSize size, float tolerance_per_m, PanoramaSize maps) {
   const StationComparison comparison(own, neighbours, size, tolerance_per_m);
-  ContradictedStation found{own.station, 0.0, {}, {}};
+  ContradictedStation found{own.station, {}, {}};
   add_regions(contradicted_regions(comparison.gaps(), comparison.limits()), comparison, size, maps,
               &found);
   return found;

@@ -76,70 +76,77 @@ class StationSweep {
 // The nearest distance looked for, as a share of the reach.
 constexpr double kNearestPerReach = 0.25;
 
-// The largest inverse distance that is looked for.
-double sweep_limit_per_m(const DepthPlan& plan) { return 1.0 / (kNearestPerReach * plan.reach_m); }
+// How much of the sphere shows surfaces at which inverse distance, from 0 to a limit, over many
+// maps. The weights are whole numbers, so that their sum is exact.
+class OmegaHistogram {
+ public:
+  explicit OmegaHistogram(double limit_per_m) : limit_per_m_(limit_per_m), share_(kBins) {}
+
+  // Counts the confident pixels of a map.
+  void add(const InverseDistanceMap& map) {
+    constexpr int kConfident = 64;
+    const auto rows = static_cast<size_t>(map.size.height);
+    std::vector<std::int64_t> weights(rows);
+    for (size_t row = 0; row < rows; ++row) {
+      const double phi_rad = angles_from_pixel({0.0, static_cast<double>(row)}, map.size).phi_rad;
+      weights[row] = std::llround(kFullWeight * std::cos(phi_rad));
+    }
+    for (size_t p = 0; p < map.omega.size(); ++p) {
+      if (map.confidence[p] < kConfident) continue;
+      const double bin = std::clamp(map.omega[p] / limit_per_m_ * kBins, 0.0, kBins - 1.0);
+      share_[static_cast<size_t>(bin)] += weights[p % rows];
+      total_ += weights[p % rows];
+    }
+  }
+  // The largest inverse distance of the bin above which less than `share` of the solid angle lies.
+  double exceeded_by(double share) const {
+    int bin = kBins - 1;
+    for (std::int64_t nearer = 0; bin > 0; --bin) {
+      nearer += share_[static_cast<size_t>(bin)];
+      if (static_cast<double>(nearer) > share * static_cast<double>(total_)) break;
+    }
+    return limit_per_m_ * (bin + 1) / kBins;
+  }
+  bool empty() const { return total_ == 0; }
+
+ private:
+  static constexpr int kBins = 1024;
+  double limit_per_m_;
+  std::vector<std::int64_t> share_;
+  std::int64_t total_ = 0;
+};
 
 }  // namespace
 
-void OmegaHistogram::add(const InverseDistanceMap& map) {
-  constexpr int kConfident = 64;
-  const auto rows = static_cast<size_t>(map.size.height);
-  std::vector<std::int64_t> weights(rows);
-  for (size_t row = 0; row < rows; ++row) {
-    const double phi_rad = angles_from_pixel({0.0, static_cast<double>(row)}, map.size).phi_rad;
-    weights[row] = std::llround(kFullWeight * std::cos(phi_rad));
-  }
-  for (size_t p = 0; p < map.omega.size(); ++p) {
-    if (map.confidence[p] < kConfident) continue;
-    const double bin = std::clamp(map.omega[p] / limit_per_m_ * kBins, 0.0, kBins - 1.0);
-    share_[static_cast<size_t>(bin)] += weights[p % rows];
-    total_ += weights[p % rows];
-  }
-}
-
-double OmegaHistogram::exceeded_by(double share) const {
-  int bin = kBins - 1;
-  for (std::int64_t nearer = 0; bin > 0; --bin) {
-    nearer += share_[static_cast<size_t>(bin)];
-    if (static_cast<double>(nearer) > share * static_cast<double>(total_)) break;
-  }
-  return limit_per_m_ * (bin + 1) / kBins;
-}
-
 PanoramaSize coarse_size(const DepthPlan& plan) {
   constexpr int kReduction = 4;
-  return {plan.size.width / kReduction, plan.size.height / kReduction};
+  // Narrower ones have too few pixels in a patch whose exposure is measured (patch_ratios.h).
+  constexpr int kNarrowest = 128;
+  const int width = std::max(plan.size.width / kReduction, std::min(plan.size.width, kNarrowest));
+  return {width, width / 2};
 }
 
-double near_distance_m(const DepthPlan& plan, const OmegaHistogram& histogram) {
+NearSurfaces sweep_coarse_maps(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
+                               const char* stage, PartialMaps* partial) {
   constexpr double kNear = 0.25;
-  const double step_per_m =
-      sweep_layers(sweep_limit_per_m(plan), plan.reach_m, coarse_size(plan)).step_per_m;
-  const double near_per_m = histogram.exceeded_by(kNear);
-  if (histogram.empty() || near_per_m < 2.0 * step_per_m) {
-    return std::numeric_limits<double>::infinity();
-  }
-  return 1.0 / near_per_m;
-}
-
-OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
-                                 const char* stage, PartialMaps* partial) {
-  const GainFields gains = unit_gain_fields(room.grid());
-  StationSweep sweep(room, plan, coarse_size(plan), sweep_limit_per_m(plan), gains, valid, true,
-                     partial->directory());
-  make_maps(plan, {0, plan.maps.size()}, stage, "looking for the nearest surfaces", partial,
-            [&](int i) { return sweep.map_at(plan.maps[static_cast<size_t>(i)]); });
-  OmegaHistogram histogram(sweep_limit_per_m(plan));
-  for (const SweepReference& map : plan.maps) histogram.add(partial->stored(stage, map.station));
-  return histogram;
-}
-
-double nearest_surfaces_per_m(const DepthPlan& plan, const OmegaHistogram& histogram) {
   // The share of the pixels that may lie nearer than the sweep's near limit: false matches are
   // spread over all layers.
   constexpr double kNearer = 0.001;
   constexpr double kMargin = 1.25;
-  return std::min(sweep_limit_per_m(plan), kMargin * histogram.exceeded_by(kNearer));
+  const double limit_per_m = 1.0 / (kNearestPerReach * plan.reach_m);
+  const GainFields gains = unit_gain_fields(room.grid());
+  StationSweep sweep(room, plan, coarse_size(plan), limit_per_m, gains, valid, true,
+                     partial->directory());
+  make_maps(plan, {0, plan.maps.size()}, stage, "looking for the nearest surfaces", partial,
+            [&](int i) { return sweep.map_at(plan.maps[static_cast<size_t>(i)]); });
+  OmegaHistogram histogram(limit_per_m);
+  for (const SweepReference& map : plan.maps) histogram.add(partial->stored(stage, map.station));
+  NearSurfaces found{.nearest_per_m =
+                         std::min(limit_per_m, kMargin * histogram.exceeded_by(kNearer))};
+  const double near_per_m = histogram.exceeded_by(kNear);
+  const double step_per_m = sweep_layers(limit_per_m, plan.reach_m, coarse_size(plan)).step_per_m;
+  if (!histogram.empty() && near_per_m >= 2.0 * step_per_m) found.near_m = 1.0 / near_per_m;
+  return found;
 }
 
 void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m, const GainFields& gains,
