@@ -63,8 +63,7 @@ void add_depth(CLI::App* app) {
   depth->add_flag("--truth", options->compare_truth,
                   "Compare with the distances packed with the room");
   depth->add_flag("!--no-gains", options->gains,
-                  "Leave the room's gains as they are (default: solve for them with the new "
-                  "distances, as `gains` does)");
+                  "Leave the room's gains as they are (default: those found while estimating)");
   depth
       ->add_option("--step", arguments->step,
                    "Do only this step; each needs those before it: " + depth_step_names())
@@ -124,9 +123,8 @@ void add_gains(CLI::App* app) {
   gains->footer(
       "Example:\n  raywalk-build-lf gains room.lf\n"
       "The gains are solved from surfaces that several stations see, so the room needs distances;\n"
-      "`depth` does the same at its end. Panoramas are not changed: views multiply what they "
-      "read,\n"
-      "unless they are rendered with --no-gains.");
+      "`depth` does the same. Panoramas are not changed: views multiply what they read, unless\n"
+      "they are rendered with --no-gains.");
   gains->callback([arguments] {
     set_thread_count(arguments->threads);
     if (!arguments->remove) {

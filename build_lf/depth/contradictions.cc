@@ -10,6 +10,7 @@
 #include "build_lf/depth/nearest_maps.h"
 #include "build_lf/depth/station_comparison.h"
 #include "core/base/parallel.h"
+#include "core/base/recently_made.h"
 #include "core/panorama/transposed_border.h"
 #include "core/room/distance_volume.h"
 
@@ -32,80 +33,55 @@ PanoramaSize size_for(PanoramaSize maps) {
   return size;
 }
 
-NearestMaps places_of(const DepthPlan& plan) {
-  std::vector<MapPlace> places;
-  for (const SweepReference& map : plan.maps) places.push_back({map.station, map.position_m});
-  return NearestMaps(std::move(places));
-}
-
-// The regions as runs of pixels of the maps.
-void add_regions(const cv::Mat& regions, const StationComparison& comparison, PanoramaSize size,
-                 PanoramaSize maps, ContradictedStation* found) {
-  const int step = maps.width / size.width;
-  double all = 0.0;
-  for (int theta = 0; theta < size.width; ++theta) {
-    for (int phi = 0; phi < size.height; ++phi) {
-      const double solid_angle = std::sin((phi + 0.5) * kPi / size.height);
-      all += solid_angle;
-      if (regions.at<uchar>(theta, phi) == 0) continue;
-      found->share += solid_angle;
-      found->behind.push_back({theta, phi, comparison.surface_behind(theta, phi)});
-      const bool continues = phi > 0 && regions.at<uchar>(theta, phi - 1) != 0;
-      for (int column = 0; column < step; ++column) {
-        if (!continues) {
-          int end = phi + 1;
-          while (end < size.height && regions.at<uchar>(theta, end) != 0) ++end;
-          found->runs.insert(found->runs.end(), {theta * step + column, phi * step, end * step});
-        }
-      }
-    }
-  }
-  found->share /= all;
-}
-
 // What the lines of a search share.
-struct Search {
-  Search(const Room& room_, const DepthPlan& plan_,
-         const std::vector<std::vector<GainField>>& gains_, FinalMap final_map_)
-      : room(room_), plan(plan_), gains(gains_), final_map(std::move(final_map_)) {}
+class Search {
+ public:
+  Search(const Room& room, const DepthPlan& plan, const GainFields& gains, FinalMap final_map)
+      : room_(room),
+        plan_(plan),
+        gains_(gains),
+        final_map_(std::move(final_map)),
+        // Neighbouring stations share most of their neighbours.
+        mapped_(48, [this](StationIndex station) {
+          const InverseDistanceMap map = final_map_(station);
+          return evidence_of(room_, station, size_, gain_field(gains_, station), &map);
+        }) {}
 
-  const Room& room;
-  const DepthPlan& plan;
-  const std::vector<std::vector<GainField>>& gains;  // [line][station]
-  FinalMap final_map;
-  PanoramaSize size = size_for(plan.size);
-  NearestMaps nearest = places_of(plan);
-  EvidenceCache cache{room, plan, size, gains, final_map};
-};
-
-ContradictedStation examine(StationIndex station, Search* shared) {
-  const Search& search = *shared;
-  EvidenceCache* const cache = &shared->cache;
-  const auto line = static_cast<size_t>(station.line);
-  const auto number = static_cast<size_t>(station.station);
-  const auto& maps = search.plan.maps;
-  std::vector<std::shared_ptr<const StationEvidence>> neighbours;
-  const Eigen::Vector3d& position_m = search.room.grid().lines[line].stations[number].position_m;
-  for (const int i : search.nearest.around(station, position_m, kOfOwnLine, kOfOtherLines)) {
-    neighbours.push_back(cache->get(i));
+  Contradictions of_line(int line) {
+    const auto stations = room_.grid().lines[static_cast<size_t>(line)].stations.size();
+    std::vector<ContradictedStation> found(stations);
+    parallel_for(0, static_cast<int>(stations), 1, [&](int begin, int end) {
+      for (int i = begin; i < end; ++i) found[static_cast<size_t>(i)] = examine({line, i});
+    });
+    std::erase_if(found, [](const ContradictedStation& station) { return station.runs.empty(); });
+    return {size_, std::move(found)};
   }
-  // The maps are in the order of lines and stations.
-  const auto mapped =
-      std::lower_bound(maps.begin(), maps.end(), station,
-                       [](const SweepReference& map, StationIndex s) { return map.station < s; });
-  const std::shared_ptr<const StationEvidence> own =
-      mapped != maps.end() && mapped->station == station
-          ? cache->get(static_cast<int>(mapped - maps.begin()))
-          : std::make_shared<StationEvidence>(evidence_without_map(
-                search.room, station, search.size, search.gains[line][number]));
-  const StationComparison comparison(
-      *own, std::move(neighbours), search.size,
-      static_cast<float>(kAgreePx / search.plan.pixels_per_omega_m()));
-  ContradictedStation found{station, 0.0, {}, {}};
-  add_regions(contradicted_regions(comparison.gaps(), comparison.limits()), comparison, search.size,
-              search.plan.size, &found);
-  return found;
-}
+
+ private:
+  ContradictedStation examine(StationIndex station) {
+    const Eigen::Vector3d& position_m = room_.grid().station(station).position_m;
+    std::vector<StationIndex> near;
+    for (const int i : nearest_maps(plan_.maps, station, position_m, kOfOwnLine, kOfOtherLines)) {
+      near.push_back(plan_.station_of(i));
+    }
+    const auto neighbours = mapped_.get_all(near);
+    const bool has_map =
+        std::ranges::find(plan_.maps, station, &SweepReference::station) != plan_.maps.end();
+    const std::shared_ptr<const StationEvidence> own =
+        has_map ? mapped_.get(station)
+                : std::make_shared<StationEvidence>(
+                      evidence_of(room_, station, size_, gain_field(gains_, station), nullptr));
+    return contradicted_by(neighbours, *own, size_,
+                           static_cast<float>(kAgreePx / plan_.pixels_per_omega_m()), plan_.size);
+  }
+
+  const Room& room_;
+  const DepthPlan& plan_;
+  const GainFields& gains_;
+  FinalMap final_map_;
+  PanoramaSize size_ = size_for(plan_.size);
+  RecentlyMade<StationIndex, StationEvidence> mapped_;
+};
 
 constexpr int kBorder_px = 12;  // so that regions across the seam and the poles are whole
 constexpr int kMinStrongPixels = 16;
@@ -118,21 +94,10 @@ cv::Mat square_around(int around_px) {
 
 }  // namespace
 
-LineSearch contradiction_search(const Room& room, const DepthPlan& plan,
-                                const std::vector<std::vector<GainField>>& gains,
+LineSearch contradiction_search(const Room& room, const DepthPlan& plan, const GainFields& gains,
                                 FinalMap final_map) {
   const auto search = std::make_shared<Search>(room, plan, gains, std::move(final_map));
-  return [search](int line) {
-    const auto stations = search->room.grid().lines[static_cast<size_t>(line)].stations.size();
-    std::vector<ContradictedStation> found(stations);
-    parallel_for(0, static_cast<int>(stations), 1, [&](int begin, int end) {
-      for (int i = begin; i < end; ++i) {
-        found[static_cast<size_t>(i)] = examine({line, i}, search.get());
-      }
-    });
-    std::erase_if(found, [](const ContradictedStation& station) { return station.runs.empty(); });
-    return Contradictions{search->size, std::move(found)};
-  };
+  return [search](int line) { return search->of_line(line); };
 }
 
 void show_behind(const Contradictions& contradictions, double tolerance_per_m,

@@ -22,8 +22,9 @@ struct SurfaceBehind {
 
 struct ContradictedStation {
   StationIndex station;
-  double share = 0.0;              // of the sphere that is contradicted, in (0, 1]
-  std::vector<std::int32_t> runs;  // [run][theta, first row, one past the last], pixels of the maps
+  // [run][station, theta, first row, one past the last], pixels of the maps
+  // (DistanceMaps::left_out)
+  std::vector<std::int32_t> runs;
   std::vector<SurfaceBehind> behind;
 };
 
@@ -33,7 +34,7 @@ struct Contradictions {
 };
 
 // The finished map of a station of the plan.
-using FinalMap = std::function<InverseDistanceMap(const SweepReference&)>;
+using FinalMap = std::function<InverseDistanceMap(StationIndex)>;
 
 // Looks for what the stations of a line contradict. Throws Interrupted.
 using LineSearch = std::function<Contradictions(int line)>;
@@ -48,8 +49,7 @@ using LineSearch = std::function<Contradictions(int line)>;
 // are edges and thin things that maps miss.
 //
 // `room`, `plan` and `gains` must outlive the result, which keeps what lines near each other share.
-LineSearch contradiction_search(const Room& room, const DepthPlan& plan,
-                                const std::vector<std::vector<GainField>>& gains,
+LineSearch contradiction_search(const Room& room, const DepthPlan& plan, const GainFields& gains,
                                 FinalMap final_map);
 
 // Replaces the distances of what moved by those of the surfaces behind it, with the lowest

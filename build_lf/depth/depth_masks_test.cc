@@ -8,8 +8,8 @@
 #include "build_lf/depth/depth_test_room.h"
 #include "build_lf/depth/estimate_depth.h"
 #include "build_lf/quality/frame_checks.h"
-#include "core/room/station_image.h"
 #include "core/base/error.h"
+#include "core/room/station_image.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 
+#include "build_lf/depth/nearest_maps.h"
 #include "core/base/error.h"
 #include "core/files/words.h"
 #include "core/geometry/position_tolerance.h"
@@ -158,21 +159,10 @@ void exclude_stations(std::span<const StationIndex> stations, DepthPlan* plan) {
 }
 
 std::vector<int> voters_of(const DepthPlan& plan, int which) {
-  const int own_line = plan.maps[static_cast<size_t>(which)].station.line;
-  std::vector<int> voters;
-  int of_own_line = 0;
-  int of_others = 0;
-  for (const int i : maps_by_distance(plan, which)) {
-    if (i == which) {
-      voters.insert(voters.begin(), i);
-      continue;
-    }
-    const bool same = plan.maps[static_cast<size_t>(i)].station.line == own_line;
-    int& count = same ? of_own_line : of_others;
-    if (count == (same ? kOwnVoters : kOtherVoters)) continue;
-    ++count;
-    voters.push_back(i);
-  }
+  const SweepReference& own = plan.maps[static_cast<size_t>(which)];
+  std::vector<int> voters =
+      nearest_maps(plan.maps, own.station, own.position_m, kOwnVoters, kOtherVoters);
+  voters.insert(voters.begin(), which);
   return voters;
 }
 

@@ -34,7 +34,7 @@ struct DepthOptions {
   int hold_out = 0;
   // Marks what single stations show and the others contradict, so that views leave it out.
   bool leave_out_moving = true;
-  // Whether to solve for the room's gains (build_lf/gains) with the new maps; not with hold_out.
+  // Whether the room gets the gains that were found (build_lf/exposure); not with hold_out.
   bool gains = true;
 };
 
@@ -51,9 +51,10 @@ struct DepthPlan {
   // Parallax over the reach, in pixels per 1/m of inverse distance. Equals the distance in metres
   // at which the parallax is one pixel.
   double pixels_per_omega_m() const { return reach_m * size.width / kTwoPi; }
+  StationIndex station_of(int map) const { return maps[static_cast<size_t>(map)].station; }
 };
 
-// `surfaces_m`: the distance of near surfaces (near_distance_m), infinity while it is not known.
+// `surfaces_m`: the distance of near surfaces (NearSurfaces), infinity while it is not known.
 // Without cells it limits the reach: such a surface is seen from the ends of the longest baseline
 // at angles at most 30 degrees apart, unless even neighbours on the lines are farther apart. Throws
 // UsageError if `every` or `width` is out of range, Error if panoramas are less than 32 wide.

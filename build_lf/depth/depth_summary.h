@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "build_lf/quality/frame_checks.h"
 #include "build_lf/depth/inverse_distance_map.h"
 #include "build_lf/exposure/make_gains.h"
+#include "build_lf/quality/frame_checks.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory_resource>
 #include <opencv2/core.hpp>
 #include <span>
 #include <utility>
@@ -139,6 +140,16 @@ class DepthTestRoom {
   TestDirectory directory_;
   Room room_;
 };
+
+// The pictures of a room's stations, at maps of `size`; the arguments must outlive it.
+inline PictureCache pictures_of(
+    const Room& room, PanoramaSize size, const GainFields& gains, const cv::Mat& valid = {},
+    std::pmr::memory_resource* memory = std::pmr::get_default_resource()) {
+  return {100, [&room, &gains, size, valid, memory](StationIndex station) {
+            return make_station_picture(room, station, size, gain_field(gains, station), valid,
+                                        false, memory);
+          }};
+}
 
 // Normally distributed noise, different for each station.
 inline void add_noise(StationIndex station, double deviation, cv::Mat* frame) {

@@ -128,7 +128,7 @@ TruthComparison compare_with_truth(const GivenDistances& given, const DepthPlan&
   const double px_per_omega = plan.pixels_per_omega_m();
   for (const SweepReference& reference : plan.maps) {
     const auto truth = given.omega_of(reference.station, plan.size);
-    const auto map = partial.load(kFinalStage, reference.station, reference.position_m, plan.size);
+    const auto map = partial.load(kFinalStage, reference.station);
     if (!truth || !map) continue;
     const std::vector<bool> near_edge = near_edges(*truth, plan.size, px_per_omega);
     ++comparison.maps;

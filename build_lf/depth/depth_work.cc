@@ -10,8 +10,6 @@
 #include "build_lf/pack/distance_sets.h"
 #include "build_lf/pack/pack_room.h"
 #include "core/base/error.h"
-#include "core/base/interrupt.h"
-#include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
@@ -23,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Increment when the estimation changes: maps of another version are not resumed.
-constexpr int kEstimatorVersion = 6;
+constexpr int kEstimatorVersion = 7;
 
 // Over everything that determines the maps.
 std::string fingerprint_of(const Room& room, const DepthOptions& options, PanoramaSize size) {
@@ -178,29 +176,18 @@ void DepthWork::make(DepthStep step, WorkPart part) {
 }
 
 void DepthWork::make_flow_maps(IndexRange share) {
-  Progress progress("following the flow", static_cast<std::int64_t>(share.size()), "maps");
-  for (std::size_t i = share.begin; i < share.end; ++i) {
-    throw_if_interrupted();
-    const SweepReference& own = plan().maps[i];
-    if (!partial_.load(kFinalStage, own.station, own.position_m, size_)) {
-      partial_.store(kFinalStage,
-                     flow_map(room_, own.station, plan().reach_m, size_, prepared().gains));
-    }
-    progress.advance();
-  }
+  make_maps(plan(), share, kFinalStage, "following the flow", &partial_, [&](int i) {
+    return flow_map(room_, plan().station_of(i), plan().reach_m, size_, prepared().gains);
+  });
 }
 
 void DepthWork::make_volumes(IndexRange lines) {
   LineSearch search = [](int) { return Contradictions(); };
   if (options_.leave_out_moving) {
     search = contradiction_search(room_, plan(), prepared().gains,
-                                  [&](const SweepReference& map) { return final_map(map); });
+                                  [&](StationIndex station) { return final_map(station); });
   }
   write_volumes(room_, options_.method, plan(), partial_, lines, search);
-}
-
-InverseDistanceMap DepthWork::final_map(const SweepReference& reference) const {
-  return partial_.load_stored(kFinalStage, reference.station, reference.position_m, size_);
 }
 
 void DepthWork::install() {

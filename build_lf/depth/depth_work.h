@@ -59,7 +59,9 @@ class DepthWork {
   // Throws Error if the first step has not been done.
   const Preparation& prepared();
   const DepthPlan& plan() { return prepared().plan; }
-  InverseDistanceMap final_map(const SweepReference& reference) const;
+  InverseDistanceMap final_map(StationIndex station) const {
+    return partial_.stored(kFinalStage, station);
+  }
   // Moves the volumes into the room, or to the held-out ones, and removes the working directory.
   void install();
 

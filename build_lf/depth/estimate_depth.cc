@@ -16,8 +16,6 @@
 #include "build_lf/depth/map_images.h"
 #include "build_lf/depth/plane_sweep.h"
 #include "build_lf/exposure/make_gains.h"
-#include "build_lf/exposure/room_gains.h"
-#include "build_lf/exposure/surface_maps.h"
 #include "build_lf/pack/distance_sets.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -50,7 +48,7 @@ std::vector<InverseDistanceMap> maps_to_show(DepthWork* work) {
   }
   std::vector<InverseDistanceMap> shown;
   for (const int i : pick_evenly(static_cast<int>(middles.size()), kMostLines)) {
-    shown.push_back(work->final_map(*middles[static_cast<size_t>(i)]));
+    shown.push_back(work->final_map(middles[static_cast<size_t>(i)]->station));
   }
   return shown;
 }
@@ -99,8 +97,8 @@ std::vector<MapSummary> map_summaries(DepthWork* work) {
   parallel_for(0, static_cast<int>(plan.maps.size()), 1, [&](int begin, int end) {
     for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
       const auto line = static_cast<size_t>(plan.maps[i].station.line);
-      summaries[i] = map_summary(work->final_map(plan.maps[i]), work->room().grid().lines[line],
-                                 plan.pixels_per_omega_m());
+      summaries[i] = map_summary(work->final_map(plan.maps[i].station),
+                                 work->room().grid().lines[line], plan.pixels_per_omega_m());
     }
   });
   return summaries;
@@ -172,16 +170,11 @@ DepthSummary finish(DepthWork* work, const std::optional<GivenDistances>& truth,
   const DepthOptions& options = work->options();
   if (truth) summary.truth = compare_with_truth(*truth, work->plan(), work->partial());
   const std::vector<InverseDistanceMap> shown = maps_to_show(work);
-  std::optional<GainFields> gains;
-  if (options.gains && options.hold_out == 0) {
-    const Room estimated = work->room().with_distances(work->partial().volumes());
-    gains = solve_room_gains(estimated, all_stations(estimated.grid()), surface_maps_of(estimated));
-  }
   work->install();
   set_use(options.room, &summary);
-  if (gains) {
-    replace_gains(options.room, *gains);
-    summary.gains = summary_of(*gains);
+  if (options.gains && options.hold_out == 0) {
+    replace_gains(options.room, work->prepared().gains);
+    summary.gains = summary_of(work->prepared().gains);
   }
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   summary.peak_memory_mb = peak_memory_mb();

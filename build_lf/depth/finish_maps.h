@@ -24,9 +24,8 @@ std::vector<int> seen_from(const DepthPlan& plan, int which);
 // size, [phi][theta], 0 where no picture shows the scene; empty: all do. What half of the usable
 // memory does not hold of the pictures lies in files of the maps' directory. Throws Error if the
 // disk is full.
-void choose_maps(const Room& room, const DepthPlan& plan,
-                 const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
-                 IndexRange share, PartialMaps* partial);
+void choose_maps(const Room& room, const DepthPlan& plan, const GainFields& gains,
+                 const cv::Mat& valid, IndexRange share, PartialMaps* partial);
 
 // The maps whose chosen maps make the finished one of plan.maps[which], itself first. `masked`:
 // Room::masked().
@@ -35,8 +34,7 @@ std::vector<int> fused_with(const DepthPlan& plan, bool masked, int which);
 // Fuses the chosen maps `share` of the plan with their neighbours by their distances and colours
 // and stores the results as kFinalStage. Where frames have masks, masked pixels are filled in from
 // other stations. The chosen maps of fused_with() must be stored.
-void fuse_chosen_maps(const Room& room, const DepthPlan& plan,
-                      const std::vector<std::vector<GainField>>& gains, IndexRange share,
-                      PartialMaps* partial);
+void fuse_chosen_maps(const Room& room, const DepthPlan& plan, const GainFields& gains,
+                      IndexRange share, PartialMaps* partial);
 
 }  // namespace raywalk::build_lf

@@ -9,9 +9,9 @@
 #include <opencv2/video/tracking.hpp>
 #include <optional>
 
-#include "core/room/station_image.h"
 #include "core/base/parallel.h"
 #include "core/panorama/transposed_border.h"
+#include "core/room/station_image.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -24,8 +24,7 @@ class FlowImages {
 
   cv::Mat grey(StationIndex station) const {
     cv::Mat image = station_image(room_, station, size_);
-    apply_gains(gains_[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)],
-                &image);
+    apply_gains(gain_field(gains_, station), &image);
     cv::cvtColor(image, image, cv::COLOR_RGB2GRAY);
     return with_border(image, border_px_);
   }

@@ -153,11 +153,17 @@ std::vector<int> extended(const std::vector<std::uint8_t>& cost,
   return path;
 }
 
-class PathKernels : public ::testing::TestWithParam<const char*> {};
+class MatchingKernelSets : public ::testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    if (kernels_ == nullptr) GTEST_SKIP() << "this processor cannot run " << GetParam();
+  }
+  const MatchingKernels* kernels_ = matching_kernels_named(GetParam());
+};
 
-TEST_P(PathKernels, ExtendAPathAsTheReferenceDoes) {
-  const MatchingKernels* kernels = matching_kernels_named(GetParam());
-  if (kernels == nullptr) GTEST_SKIP() << "this processor cannot run " << GetParam();
+INSTANTIATE_TEST_SUITE_P(Sets, MatchingKernelSets, ::testing::Values("generic", "avx2", "avx512"));
+
+TEST_P(MatchingKernelSets, ExtendAPathAsTheReferenceDoes) {
   std::mt19937 random(7);
   for (int trial = 0; trial < 500; ++trial) {
     const size_t layers = 16 * (1 + random() % 12);
@@ -171,7 +177,7 @@ TEST_P(PathKernels, ExtendAPathAsTheReferenceDoes) {
     std::vector<std::uint16_t> sum(layers, 11);
     const auto small_step = static_cast<std::uint16_t>(1 + random() % 30);
     const auto large_step = static_cast<std::uint16_t>(small_step + random() % 200);
-    const std::uint16_t least = kernels->extend_path(
+    const std::uint16_t least = kernels_->extend_path(
         cost.data(), padded.data() + 1, *std::min_element(previous.begin(), previous.end()),
         small_step, large_step, static_cast<int>(layers), path.data(), sum.data());
     const std::vector<int> expected = extended(cost, previous, small_step, large_step);
@@ -181,13 +187,7 @@ TEST_P(PathKernels, ExtendAPathAsTheReferenceDoes) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Sets, PathKernels, ::testing::Values("generic", "avx2", "avx512"));
-
-class DifferenceKernels : public ::testing::TestWithParam<const char*> {};
-
-TEST_P(DifferenceKernels, DoTheSameArithmetic) {
-  const MatchingKernels* kernels = matching_kernels_named(GetParam());
-  if (kernels == nullptr) GTEST_SKIP() << "this processor cannot run " << GetParam();
+TEST_P(MatchingKernelSets, DoTheSameArithmetic) {
   const MatchingKernels* generic = matching_kernels_named("generic");
   const auto samples = picture(true, 4);
   std::mt19937 random(5);
@@ -198,16 +198,12 @@ TEST_P(DifferenceKernels, DoTheSameArithmetic) {
     std::vector<std::int32_t> a(column.samples.size(), 3);
     std::vector<std::int32_t> b(column.samples.size(), 3);
     generic->compare(column.rays(), view, a.data());
-    kernels->compare(column.rays(), view, b.data());
+    kernels_->compare(column.rays(), view, b.data());
     ASSERT_EQ(a, b) << "trial " << trial;
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Sets, DifferenceKernels, ::testing::Values("generic", "avx2", "avx512"));
-
-TEST_P(DifferenceKernels, AverageTheBetterHalfAndAllOfTheViews) {
-  const MatchingKernels* kernels = matching_kernels_named(GetParam());
-  if (kernels == nullptr) GTEST_SKIP() << "this processor cannot run " << GetParam();
+TEST_P(MatchingKernelSets, AverageTheBetterHalfAndAllOfTheViews) {
   std::mt19937 random(6);
   std::array<ViewDifferences, kMaxViews> differences{};
   for (int trial = 0; trial < 200; ++trial) {
@@ -217,7 +213,7 @@ TEST_P(DifferenceKernels, AverageTheBetterHalfAndAllOfTheViews) {
       for (auto& value : of_view) value = static_cast<std::int32_t>(random() % 265);
     }
     std::vector<float> mean(kTilePixels, -1.0f);
-    kernels->average_views(differences, views, count, mean.data());
+    kernels_->average_views(differences, views, count, mean.data());
     for (size_t i = 0; i < mean.size(); ++i) {
       if (i >= static_cast<size_t>(count)) {
         ASSERT_EQ(mean[i], -1.0f);
@@ -253,9 +249,7 @@ std::vector<Eigen::Vector3f> points_at_all_scales() {
   return points;
 }
 
-TEST_P(DifferenceKernels, LocatePointsAsPixelOfDoes) {
-  const MatchingKernels* kernels = matching_kernels_named(GetParam());
-  if (kernels == nullptr) GTEST_SKIP() << "this processor cannot run " << GetParam();
+TEST_P(MatchingKernelSets, LocatePointsAsPixelOfDoes) {
   const std::vector<Eigen::Vector3f> points = points_at_all_scales();
   std::vector<float> x, y, z, length(points.size());
   for (const Eigen::Vector3f& point : points) {
@@ -265,8 +259,8 @@ TEST_P(DifferenceKernels, LocatePointsAsPixelOfDoes) {
   }
   for (const PanoramaSize size : {PanoramaSize{2, 1}, {100, 50}, {1024, 512}, {8192, 4096}}) {
     std::vector<std::int32_t> pixel(points.size(), -1);
-    kernels->locate({x.data(), y.data(), z.data(), static_cast<int>(points.size())}, size.width,
-                    size.height, pixel.data(), length.data());
+    kernels_->locate({x.data(), y.data(), z.data(), static_cast<int>(points.size())}, size.width,
+                     size.height, pixel.data(), length.data());
     for (size_t i = 0; i < points.size(); ++i) {
       ASSERT_EQ(size_t(pixel[i]), pixel_of(points[i], size)) << points[i].transpose();
       ASSERT_NEAR(length[i], points[i].cast<double>().norm(), 3e-7 * length[i]);

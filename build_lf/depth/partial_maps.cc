@@ -2,15 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cstring>
 #include <filesystem>
-#include <iterator>
 #include <limits>
-#include <span>
 #include <system_error>
 
 #include "build_lf/pack/volume_writer.h"
 #include "core/base/error.h"
+#include "core/base/interrupt.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
@@ -40,8 +40,15 @@ fs::path working_directory(const fs::path& room, MapsUse use) {
   return made_directory(directory);
 }
 
-std::span<const std::byte> bytes_of(const InverseDistanceMap& map) {
-  return std::as_bytes(std::span(map.omega));
+// Of a map's file, which goes on with the inverse distances and the confidences.
+struct MapHeader {
+  std::array<double, 3> position_m{};
+  std::int32_t width = 0;
+  std::int32_t height = 0;
+};
+
+std::string map_name(const std::string& stage, StationIndex station) {
+  return fmt::format("{}-{}-{}.map", stage, station.line, station.station);
 }
 
 StationDistances stored_distances(const InverseDistanceMap& map) {
@@ -56,24 +63,13 @@ StationDistances stored_distances(const InverseDistanceMap& map) {
   return station;
 }
 
-// The contradicted pixels of a line's stations as DistanceMaps::left_out.
-std::vector<std::int32_t> left_out_of(const Contradictions& of_line) {
-  std::vector<std::int32_t> runs;
-  for (const ContradictedStation& found : of_line.stations) {
-    for (std::size_t i = 0; i < found.runs.size(); i += 3) {
-      runs.insert(runs.end(),
-                  {found.station.station, found.runs[i], found.runs[i + 1], found.runs[i + 2]});
-    }
+// The stations of a line that have maps.
+std::vector<std::int32_t> mapped_stations(const DepthPlan& plan, std::size_t line) {
+  std::vector<std::int32_t> stations;
+  for (const SweepReference& map : plan.maps) {
+    if (map.station.line == static_cast<int>(line)) stations.push_back(map.station.station);
   }
-  return runs;
-}
-
-std::vector<SweepReference> maps_of_line(const DepthPlan& plan, std::size_t line) {
-  std::vector<SweepReference> of_line;
-  for (const SweepReference& reference : plan.maps) {
-    if (reference.station.line == static_cast<int>(line)) of_line.push_back(reference);
-  }
-  return of_line;
+  return stations;
 }
 
 }  // namespace
@@ -127,52 +123,63 @@ bool PartialMaps::is_of(const std::string& fingerprint) const {
   return fs::exists(inputs, error) && read_file(inputs) == fingerprint;
 }
 
-fs::path PartialMaps::file_of(const std::string& stage, StationIndex station) const {
-  return directory_ / fmt::format("{}-{}-{}.map", stage, station.line, station.station);
+// File content: the bytes and the checksum of them.
+void PartialMaps::store_bytes(const std::string& name, std::string bytes) {
+  bytes += sha256_hex(bytes);
+  write_file_atomically(directory_ / name, bytes);
+  removable_ = false;
 }
 
-// File content: the bytes of omega, those of confidence, and the checksum of both.
+std::optional<std::string> PartialMaps::load_bytes(const std::string& name) const {
+  constexpr size_t kChecksum = 64;
+  std::error_code error;
+  if (!fs::exists(directory_ / name, error)) return std::nullopt;
+  std::string bytes = read_file(directory_ / name);
+  if (bytes.size() < kChecksum) return std::nullopt;
+  const std::string checksum = bytes.substr(bytes.size() - kChecksum);
+  bytes.resize(bytes.size() - kChecksum);
+  if (sha256_hex(bytes) != checksum) return std::nullopt;
+  return bytes;
+}
+
 void PartialMaps::store(const std::string& stage, const InverseDistanceMap& map) {
-  std::string text(reinterpret_cast<const char*>(bytes_of(map).data()), bytes_of(map).size());
-  text.append(reinterpret_cast<const char*>(map.confidence.data()), map.confidence.size());
-  text += sha256_hex(text);
-  write_file_atomically(file_of(stage, map.station), text);
-  removable_ = false;
+  const MapHeader header{{map.position_m.x(), map.position_m.y(), map.position_m.z()},
+                         map.size.width,
+                         map.size.height};
+  std::string bytes(reinterpret_cast<const char*>(&header), sizeof(header));
+  bytes.append(reinterpret_cast<const char*>(map.omega.data()), map.omega.size() * sizeof(float));
+  bytes.append(reinterpret_cast<const char*>(map.confidence.data()), map.confidence.size());
+  store_bytes(map_name(stage, map.station), std::move(bytes));
 }
 
 bool PartialMaps::has(const std::string& stage, StationIndex station) const {
   std::error_code error;
-  return fs::exists(file_of(stage, station), error);
+  return fs::exists(directory_ / map_name(stage, station), error);
 }
 
-std::optional<InverseDistanceMap> PartialMaps::load(const std::string& stage, StationIndex station,
-                                                    const Eigen::Vector3d& position_m,
-                                                    PanoramaSize size) const {
-  constexpr size_t kChecksum = 64;
-  const fs::path file = file_of(stage, station);
-  std::error_code error;
-  if (!fs::exists(file, error)) return std::nullopt;
-  const std::string text = read_file(file);
-  const size_t pixels = static_cast<size_t>(size.width) * static_cast<size_t>(size.height);
-  const size_t data = pixels * (sizeof(float) + 1);
-  if (text.size() != data + kChecksum ||
-      sha256_hex(std::as_bytes(std::span(text).first(data))) != text.substr(data)) {
-    return std::nullopt;
-  }
-  InverseDistanceMap map{station, position_m, size, std::vector<float>(pixels),
+std::optional<InverseDistanceMap> PartialMaps::load(const std::string& stage,
+                                                    StationIndex station) const {
+  const std::optional<std::string> bytes = load_bytes(map_name(stage, station));
+  if (!bytes) return std::nullopt;
+  MapHeader header;
+  std::memcpy(&header, bytes->data(), sizeof(header));
+  const size_t pixels = static_cast<size_t>(header.width) * static_cast<size_t>(header.height);
+  InverseDistanceMap map{station,
+                         Eigen::Vector3d(header.position_m.data()),
+                         {header.width, header.height},
+                         std::vector<float>(pixels),
                          std::vector<std::uint8_t>(pixels)};
-  std::memcpy(map.omega.data(), text.data(), pixels * sizeof(float));
-  std::memcpy(map.confidence.data(), text.data() + pixels * sizeof(float), pixels);
+  const char* const omega = bytes->data() + sizeof(header);
+  std::memcpy(map.omega.data(), omega, pixels * sizeof(float));
+  std::memcpy(map.confidence.data(), omega + pixels * sizeof(float), pixels);
   return map;
 }
 
-InverseDistanceMap PartialMaps::load_stored(const std::string& stage, StationIndex station,
-                                            const Eigen::Vector3d& position_m,
-                                            PanoramaSize size) const {
-  auto map = load(stage, station, position_m, size);
+InverseDistanceMap PartialMaps::stored(const std::string& stage, StationIndex station) const {
+  auto map = load(stage, station);
   if (!map) {
     std::error_code ignored;
-    fs::remove(file_of(stage, station), ignored);
+    fs::remove(directory_ / map_name(stage, station), ignored);
     throw Error(directory_.string() + ": a map is damaged; run the command again");
   }
   return std::move(*map);
@@ -190,33 +197,42 @@ void PartialMaps::complete() {
   fs::remove_all(directory_, error);
 }
 
+void make_maps(const DepthPlan& plan, IndexRange share, const char* stage, const char* doing,
+               PartialMaps* partial, const std::function<InverseDistanceMap(int map)>& make) {
+  Progress progress(doing, static_cast<std::int64_t>(share.size()), "maps");
+  for (auto i = static_cast<int>(share.begin); i < static_cast<int>(share.end); ++i) {
+    throw_if_interrupted();
+    if (!partial->load(stage, plan.station_of(i))) partial->store(stage, make(i));
+    progress.advance();
+  }
+}
+
 void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
                    const PartialMaps& partial, IndexRange lines,
                    const LineSearch& contradictions_of) {
   const double half_pixel_per_m = 0.5 / plan.pixels_per_omega_m();
   std::int64_t count = 0;
-  for (std::size_t l = lines.begin; l < lines.end; ++l) count += std::ssize(maps_of_line(plan, l));
+  for (std::size_t l = lines.begin; l < lines.end; ++l) {
+    count += std::ssize(mapped_stations(plan, l));
+  }
   Progress progress("finishing lines", count, "maps");
   for (std::size_t l = lines.begin; l < lines.end; ++l) {
-    const std::vector<SweepReference> of_line = maps_of_line(plan, l);
     const Line& line = room.grid().lines[l];
     const fs::path volume = partial.volumes() / (line.id + ".h5");
     if (fs::exists(volume)) {
-      for (std::size_t i = 0; i < of_line.size(); ++i) progress.advance();
+      for (std::size_t i = mapped_stations(plan, l).size(); i > 0; --i) progress.advance();
       continue;
     }
-    DistanceMaps maps{{}, plan.size, "estimated by " + name_of(method), {}};
-    for (const SweepReference& reference : of_line) {
-      maps.stations.push_back(reference.station.station);
-    }
+    DistanceMaps maps{mapped_stations(plan, l), plan.size, "estimated by " + name_of(method), {}};
     const Contradictions contradictions = contradictions_of(static_cast<int>(l));
     maps.read = [&](std::size_t i) {
-      InverseDistanceMap map =
-          partial.load_stored(kFinalStage, of_line[i].station, of_line[i].position_m, plan.size);
+      InverseDistanceMap map = partial.stored(kFinalStage, {static_cast<int>(l), maps.stations[i]});
       show_behind(contradictions, half_pixel_per_m, &map);
       return stored_distances(map);
     };
-    maps.left_out = left_out_of(contradictions);
+    for (const ContradictedStation& found : contradictions.stations) {
+      maps.left_out.insert(maps.left_out.end(), found.runs.begin(), found.runs.end());
+    }
     maps.compressed = room.volume(static_cast<int>(l)).form().compressed();
     write_distance_volume(volume, line, maps, &progress);
   }

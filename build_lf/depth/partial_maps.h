@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -43,14 +44,14 @@ class PartialMaps {
   // Whether a map is stored, damaged or not.
   bool has(const std::string& stage, StationIndex station) const;
   // A stored map; none if it is missing or damaged.
-  std::optional<InverseDistanceMap> load(const std::string& stage, StationIndex station,
-                                         const Eigen::Vector3d& position_m,
-                                         PanoramaSize size) const;
-
+  std::optional<InverseDistanceMap> load(const std::string& stage, StationIndex station) const;
   // The same for a map known to be stored. Throws Error if it is missing or damaged; a damaged one
   // is removed, to be made again.
-  InverseDistanceMap load_stored(const std::string& stage, StationIndex station,
-                                 const Eigen::Vector3d& position_m, PanoramaSize size) const;
+  InverseDistanceMap stored(const std::string& stage, StationIndex station) const;
+
+  // Other bytes of a run, under a name, in the same way.
+  void store_bytes(const std::string& name, std::string bytes);
+  std::optional<std::string> load_bytes(const std::string& name) const;
 
   // The directory itself: what is written there under names of temporary_beside() is in nobody's
   // way.
@@ -64,7 +65,6 @@ class PartialMaps {
  private:
   void prepare(const std::string& fingerprint);
   bool is_of(const std::string& fingerprint) const;
-  std::filesystem::path file_of(const std::string& stage, StationIndex station) const;
 
   std::filesystem::path room_;
   std::filesystem::path directory_;
@@ -72,6 +72,12 @@ class PartialMaps {
   FileLock lock_;
   bool removable_ = false;  // nothing is in the directory that took time
 };
+
+// Makes those maps of a share of the plan that are not stored, one after another: `make` gives the
+// map of plan.maps[i]. `doing` names the work for the terminal. Throws Interrupted, and as
+// PartialMaps.
+void make_maps(const DepthPlan& plan, IndexRange share, const char* stage, const char* doing,
+               PartialMaps* partial, const std::function<InverseDistanceMap(int map)>& make);
 
 // Writes the finished maps of those of the lines that are not written yet to partial.volumes(), and
 // what views leave out of each line's stations, which `contradictions_of` finds. Throws Error if a

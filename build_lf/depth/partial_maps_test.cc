@@ -38,15 +38,12 @@ class PartialMapsTest : public ::testing::Test {
 
   static std::optional<InverseDistanceMap> load(const PartialMaps& maps,
                                                 const std::string& stage = "swept") {
-    return maps.load(stage, kStation, kPosition_m, kPartialSize);
+    return maps.load(stage, kStation);
   }
   // A room whose distances are `text`.
   void give_distances(const std::string& text) const {
     fs::create_directories(distances());
     write_file_atomically(distances() / "x0.h5", text);
-  }
-  std::string distances_text(const fs::path& directory) const {
-    return read_file(directory / "x0.h5");
   }
   fs::path stored_file() const {
     for (const auto& entry : fs::directory_iterator(partial())) {
@@ -72,19 +69,16 @@ TEST_F(PartialMapsTest, ReturnsWhatWasStored) {
   EXPECT_EQ(loaded->confidence, stored.confidence);
   // Stages and stations are separate.
   EXPECT_FALSE(load(maps, "final").has_value());
-  EXPECT_FALSE(maps.load("swept", {5, 1}, kPosition_m, kPartialSize).has_value());
+  EXPECT_FALSE(maps.load("swept", {5, 1}).has_value());
 }
 
-TEST_F(PartialMapsTest, ANewMapReplacesTheOld) {
-  PartialMaps maps(room(), "inputs");
-  maps.store("swept", map_of(0.0f));
-  maps.store("swept", map_of(3.0f));
-  EXPECT_EQ(load(maps)->omega.front(), 3.0f);
-}
-
-TEST_F(PartialMapsTest, TheSameRunResumes) {
-  { PartialMaps(room(), "inputs").store("swept", map_of(0.0f)); }
-  EXPECT_TRUE(load(PartialMaps(room(), "inputs")).has_value());
+TEST_F(PartialMapsTest, TheSameRunResumesWithTheLastMaps) {
+  {
+    PartialMaps maps(room(), "inputs");
+    maps.store("swept", map_of(0.0f));
+    maps.store("swept", map_of(3.0f));
+  }
+  EXPECT_EQ(load(PartialMaps(room(), "inputs"))->omega.front(), 3.0f);
 }
 
 TEST_F(PartialMapsTest, OtherInputsStartOver) {
@@ -124,8 +118,6 @@ TEST_F(PartialMapsTest, DamagedMapsCountAsMissing) {
   EXPECT_FALSE(load(maps).has_value());
   write_file_atomically(file, whole);
   EXPECT_TRUE(load(maps).has_value());
-  // A map of another size does not match.
-  EXPECT_FALSE(maps.load("swept", kStation, kPosition_m, {16, 8}).has_value());
 }
 
 // The lock works between processes.
@@ -153,34 +145,19 @@ TEST_F(PartialMapsTest, ARoomThatCannotBeWrittenIsNamed) {
               ThrowsMessage<Error>(HasSubstr("distances.partial")));
 }
 
-TEST_F(PartialMapsTest, CompletingMovesTheDistancesAndCleansUp) {
-  PartialMaps maps(room(), "inputs");
-  maps.store("swept", map_of(0.0f));
-  write_file_atomically(maps.volumes() / "x0.h5", "estimated");
-  maps.complete();
-  EXPECT_EQ(distances_text(distances()), "estimated");
-  EXPECT_EQ(directory_.entries(), 1U);
-}
-
-TEST_F(PartialMapsTest, OldDistancesStayUntilCompletion) {
-  give_distances("old");
-  {
+TEST_F(PartialMapsTest, CompletingReplacesTheDistancesAndCleansUp) {
+  for (const bool replaced : {false, true}) {
+    if (replaced) give_distances("old");
+    if (replaced) write_file_atomically(distances() / "x9.h5", "of a line that has none now");
     PartialMaps maps(room(), "inputs");
     maps.store("final", map_of(0.0f));
-    write_file_atomically(maps.volumes() / "x0.h5", "half a room");
+    write_file_atomically(maps.volumes() / "x0.h5", "estimated");
+    if (replaced) EXPECT_EQ(read_file(distances() / "x0.h5"), "old");
+    maps.complete();
+    EXPECT_EQ(read_file(distances() / "x0.h5"), "estimated");
+    EXPECT_FALSE(fs::exists(distances() / "x9.h5"));
+    EXPECT_EQ(directory_.entries(), 1U);
   }
-  EXPECT_EQ(distances_text(distances()), "old");
-}
-
-TEST_F(PartialMapsTest, EstimatedDistancesAreReplaced) {
-  give_distances("old");
-  write_file_atomically(distances() / "x9.h5", "of a line that has none now");
-  PartialMaps maps(room(), "inputs");
-  write_file_atomically(maps.volumes() / "x0.h5", "new");
-  maps.complete();
-  EXPECT_EQ(distances_text(distances()), "new");
-  EXPECT_FALSE(fs::exists(distances() / "x9.h5"));
-  EXPECT_EQ(directory_.entries(), 1U);
 }
 
 }  // namespace

@@ -45,25 +45,19 @@ class Sweeper {
       : room_(room),
         memory_(memory),
         gains_(unit_gain_fields(room.grid())),
-        valid_(valid),
-        pictures_(room, kSweptSize, gains_, valid_, 100, false, memory) {
-    for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
-      const auto& stations = room.grid().lines[static_cast<size_t>(line)].stations;
-      for (int i = 0; i < static_cast<int>(stations.size()); ++i) {
-        candidates_.push_back({{line, i}, stations[static_cast<size_t>(i)].position_m});
-      }
+        pictures_(pictures_of(room, kSweptSize, gains_, valid, memory)) {
+    for (const StationIndex station : all_stations(room.grid())) {
+      candidates_.push_back({station, room.grid().station(station).position_m});
     }
   }
 
   SweepReference reference(StationIndex station) const {
-    const Line& line = room_.grid().lines[static_cast<size_t>(station.line)];
-    return {station,
-            line.stations[static_cast<size_t>(station.station)].position_m,
-            {line.direction.x_m, 0.0, line.direction.z_m}};
+    const PlanPoint& rail = room_.grid().line_of(station).direction;
+    return {station, room_.grid().station(station).position_m, {rail.x_m, 0.0, rail.z_m}};
   }
 
   void sweep_into(CostVolume* volume, StationIndex station, double reach_m, double max_per_m) {
-    const TileViews views(reference(station), candidates_, reach_m, &pictures_);
+    const TileViews views(reference(station), candidates_, reach_m, kSweptSize, &pictures_);
     sweep(views, sweep_layers(max_per_m, reach_m, kSweptSize), volume);
   }
 
@@ -77,8 +71,7 @@ class Sweeper {
  private:
   const Room& room_;
   std::pmr::memory_resource* memory_;
-  std::vector<std::vector<GainField>> gains_;
-  cv::Mat valid_;
+  GainFields gains_;
   PictureCache pictures_;
   std::vector<SweepCandidate> candidates_;
 };
@@ -182,11 +175,11 @@ TEST(PlaneSweepTest, FindsInfinityFarAway) {
 TEST(PlaneSweepTest, IsUnknownWithoutOtherStations) {
   const DepthTestRoom room(line_of_scale(1.0));
   const auto gains = unit_gain_fields(room.grid());
-  const cv::Mat all_valid;
-  PictureCache pictures(room.room(), kSweptSize, gains, all_valid, 4);
+  PictureCache pictures = pictures_of(room.room(), kSweptSize, gains);
   const SweepReference reference{{0, 8}, {0, 0, 0}, {1, 0, 0}};
   CostVolume volume;
-  sweep(TileViews(reference, {}, 0.5, &pictures), sweep_layers(2.0, 0.5, kSweptSize), &volume);
+  sweep(TileViews(reference, {}, 0.5, kSweptSize, &pictures), sweep_layers(2.0, 0.5, kSweptSize),
+        &volume);
   SemiGlobalScratch scratch;
   const auto map = regularise(volume, reference, &scratch);
   for (size_t pixel = 0; pixel < map.omega.size(); ++pixel) {

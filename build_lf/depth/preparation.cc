@@ -3,26 +3,24 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cmath>
+#include <cstddef>
+#include <cstring>
 #include <filesystem>
 #include <limits>
-#include <map>
-#include <nlohmann/json.hpp>
+#include <string>
+#include <type_traits>
 #include <utility>
 
-#include "build_lf/depth/depth_summary.h"
-#include "build_lf/quality/station_links.h"
 #include "build_lf/depth/sweep_depth.h"
 #include "build_lf/exposure/make_gains.h"
 #include "build_lf/exposure/room_gains.h"
+#include "build_lf/quality/station_links.h"
 #include "core/base/error.h"
-#include "core/files/atomic_output.h"
 
 namespace raywalk::build_lf {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 // What is measured; all else follows from it.
 struct Measured {
@@ -31,34 +29,28 @@ struct Measured {
   double nearest_per_m = 0.0;
 };
 
-fs::path measured_file(const PartialMaps& partial) { return partial.directory() / "measured.json"; }
+constexpr const char* kMeasuredFile = "measured";
+constexpr const char* kCoarseStage = "coarse";
+
 fs::path gains_file(const PartialMaps& partial) { return partial.directory() / "gains.h5"; }
 
-json json_of(const Measured& measured) {
-  json links = json::array();
-  for (const auto& [pair, compared] : measured.links) {
-    links.push_back({pair.from.line, pair.from.station, pair.to.station, compared.comparable,
-                     compared.log_ratio, compared.change, compared.unexplained_change});
-  }
-  json document{{"links", std::move(links)}, {"nearest_per_m", measured.nearest_per_m}};
-  if (std::isfinite(measured.near_m)) document["near_m"] = measured.near_m;
-  return document;
+// As it is kept: the two distances and the links.
+std::string bytes_of(const Measured& measured) {
+  static_assert(std::is_trivially_copyable_v<StationLink>);
+  std::string bytes(reinterpret_cast<const char*>(&measured.near_m), sizeof(double));
+  bytes.append(reinterpret_cast<const char*>(&measured.nearest_per_m), sizeof(double));
+  bytes.append(reinterpret_cast<const char*>(measured.links.data()),
+               measured.links.size() * sizeof(StationLink));
+  return bytes;
 }
 
-// Throws json::exception.
-Measured measured_from(const json& document) {
+Measured measured_from(const std::string& bytes) {
+  constexpr std::size_t kDistances = 2 * sizeof(double);
   Measured measured;
-  measured.near_m = document.value("near_m", measured.near_m);
-  document.at("nearest_per_m").get_to(measured.nearest_per_m);
-  for (const json& entry : document.at("links")) {
-    const int line = entry.at(0).get<int>();
-    StationLink& link = measured.links.emplace_back();
-    link.pair = {{line, entry.at(1).get<int>()}, {line, entry.at(2).get<int>()}};
-    entry.at(3).get_to(link.compared.comparable);
-    entry.at(4).get_to(link.compared.log_ratio);
-    entry.at(5).get_to(link.compared.change);
-    entry.at(6).get_to(link.compared.unexplained_change);
-  }
+  std::memcpy(&measured.near_m, bytes.data(), sizeof(double));
+  std::memcpy(&measured.nearest_per_m, bytes.data() + sizeof(double), sizeof(double));
+  measured.links.resize((bytes.size() - kDistances) / sizeof(StationLink));
+  std::memcpy(measured.links.data(), bytes.data() + kDistances, bytes.size() - kDistances);
   return measured;
 }
 
@@ -86,15 +78,8 @@ Preparation preparation_of(const Room& room, const DepthOptions& options,
 
 SurfaceMaps coarse_maps(const DepthPlan& plan, const cv::Mat& valid, const PartialMaps& partial) {
   SurfaceMaps maps{coarse_size(plan), {}, {}, valid};
-  std::map<StationIndex, Eigen::Vector3d> positions_m;
-  for (const SweepReference& map : plan.maps) {
-    maps.stations.push_back(map.station);
-    positions_m.emplace(map.station, map.position_m);
-  }
-  maps.read = [&partial, size = maps.size,
-               positions_m = std::move(positions_m)](StationIndex station) {
-    return partial.load_stored(kCoarseStage, station, positions_m.at(station), size);
-  };
+  for (const SweepReference& map : plan.maps) maps.stations.push_back(map.station);
+  maps.read = [&partial](StationIndex station) { return partial.stored(kCoarseStage, station); };
   return maps;
 }
 
@@ -119,33 +104,29 @@ Preparation prepare_depth(const Room& room, const DepthOptions& options, const c
   warn_of(room, preparation.checks);  // before hours of work
   if (options.method == DepthMethod::kSweep && room.grid().cells.empty()) {
     // Without cells, the lines do not tell how far away the scene is.
-    measured.near_m = near_distance_m(
-        preparation.plan, near_surfaces(room, preparation.plan, valid, partial->directory()));
+    measured.near_m = sweep_coarse_maps(room, preparation.plan, valid, "near", partial).near_m;
     preparation.plan = plan_without_faults(room, options, preparation.checks, measured.near_m);
   }
   const DepthPlan& plan = preparation.plan;
   measured.nearest_per_m =
-      nearest_surfaces_per_m(plan, sweep_coarse_maps(room, plan, valid, partial));
+      sweep_coarse_maps(room, plan, valid, kCoarseStage, partial).nearest_per_m;
   preparation.nearest_per_m = measured.nearest_per_m;
-  preparation.gains = kept_gains(
-      room, solve_room_gains(room, all_stations(room.grid()), coarse_maps(plan, valid, *partial)),
-      *partial);
-  write_file_atomically(measured_file(*partial), json_of(measured).dump());
+  preparation.gains =
+      kept_gains(room, solve_room_gains(room, coarse_maps(plan, valid, *partial)), *partial);
+  partial->store_bytes(kMeasuredFile, bytes_of(measured));
   return preparation;
 }
 
 std::optional<Preparation> kept_preparation(const Room& room, const DepthOptions& options,
                                             const PartialMaps& partial) {
-  if (!fs::exists(measured_file(partial))) return std::nullopt;
-  Measured measured;
+  const std::optional<std::string> kept = partial.load_bytes(kMeasuredFile);
+  if (!kept) return std::nullopt;
+  const Measured measured = measured_from(*kept);
   GainFields gains = unit_gain_fields(room.grid());
   try {
-    measured = measured_from(json::parse(read_file(measured_file(partial))));
     if (fs::exists(gains_file(partial))) {
       gains = read_gain_fields(gains_file(partial), room.grid());
     }
-  } catch (const json::exception&) {
-    return std::nullopt;
   } catch (const Error&) {
     return std::nullopt;
   }

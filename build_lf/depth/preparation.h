@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "build_lf/depth/depth_plan.h"
-#include "build_lf/quality/frame_checks.h"
 #include "build_lf/depth/partial_maps.h"
+#include "build_lf/quality/frame_checks.h"
 #include "core/room/gain_fields.h"
 #include "core/room/room.h"
 

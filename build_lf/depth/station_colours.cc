@@ -4,9 +4,9 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "core/room/station_image.h"
 #include "build_lf/depth/station_picture.h"
 #include "core/panorama/transposed_border.h"
+#include "core/room/station_image.h"
 
 namespace raywalk::build_lf {
 

@@ -5,8 +5,8 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "core/room/station_image.h"
 #include "core/panorama/transposed_border.h"
+#include "core/room/station_image.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -88,39 +88,6 @@ StationPicture make_station_picture(const Room& room, StationIndex station, Pano
   };
   std::memcpy(picture.samples.data(), samples.data, samples.total() * sizeof(MatchingSample));
   picture.all_valid = std::all_of(picture.samples.begin(), picture.samples.end(), is_valid);
-  return picture;
-}
-
-PictureCache::PictureCache(const Room& room, PanoramaSize map_size,
-                           const std::vector<std::vector<GainField>>& gains, cv::Mat valid,
-                           std::size_t capacity, bool levelled, std::pmr::memory_resource* memory)
-    : room_(room),
-      map_size_(map_size),
-      gains_(gains),
-      valid_(std::move(valid)),
-      capacity_(capacity),
-      levelled_(levelled),
-      memory_(memory) {}
-
-std::shared_ptr<const StationPicture> PictureCache::get(StationIndex station) {
-  {
-    const std::lock_guard lock(mutex_);
-    const auto found = pictures_.find(station);
-    if (found != pictures_.end()) {
-      order_.splice(order_.begin(), order_, std::find(order_.begin(), order_.end(), station));
-      return found->second;
-    }
-  }
-  const GainField& gains =
-      gains_[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)];
-  auto picture = std::make_shared<const StationPicture>(
-      make_station_picture(room_, station, map_size_, gains, valid_, levelled_, memory_));
-  const std::lock_guard lock(mutex_);
-  if (pictures_.emplace(station, picture).second) order_.push_front(station);
-  while (order_.size() > capacity_) {
-    pictures_.erase(order_.back());
-    order_.pop_back();
-  }
   return picture;
 }
 

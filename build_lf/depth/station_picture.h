@@ -1,16 +1,13 @@
-// A station's panorama prepared for matching, and a cache of such pictures.
+// A station's panorama prepared for matching.
 #pragma once
 
-#include <list>
-#include <map>
-#include <memory>
 #include <memory_resource>
-#include <mutex>
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
 #include "build_lf/depth/inverse_distance_map.h"
 #include "build_lf/depth/matching_kernels.h"
+#include "core/base/recently_made.h"
 #include "core/room/gain_fields.h"
 #include "core/room/room.h"
 
@@ -34,30 +31,6 @@ StationPicture make_station_picture(
     const cv::Mat& valid, bool levelled = false,
     std::pmr::memory_resource* memory = std::pmr::get_default_resource());
 
-// A least-recently-used cache of `capacity` pictures, made on demand, so that memory does not grow
-// with the number of stations. Thread-safe; a picture lives as long as a caller holds it.
-class PictureCache {
- public:
-  // `gains` is [line][station]. The room, the gains and the pictures' memory must outlive the
-  // cache.
-  PictureCache(const Room& room, PanoramaSize map_size,
-               const std::vector<std::vector<GainField>>& gains, cv::Mat valid,
-               std::size_t capacity, bool levelled = false,
-               std::pmr::memory_resource* memory = std::pmr::get_default_resource());
-  std::shared_ptr<const StationPicture> get(StationIndex station);
-  PanoramaSize map_size() const { return map_size_; }
-
- private:
-  const Room& room_;
-  PanoramaSize map_size_;
-  const std::vector<std::vector<GainField>>& gains_;
-  cv::Mat valid_;
-  std::size_t capacity_;
-  bool levelled_;
-  std::pmr::memory_resource* memory_;
-  std::mutex mutex_;
-  std::map<StationIndex, std::shared_ptr<const StationPicture>> pictures_;
-  std::list<StationIndex> order_;  // most recently used first
-};
+using PictureCache = RecentlyMade<StationIndex, StationPicture>;
 
 }  // namespace raywalk::build_lf

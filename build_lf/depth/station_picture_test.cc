@@ -5,9 +5,8 @@
 #include <cmath>
 
 #include "build_lf/depth/depth_test_room.h"
-#include "core/room/station_image.h"
-#include "core/base/parallel.h"
 #include "core/panorama/transposed_border.h"
+#include "core/room/station_image.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -140,23 +139,6 @@ TEST(StationPictureTest, MarksInvalidPixels) {
       EXPECT_EQ(channel_of(picture.samples[static_cast<size_t>(su * 128 + sv)], 3), 0);
     }
   }
-}
-
-TEST(PictureCacheTest, ReturnsTheRightPictureAtAnyCapacity) {
-  const DepthTestRoom room(small_line());
-  auto gains = unit_gain_fields(room.grid());
-  gains[0][3].whole = {0.5f, 1.0f, 1.0f};
-  const cv::Mat all_valid;
-  PictureCache pictures(room.room(), kPictureSize, gains, all_valid, 2);
-  const auto held = pictures.get({0, 0});
-  parallel_for(0, 40, 1, [&](int begin, int) {
-    const StationIndex station{0, begin % 5};
-    const auto expected = make_station_picture(room.room(), station, kPictureSize,
-                                               gains[0][static_cast<size_t>(station.station)], {});
-    EXPECT_EQ(pictures.get(station)->samples, expected.samples);
-  });
-  EXPECT_EQ(held->samples, pictures.get({0, 0})->samples);
-  EXPECT_EQ(pictures.get({0, 4}), pictures.get({0, 4})) << "kept";
 }
 
 }  // namespace

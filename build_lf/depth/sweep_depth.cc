@@ -9,9 +9,6 @@
 
 #include "build_lf/depth/file_memory.h"
 #include "build_lf/depth/semi_global.h"
-#include "core/base/interrupt.h"
-#include "core/base/parallel.h"
-#include "core/base/progress.h"
 #include "core/base/usable_memory.h"
 #include "core/geometry/sphere.h"
 
@@ -23,10 +20,6 @@ constexpr double kFullWeight = 1 << 24;
 
 // Cache size: neighbouring references share most pictures.
 constexpr std::size_t kPicturesKept = 48;
-
-std::span<const SweepReference> maps_of(const DepthPlan& plan, IndexRange share) {
-  return std::span(plan.maps).subspan(share.begin, share.size());
-}
 
 // Sweeps one station after another. Costs and pictures lie in memory while half of what may be used
 // holds them (the rest is for the panoramas, which are mapped), otherwise all of them in files: a
@@ -42,12 +35,15 @@ class StationSweep {
         files_(scratch),
         volume_{size, layers_, std::pmr::vector<std::uint8_t>(memory_for(size)), {}, {}},
         scratch_{std::pmr::vector<std::uint16_t>(memory_for(size))},
-        pictures_(room, size, gains, valid, kPicturesKept, levelled, memory_for(size)) {}
-
-  PanoramaSize size() const { return pictures_.map_size(); }
+        pictures_(kPicturesKept, [&room, size, &gains, valid, levelled,
+                                  memory = memory_for(size)](StationIndex station) {
+          return make_station_picture(room, station, size, gain_field(gains, station), valid,
+                                      levelled, memory);
+        }) {}
 
   InverseDistanceMap map_at(const SweepReference& reference) {
-    const TileViews views(reference, candidates_near(plan_, reference), plan_.reach_m, &pictures_);
+    const TileViews views(reference, candidates_near(plan_, reference), plan_.reach_m, volume_.size,
+                          &pictures_);
     sweep(views, layers_, &volume_);
     return regularise(volume_, reference, &scratch_);
   }
@@ -77,110 +73,87 @@ class StationSweep {
   PictureCache pictures_;
 };
 
-// Sweeps the stations of `share` without a stored map of the stage. `see` is called with every map,
-// in order.
-template <typename See>
-void sweep_all(const DepthPlan& plan, IndexRange share, const char* doing, const char* stage,
-               StationSweep* sweep, PartialMaps* partial, const See& see) {
-  Progress progress(doing, static_cast<std::int64_t>(share.size()), "stations");
-  for (const SweepReference& reference : maps_of(plan, share)) {
-    throw_if_interrupted();
-    auto map = partial->load(stage, reference.station, reference.position_m, sweep->size());
-    if (!map) {
-      map = sweep->map_at(reference);
-      partial->store(stage, *map);
-    }
-    see(*map);
-    progress.advance();
-  }
-}
-
 // The nearest distance looked for, as a share of the reach.
 constexpr double kNearestPerReach = 0.25;
 
-// The largest inverse distance that is looked for.
-double sweep_limit_per_m(const DepthPlan& plan) { return 1.0 / (kNearestPerReach * plan.reach_m); }
+// How much of the sphere shows surfaces at which inverse distance, from 0 to a limit, over many
+// maps. The weights are whole numbers, so that their sum is exact.
+class OmegaHistogram {
+ public:
+  explicit OmegaHistogram(double limit_per_m) : limit_per_m_(limit_per_m), share_(kBins) {}
+
+  // Counts the confident pixels of a map.
+  void add(const InverseDistanceMap& map) {
+    constexpr int kConfident = 64;
+    const auto rows = static_cast<size_t>(map.size.height);
+    std::vector<std::int64_t> weights(rows);
+    for (size_t row = 0; row < rows; ++row) {
+      const double phi_rad = angles_from_pixel({0.0, static_cast<double>(row)}, map.size).phi_rad;
+      weights[row] = std::llround(kFullWeight * std::cos(phi_rad));
+    }
+    for (size_t p = 0; p < map.omega.size(); ++p) {
+      if (map.confidence[p] < kConfident) continue;
+      const double bin = std::clamp(map.omega[p] / limit_per_m_ * kBins, 0.0, kBins - 1.0);
+      share_[static_cast<size_t>(bin)] += weights[p % rows];
+      total_ += weights[p % rows];
+    }
+  }
+  // The largest inverse distance of the bin above which less than `share` of the solid angle lies.
+  double exceeded_by(double share) const {
+    int bin = kBins - 1;
+    for (std::int64_t nearer = 0; bin > 0; --bin) {
+      nearer += share_[static_cast<size_t>(bin)];
+      if (static_cast<double>(nearer) > share * static_cast<double>(total_)) break;
+    }
+    return limit_per_m_ * (bin + 1) / kBins;
+  }
+  bool empty() const { return total_ == 0; }
+
+ private:
+  static constexpr int kBins = 1024;
+  double limit_per_m_;
+  std::vector<std::int64_t> share_;
+  std::int64_t total_ = 0;
+};
 
 }  // namespace
 
-void OmegaHistogram::add(const InverseDistanceMap& map) {
-  constexpr int kConfident = 64;
-  const auto rows = static_cast<size_t>(map.size.height);
-  std::vector<std::int64_t> weights(rows);
-  for (size_t row = 0; row < rows; ++row) {
-    const double phi_rad = angles_from_pixel({0.0, static_cast<double>(row)}, map.size).phi_rad;
-    weights[row] = std::llround(kFullWeight * std::cos(phi_rad));
-  }
-  for (size_t p = 0; p < map.omega.size(); ++p) {
-    if (map.confidence[p] < kConfident) continue;
-    const double bin = std::clamp(map.omega[p] / limit_per_m_ * kBins, 0.0, kBins - 1.0);
-    share_[static_cast<size_t>(bin)] += weights[p % rows];
-    total_ += weights[p % rows];
-  }
-}
-
-double OmegaHistogram::exceeded_by(double share) const {
-  int bin = kBins - 1;
-  for (std::int64_t nearer = 0; bin > 0; --bin) {
-    nearer += share_[static_cast<size_t>(bin)];
-    if (static_cast<double>(nearer) > share * static_cast<double>(total_)) break;
-  }
-  return limit_per_m_ * (bin + 1) / kBins;
-}
-
 PanoramaSize coarse_size(const DepthPlan& plan) {
   constexpr int kReduction = 4;
-  return {plan.size.width / kReduction, plan.size.height / kReduction};
+  // Narrower ones have too few pixels in a patch whose exposure is measured (patch_ratios.h).
+  constexpr int kNarrowest = 128;
+  const int width = std::max(plan.size.width / kReduction, std::min(plan.size.width, kNarrowest));
+  return {width, width / 2};
 }
 
-OmegaHistogram near_surfaces(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
-                             const std::filesystem::path& scratch) {
-  const GainFields gains = unit_gain_fields(room.grid());
-  OmegaHistogram histogram(sweep_limit_per_m(plan));
-  StationSweep sweep(room, plan, coarse_size(plan), sweep_limit_per_m(plan), gains, valid, true,
-                     scratch);
-  for (const SweepReference& reference : plan.maps) {
-    throw_if_interrupted();
-    histogram.add(sweep.map_at(reference));
-  }
-  return histogram;
-}
-
-double near_distance_m(const DepthPlan& plan, const OmegaHistogram& histogram) {
+NearSurfaces sweep_coarse_maps(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
+                               const char* stage, PartialMaps* partial) {
   constexpr double kNear = 0.25;
-  const double step_per_m =
-      sweep_layers(sweep_limit_per_m(plan), plan.reach_m, coarse_size(plan)).step_per_m;
-  const double near_per_m = histogram.exceeded_by(kNear);
-  if (histogram.empty() || near_per_m < 2.0 * step_per_m) {
-    return std::numeric_limits<double>::infinity();
-  }
-  return 1.0 / near_per_m;
-}
-
-OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
-                                 PartialMaps* partial) {
-  const GainFields gains = unit_gain_fields(room.grid());
-  OmegaHistogram histogram(sweep_limit_per_m(plan));
-  StationSweep sweep(room, plan, coarse_size(plan), sweep_limit_per_m(plan), gains, valid, true,
-                     partial->directory());
-  sweep_all(plan, {0, plan.maps.size()}, "looking for the nearest surfaces", kCoarseStage, &sweep,
-            partial, [&](const InverseDistanceMap& map) { histogram.add(map); });
-  return histogram;
-}
-
-double nearest_surfaces_per_m(const DepthPlan& plan, const OmegaHistogram& histogram) {
   // The share of the pixels that may lie nearer than the sweep's near limit: false matches are
   // spread over all layers.
   constexpr double kNearer = 0.001;
   constexpr double kMargin = 1.25;
-  return std::min(sweep_limit_per_m(plan), kMargin * histogram.exceeded_by(kNearer));
+  const double limit_per_m = 1.0 / (kNearestPerReach * plan.reach_m);
+  const GainFields gains = unit_gain_fields(room.grid());
+  StationSweep sweep(room, plan, coarse_size(plan), limit_per_m, gains, valid, true,
+                     partial->directory());
+  make_maps(plan, {0, plan.maps.size()}, stage, "looking for the nearest surfaces", partial,
+            [&](int i) { return sweep.map_at(plan.maps[static_cast<size_t>(i)]); });
+  OmegaHistogram histogram(limit_per_m);
+  for (const SweepReference& map : plan.maps) histogram.add(partial->stored(stage, map.station));
+  NearSurfaces found{.nearest_per_m =
+                         std::min(limit_per_m, kMargin * histogram.exceeded_by(kNearer))};
+  const double near_per_m = histogram.exceeded_by(kNear);
+  const double step_per_m = sweep_layers(limit_per_m, plan.reach_m, coarse_size(plan)).step_per_m;
+  if (!histogram.empty() && near_per_m >= 2.0 * step_per_m) found.near_m = 1.0 / near_per_m;
+  return found;
 }
 
 void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m, const GainFields& gains,
                 const cv::Mat& valid, IndexRange share, PartialMaps* partial) {
   StationSweep sweep(room, plan, plan.size, max_per_m, gains, valid, false, partial->directory());
-  sweep_all(plan, share, "sweeping", kSweptStage, &sweep, partial,
-            [](const InverseDistanceMap&) {});
+  make_maps(plan, share, kSweptStage, "sweeping", partial,
+            [&](int i) { return sweep.map_at(plan.maps[static_cast<size_t>(i)]); });
 }
 
 }  // namespace raywalk::build_lf

@@ -1,9 +1,8 @@
 // Distance maps by plane sweep. Each map is stored as soon as it is finished.
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
-#include <vector>
+#include <limits>
+#include <opencv2/core/mat.hpp>
 
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/inverse_distance_map.h"
@@ -13,52 +12,26 @@
 
 namespace raywalk::build_lf {
 
-// How much of the sphere shows surfaces at which inverse distance, from 0 to a limit, over many
-// maps. The weights are whole numbers, so that their sum is exact.
-class OmegaHistogram {
- public:
-  explicit OmegaHistogram(double limit_per_m) : limit_per_m_(limit_per_m), share_(kBins) {}
-
-  // Counts the confident pixels of a map.
-  void add(const InverseDistanceMap& map);
-  // The largest inverse distance of the bin above which less than `share` of the solid angle lies.
-  double exceeded_by(double share) const;
-  bool empty() const { return total_ == 0; }
-
- private:
-  static constexpr int kBins = 1024;
-  double limit_per_m_;
-  std::vector<std::int64_t> share_;
-  std::int64_t total_ = 0;
-};
-
 // The stage of the maps of sweep_maps().
 inline constexpr const char* kSweptStage = "swept";
-// The stage of the maps of sweep_coarse_maps(), and their size.
-inline constexpr const char* kCoarseStage = "coarse";
+// The size of the maps of sweep_coarse_maps().
 PanoramaSize coarse_size(const DepthPlan& plan);
 
-// What a coarse sweep of the plan's maps is confident of, as far as is looked for: down to a
-// distance of a quarter of the reach, where the longest baseline is four times the distance. Coarse
-// sweeps compare colours with those around them, as exposures need not agree yet. Nothing is
-// stored; `scratch` is a directory for values that memory does not hold. Throws Error if the disk
-// does not either.
-OmegaHistogram near_surfaces(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
-                             const std::filesystem::path& scratch);
-
-// The distance, metres, within which a quarter of that lies; infinity if there is nothing, or it is
-// not to be told from infinity. `histogram`: of all maps.
-double near_distance_m(const DepthPlan& plan, const OmegaHistogram& histogram);
-
-// A coarse sweep of the plan's maps, at a quarter of their width; they are stored. Processes one
-// station at a time, with the memory of one and of the pictures around it; what half of the usable
-// memory does not hold lies in files of the maps' directory. Throws Error if the disk is full.
-OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
-                                 PartialMaps* partial);
-
-// The largest inverse distance, 1/m, to sweep, beyond which nearly nothing of the scene lies.
-// `histogram`: of all coarse maps.
-double nearest_surfaces_per_m(const DepthPlan& plan, const OmegaHistogram& histogram);
+// A coarse sweep of the plan's maps, at a quarter of their width or 128 pixels, which are stored:
+// what it is confident of, as far as is looked for, down to a distance of a quarter of the reach,
+// where the longest baseline is four times the distance. It compares colours with those around
+// them, as exposures need not agree yet. Processes one station at a time, with the memory of one
+// and of the pictures around it; what half of the usable memory does not hold lies in files of the
+// maps' directory. Throws Error if the disk is full.
+struct NearSurfaces {
+  // The distance, metres, within which a quarter of that lies; infinity if there is nothing, or it
+  // is not to be told from infinity.
+  double near_m = std::numeric_limits<double>::infinity();
+  // The largest inverse distance, 1/m, to sweep, beyond which nearly nothing of the scene lies.
+  double nearest_per_m = 0.0;
+};
+NearSurfaces sweep_coarse_maps(const Room& room, const DepthPlan& plan, const cv::Mat& valid,
+                               const char* stage, PartialMaps* partial);
 
 // Sweeps the stations of the maps `share` of the plan and stores the maps as kSweptStage. Memory
 // and errors are as for the coarse maps.

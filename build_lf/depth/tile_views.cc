@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/parallel.h"
-
 namespace raywalk::build_lf {
 namespace {
 
@@ -32,8 +30,8 @@ MatchingSample mean_sample(const StationPicture& picture, int theta, int phi) {
 }  // namespace
 
 TileViews::TileViews(const SweepReference& reference, std::span<const SweepCandidate> candidates,
-                     double reach_m, PictureCache* pictures)
-    : size_(pictures->map_size()),
+                     double reach_m, PanoramaSize map_size, PictureCache* pictures)
+    : size_(map_size),
       reference_(pictures->get(reference.station)),
       across_((size_.width + kTileColumns - 1) / kTileColumns),
       down_((size_.height + kTileRows - 1) / kTileRows) {
@@ -50,17 +48,18 @@ TileViews::TileViews(const SweepReference& reference, std::span<const SweepCandi
       for (const int i : side) used[static_cast<size_t>(i)] = 1;
     }
   }
+  std::vector<StationIndex> compared;
+  for (size_t i = 0; i < candidates.size(); ++i) {
+    if (used[i] != 0) compared.push_back(candidates[i].station);
+  }
+  const std::vector<PictureCache::Made> found = pictures->get_all(compared);
+  auto next = found.begin();
   views_.resize(candidates.size());
-  parallel_for(0, static_cast<int>(candidates.size()), 1, [&](int begin, int end) {
-    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
-      if (used[i] == 0) continue;
-      views_[i] = {pictures->get(candidates[i].station),
-                   reference.position_m - candidates[i].position_m};
-    }
-  });
-  all_valid_ = std::all_of(views_.begin(), views_.end(), [](const TileView& view) {
-    return view.picture == nullptr || view.picture->all_valid;
-  });
+  for (size_t i = 0; i < candidates.size(); ++i) {
+    if (used[i] == 0) continue;
+    views_[i] = {*next++, reference.position_m - candidates[i].position_m};
+    all_valid_ = all_valid_ && views_[i].picture->all_valid;
+  }
 }
 
 ReferenceTile reference_tile(const TileViews& views, int tile) {

@@ -36,7 +36,7 @@ class TileViews {
  public:
   // Chooses the stations of every tile (choose_matching_views) and gets their pictures.
   TileViews(const SweepReference& reference, std::span<const SweepCandidate> candidates,
-            double reach_m, PictureCache* pictures);
+            double reach_m, PanoramaSize map_size, PictureCache* pictures);
 
   PanoramaSize map_size() const { return size_; }
   const StationPicture& reference() const { return *reference_; }

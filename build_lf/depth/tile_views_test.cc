@@ -17,10 +17,10 @@ TEST_P(TilesOfSize, CoverEveryPixelOnceAndHaveStationsToCompare) {
   const DepthTestRoom room(spec);
   const DepthPlan plan = plan_depth(room.room(), {.width = size.width});
   const auto gains = unit_gain_fields(room.grid());
-  PictureCache pictures(room.room(), size, gains, {}, 100);
+  PictureCache pictures = pictures_of(room.room(), size, gains);
   const SweepReference& reference = plan.maps[1];
   const std::vector<SweepCandidate> candidates = candidates_near(plan, reference);
-  const TileViews views(reference, candidates, plan.reach_m, &pictures);
+  const TileViews views(reference, candidates, plan.reach_m, size, &pictures);
   std::vector<int> covered(static_cast<size_t>(size.width * size.height), 0);
   for (int tile = 0; tile < views.tiles(); ++tile) {
     for (int u = 0; u < views.columns(tile); ++u) {
@@ -52,8 +52,9 @@ TEST(ReferenceTileTest, IsTheMeanOfAPixelsSamplesAndMarksInvalidOnes) {
   valid.at<uchar>(40, 21) = 0;
   const DepthPlan plan = plan_depth(room.room(), {.width = size.width});
   const auto gains = unit_gain_fields(room.grid());
-  PictureCache pictures(room.room(), size, gains, valid, 100);
-  const TileViews views(plan.maps[1], candidates_near(plan, plan.maps[1]), plan.reach_m, &pictures);
+  PictureCache pictures = pictures_of(room.room(), size, gains, valid);
+  const TileViews views(plan.maps[1], candidates_near(plan, plan.maps[1]), plan.reach_m, size,
+                        &pictures);
   for (int tile = 0; tile < views.tiles(); ++tile) {
     const ReferenceTile reference = reference_tile(views, tile);
     ASSERT_EQ(reference.count, views.columns(tile) * views.rows(tile));

@@ -5,21 +5,22 @@
 // stays 1 exactly.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <span>
-#include <vector>
+
+#include "build_lf/exposure/patch_ratios.h"
 
 namespace raywalk::build_lf {
 
-// The log gains of one station's patches, [channel][patch] (patch_ratios.h).
-using PatchGains = std::array<std::span<const double>, 3>;
+// The log gains of one station's patches (patch_ratios.h), a column for each channel.
+using PatchGains = Eigen::Matrix<double, kPatches, 3>;
 
 // What is applied of a station's gains.
 struct KeptGains {
-  std::array<double, 3> whole{};  // log gain of the whole picture
-  bool local = false;             // whether patches differ from it
-  // [channel][patch], log gains beyond `whole`; empty unless `local`.
-  std::array<std::vector<double>, 3> patches{};
+  Eigen::RowVector3d whole{0, 0, 0};    // log gains of the whole picture
+  std::optional<PatchGains> patches{};  // beyond `whole`; none: patches do not differ from it
 };
 
 // `gains` were solved from all ratios, `halves` each from one half of them, whose differences show
@@ -34,6 +35,6 @@ KeptGains keep_significant(const PatchGains& gains, const std::array<PatchGains,
 // and nearly as wide elsewhere, takes that median. What one station shows and the others do not is
 // no larger than that, unless it is very near; the picture of a lens and the shadow of a cloud are,
 // and a median keeps their edges.
-std::vector<double> without_spots(std::span<const double> patches);
+Eigen::VectorXd without_spots(const Eigen::VectorXd& patches);
 
 }  // namespace raywalk::build_lf

@@ -7,7 +7,6 @@
 #include <numeric>
 #include <utility>
 
-#include "build_lf/exposure/patch_ratios.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk::build_lf {
@@ -158,21 +157,21 @@ void halve(std::span<const Eigen::Vector3d> positions_m, std::vector<int> statio
 
 }  // namespace
 
-std::vector<double> solve_patch_gains(std::span<const PatchEquation> equations, Part part,
-                                      size_t channel, int stations, std::span<const double> guess) {
+Eigen::MatrixXd solve_patch_gains(std::span<const PatchRatio> ratios, Part part, size_t channel,
+                                  int stations, const Eigen::MatrixXd& guess) {
   std::vector<Row> rows;
-  rows.reserve(equations.size() + static_cast<size_t>(2 * stations * kPatches));
-  for (const PatchEquation& equation : equations) {
-    if (!is_part(part, equation.from)) continue;
-    rows.push_back({equation.from, equation.to, equation.difference[channel],
-                    precision_of(static_cast<double>(equation.error[channel]))});
+  rows.reserve(ratios.size() + static_cast<size_t>(2 * stations * kPatches));
+  for (const PatchRatio& ratio : ratios) {
+    if (!is_part(part, ratio.from)) continue;
+    rows.push_back({ratio.from, ratio.to, ratio.log_ratio[channel],
+                    precision_of(static_cast<double>(ratio.error[channel]))});
   }
   add_neighbours(stations, &rows);
   const Eigen::Index unknowns = static_cast<Eigen::Index>(stations) * kPatches;
   NormalEquations normal(std::move(rows), unknowns);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(unknowns);
-  if (!guess.empty()) {
-    x = Eigen::Map<const Eigen::VectorXd>(guess.data(), unknowns);
+  if (guess.size() > 0) {
+    x = guess.reshaped();
     normal.reweight(x);
   }
   constexpr int kReweightings = 12;
@@ -188,7 +187,7 @@ std::vector<double> solve_patch_gains(std::span<const PatchEquation> equations, 
     tolerance = std::max(kFinalTolerance, 0.2 * tolerance);
     normal.reweight(x);
   }
-  return {x.data(), x.data() + x.size()};
+  return x.reshaped(kPatches, stations);
 }
 
 std::vector<GainWindow> gain_windows(std::span<const Eigen::Vector3d> positions_m,

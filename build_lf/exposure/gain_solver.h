@@ -2,39 +2,29 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <span>
 #include <vector>
 
+#include "build_lf/exposure/patch_ratios.h"
 #include "build_lf/exposure/station_ratios.h"
 
 namespace raywalk::build_lf {
 
-// log gain(from) - log gain(to) = difference, for patches numbered through all stations: station *
-// kPatches + patch. Levels times gains agree, so `difference` is the log ratio of the levels, `to`
-// over `from`. Red, green, blue.
-struct PatchEquation {
-  int from = 0;
-  int to = 0;
-  std::array<float, 3> difference{};
-  std::array<float, 3> error{};  // standard error, above 0
-};
-
-// Which equations to solve: all, or those from the black or the white fields of a chessboard of
+// Which ratios to solve for: all, or those from the black or the white fields of a chessboard of
 // patches. Two halves tell how well the gains are determined.
 enum class Part { kAll, kBlack, kWhite };
 
-// The log gains of one channel of `stations` stations, [station][patch]: minimises
-//   sum over the equations  h((g_from - g_to - difference) / error)
+// The log gains of one channel of `stations` stations, a column each of kPatches rows. Levels times
+// gains agree, so that g_from - g_to is a log ratio. Minimises
+//   sum over the ratios  h((g_from - g_to - log ratio) / error)
 // + sum over neighbouring patches of a station  h((g - g') / 0.03)  + sum (g / 0.1)^2,
 // h(r) = r^2 up to Huber's k = 1.345 and 2 k |r| - k^2 beyond, which bounds the influence of
 // outliers and lets the gain jump where one lens ends and the next begins. The last term keeps the
 // gains near 1 where nothing is measured; its weight is that of differences of 10 % being common.
 // Patches that narrow towards the poles differ less. A `guess`, in the form of the result, saves
 // time.
-std::vector<double> solve_patch_gains(std::span<const PatchEquation> equations, Part part,
-                                      size_t channel, int stations,
-                                      std::span<const double> guess = {});
+Eigen::MatrixXd solve_patch_gains(std::span<const PatchRatio> ratios, Part part, size_t channel,
+                                  int stations, const Eigen::MatrixXd& guess = {});
 
 // A window of a large room, whose gains are solved for by themselves: stations by their index in
 // the list, increasing.

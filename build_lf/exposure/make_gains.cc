@@ -103,8 +103,7 @@ GainsSummary make_gains(const std::filesystem::path& directory) {
                     "`raywalk-build-lf depth {}` estimates them",
                     directory.string(), shell_word(directory.string())));
   }
-  const GainFields fields =
-      solve_room_gains(room, all_stations(room.grid()), surface_maps_of(room));
+  const GainFields fields = solve_room_gains(room, surface_maps_of(room));
   replace_gains(directory, fields);
   return summary_of(fields);
 }

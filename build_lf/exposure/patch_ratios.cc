@@ -7,8 +7,8 @@
 #include <span>
 
 #include "build_lf/depth/pixel_directions.h"
-#include "core/room/station_image.h"
 #include "core/base/median.h"
+#include "core/room/station_image.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -48,7 +48,7 @@ std::vector<Projection> project(const InverseDistanceMap& map, const Eigen::Vect
 }
 
 // Forgets the surfaces that another one hides from `to`: the nearest at each of its pixels stays.
-void remove_hidden(double tolerance, const InverseDistanceMap* to_map,
+void remove_hidden(double tolerance, const std::optional<InverseDistanceMap>& to_map,
                    std::vector<Projection>* projections) {
   std::vector<float> nearest(projections->size(), 0.0F);
   for (const Projection& p : *projections) {
@@ -58,7 +58,7 @@ void remove_hidden(double tolerance, const InverseDistanceMap* to_map,
   for (Projection& p : *projections) {
     if (!p.known) continue;
     if (nearest[p.pixel] - p.omega > tolerance) p.known = false;
-    if (to_map == nullptr) continue;
+    if (!to_map) continue;
     if (to_map->confidence[p.pixel] < kMinConfidence ||
         std::fabs(to_map->omega[p.pixel] - p.omega) > tolerance) {
       p.known = false;
@@ -75,8 +75,8 @@ int patch_of(int theta, int phi, PanoramaSize size) {
   return theta * kPatchesTheta / size.width * kPatchesPhi + phi * kPatchesPhi / size.height;
 }
 
-std::vector<Sample> sample(const SurfacePicture& from, const SurfacePicture& to, PanoramaSize size,
-                           const std::vector<Projection>& projections) {
+std::vector<Sample> sample(const StationSurfaces& from, const StationSurfaces& to,
+                           PanoramaSize size, const std::vector<Projection>& projections) {
   std::vector<Sample> samples;
   for (int theta = 0; theta < size.width; ++theta) {
     for (int phi = 0; phi < size.height; ++phi) {
@@ -120,35 +120,34 @@ void summarise(std::span<const Sample> samples, size_t channel, PatchRatio* rati
 
 }  // namespace
 
-SurfacePicture surface_picture(const Room& room, StationIndex station, PanoramaSize size,
-                               const cv::Mat& valid) {
+StationSurfaces station_surfaces(const Room& room, StationIndex station, const SurfaceMaps& maps) {
   // Levels near the ends of the range no longer follow the exposure.
   constexpr double kBlack = 8.0;
   constexpr double kClipped = 247.0;
-  const Line& line = room.grid().lines[static_cast<size_t>(station.line)];
-  SurfacePicture picture{line.stations[static_cast<size_t>(station.station)].position_m, {}, {}};
+  StationSurfaces surfaces;
+  surfaces.position_m = room.grid().station(station).position_m;
   const cv::Mat captured = station_image(room, station, room.panorama());
   cv::Mat measurable;
   cv::inRange(captured, cv::Scalar::all(kBlack), cv::Scalar::all(kClipped), measurable);
-  const cv::Size transposed(size.height, size.width);
+  const cv::Size transposed(maps.size.height, maps.size.width);
   cv::Mat share;
-  cv::resize(captured, picture.colours, transposed, 0, 0, cv::INTER_AREA);
+  cv::resize(captured, surfaces.colours, transposed, 0, 0, cv::INTER_AREA);
   cv::resize(measurable, share, transposed, 0, 0, cv::INTER_AREA);
-  picture.valid = share == 255;
-  const cv::Mat unmasked = station_validity(room, station, size, 1);
-  if (!unmasked.empty()) picture.valid &= unmasked;
-  if (!valid.empty()) {
-    cv::resize(valid.t(), share, transposed, 0, 0, cv::INTER_AREA);
-    picture.valid &= share == 255;
+  surfaces.valid = share == 255;
+  const cv::Mat unmasked = station_validity(room, station, maps.size, 1);
+  if (!unmasked.empty()) surfaces.valid &= unmasked;
+  if (!maps.valid.empty()) {
+    cv::resize(maps.valid.t(), share, transposed, 0, 0, cv::INTER_AREA);
+    surfaces.valid &= share == 255;
   }
-  return picture;
+  if (std::ranges::binary_search(maps.stations, station)) surfaces.map = maps.read(station);
+  return surfaces;
 }
 
-std::vector<PatchRatio> compare_surfaces(const SurfacePicture& from, const InverseDistanceMap& map,
-                                         const SurfacePicture& to,
-                                         const InverseDistanceMap* to_map) {
+std::vector<PatchRatio> compare_surfaces(const StationSurfaces& from, const StationSurfaces& to) {
+  const InverseDistanceMap& map = *from.map;
   std::vector<Projection> projections = project(map, to.position_m);
-  remove_hidden(tolerance_per_m(map.position_m, to.position_m, map.size), to_map, &projections);
+  remove_hidden(tolerance_per_m(map.position_m, to.position_m, map.size), to.map, &projections);
   std::vector<Sample> samples = sample(from, to, map.size, projections);
   std::stable_sort(samples.begin(), samples.end(),
                    [](const Sample& a, const Sample& b) { return a.patches < b.patches; });

@@ -3,9 +3,11 @@
 
 #include <array>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <vector>
 
 #include "build_lf/depth/inverse_distance_map.h"
+#include "build_lf/exposure/surface_maps.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
@@ -20,36 +22,32 @@ inline constexpr int kPatches = kPatchesTheta * kPatchesPhi;
 // Pictures are compared at this width, or the room's or its maps' if that is smaller.
 inline constexpr int kSurfaceWidth = 256;
 
-// A station's reduced picture, transposed (station_image.h).
-struct SurfacePicture {
-  Eigen::Vector3d position_m{0, 0, 0};
+// What a station shows at the size of the maps, transposed (station_image.h).
+struct StationSurfaces {
   cv::Mat colours{};  // CV_8UC3: red, green, blue
   // CV_8UC1: 255 where the colours tell the exposure, 0 where a ray of the pixel is masked, clipped
   // or black.
   cv::Mat valid{};
+  Eigen::Vector3d position_m{0, 0, 0};
+  std::optional<InverseDistanceMap> map{};
 };
+StationSurfaces station_surfaces(const Room& room, StationIndex station, const SurfaceMaps& maps);
 
-// `valid` is empty or a further mask, an upright panorama of any size, CV_8UC1: 0 = invalid.
-SurfacePicture surface_picture(const Room& room, StationIndex station, PanoramaSize size,
-                               const cv::Mat& valid);
-
-// How much brighter `to` shows the surfaces of one of its patches than `from` in one of its own.
+// How much brighter one station shows the surfaces of one of its patches than another in one of its
+// own. Patches are numbered through all stations: station * kPatches + patch.
 struct PatchRatio {
-  int from = 0;  // patch of `from`
-  int to = 0;    // patch of `to`
-  std::array<float, 3>
-      log_ratio{};               // natural logarithm of `to` / `from`, 8-bit levels; per channel
-  std::array<float, 3> error{};  // standard error, at least 0.01
+  int from = 0;
+  int to = 0;
+  std::array<float, 3> log_ratio{};  // natural logarithm of `to` / `from`, 8-bit levels
+  std::array<float, 3> error{};      // standard error, at least 0.01
 };
 
-// Compares the surfaces of `map`, which is that of `from`, where both stations see them: a surface
-// in front hides those behind, by `map` itself and by `to_map`, the map of `to` (null: it has
-// none). All are of one size.
+// Compares the surfaces of the map of `from`, where both stations see them: a surface in front
+// hides those behind, by that map itself and by that of `to`, if it has one. The patches are
+// numbered within their stations.
 //
 // The median of a patch's log ratios withstands what only some of its pixels show: wrong distances,
 // edges, people.
-std::vector<PatchRatio> compare_surfaces(const SurfacePicture& from, const InverseDistanceMap& map,
-                                         const SurfacePicture& to,
-                                         const InverseDistanceMap* to_map);
+std::vector<PatchRatio> compare_surfaces(const StationSurfaces& from, const StationSurfaces& to);
 
 }  // namespace raywalk::build_lf

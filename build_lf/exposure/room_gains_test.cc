@@ -59,39 +59,22 @@ Exposure by_quarter() {
   };
 }
 
-std::vector<StationIndex> stations_of(const Grid& grid) {
-  std::vector<StationIndex> stations;
-  for (int line = 0; line < static_cast<int>(grid.lines.size()); ++line) {
-    const auto count = static_cast<int>(grid.lines[static_cast<size_t>(line)].stations.size());
-    for (int station = 0; station < count; ++station) stations.push_back({line, station});
-  }
-  return stations;
-}
-
-const Station& station_at(const Grid& grid, StationIndex station) {
-  return grid.lines[static_cast<size_t>(station.line)]
-      .stations[static_cast<size_t>(station.station)];
-}
-
 // Exact maps of every n-th station.
-SurfaceMaps exact_maps(const SyntheticScene& scene, const Room& room, int every = 1) {
-  SurfaceMaps maps{.size = room.panorama(), .stations = {}, .read = {}};
-  for (const StationIndex station : stations_of(room.grid())) {
+SurfaceMaps exact_maps(const DepthTestRoom& room, int every = 1) {
+  SurfaceMaps maps{.size = room.room().panorama(), .stations = {}, .read = {}};
+  for (const StationIndex station : all_stations(room.grid())) {
     if (station.station % every == 0) maps.stations.push_back(station);
   }
-  maps.read = [scene, &room, size = maps.size](StationIndex station) {
-    return true_map(scene, station_at(room.grid(), station).position_m, size);
+  maps.read = [&room, size = maps.size](StationIndex station) {
+    return true_map(small_room().scene, room.grid().station(station).position_m, size);
   };
   return maps;
 }
 
 GainFields gains_of(const DepthTestRoom& room, const SurfaceMaps& maps) {
-  return solve_room_gains(room.room(), stations_of(room.grid()), maps);
+  return solve_room_gains(room.room(), maps);
 }
-
-const GainField& field_of(const GainFields& fields, StationIndex station) {
-  return fields[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)];
-}
+GainFields gains_of(const DepthTestRoom& room) { return gains_of(room, exact_maps(room)); }
 
 cv::Vec3d gain_at(const GainField& field, int theta, int phi) {
   cv::Vec3d gain(field.whole);
@@ -105,12 +88,12 @@ double error_percent(const GainFields& fields, const Grid& grid, const Exposure&
   double square = 0.0;
   for (int c = 0; c < 3; ++c) {
     std::vector<double> logs;
-    for (const StationIndex station : stations_of(grid)) {
+    for (const StationIndex station : all_stations(grid)) {
       for (int theta = 0; theta < kPatchesTheta; ++theta) {
         if (theta % 8 == 0 || theta % 8 == 7) continue;
         const double level = exposure(station, (theta + 0.5) / kPatchesTheta)[c];
         for (int phi = 3; phi < kPatchesPhi - 3; ++phi) {
-          logs.push_back(std::log(gain_at(field_of(fields, station), theta, phi)[c] * level));
+          logs.push_back(std::log(gain_at(gain_field(fields, station), theta, phi)[c] * level));
         }
       }
     }
@@ -123,19 +106,18 @@ double error_percent(const GainFields& fields, const Grid& grid, const Exposure&
 
 TEST(RoomGainsTest, AreExactlyOneWherePicturesAgree) {
   for (const double noise : {0.0, 4.0}) {
-    const SyntheticRoomSpec spec = small_room();
-    const DepthTestRoom room(
-        spec, [noise](StationIndex station, cv::Mat* frame) { add_noise(station, noise, frame); });
-    for (const auto& line : gains_of(room, exact_maps(spec.scene, room.room()))) {
+    const DepthTestRoom room(small_room(), [noise](StationIndex station, cv::Mat* frame) {
+      add_noise(station, noise, frame);
+    });
+    for (const auto& line : gains_of(room)) {
       for (const GainField& field : line) EXPECT_TRUE(is_one(field)) << noise << field.whole;
     }
   }
 }
 
 TEST(RoomGainsTest, UndoExposuresOfStations) {
-  const SyntheticRoomSpec spec = small_room();
-  const DepthTestRoom room(spec, exposed(by_station()));
-  const GainFields fields = gains_of(room, exact_maps(spec.scene, room.room()));
+  const DepthTestRoom room(small_room(), exposed(by_station()));
+  const GainFields fields = gains_of(room);
   EXPECT_THAT(error_percent(unit_gain_fields(room.grid()), room.grid(), by_station()), Gt(6.0));
   EXPECT_THAT(error_percent(fields, room.grid(), by_station()), Lt(1.0));
   for (const auto& line : fields) {
@@ -144,90 +126,72 @@ TEST(RoomGainsTest, UndoExposuresOfStations) {
 }
 
 TEST(RoomGainsTest, UndoExposuresOfPartsOfThePicture) {
-  const SyntheticRoomSpec spec = small_room();
-  const DepthTestRoom room(spec, exposed(by_quarter()));
-  const GainFields fields = gains_of(room, exact_maps(spec.scene, room.room()));
+  const DepthTestRoom room(small_room(), exposed(by_quarter()));
+  const GainFields fields = gains_of(room);
   EXPECT_THAT(error_percent(unit_gain_fields(room.grid()), room.grid(), by_quarter()), Gt(6.0));
   EXPECT_THAT(error_percent(fields, room.grid(), by_quarter()), Lt(2.0));
 }
 
 TEST(RoomGainsTest, UndoAnExposureInOnePartOfOneStation) {
-  const SyntheticRoomSpec spec = small_room();
   const Exposure one = [](StationIndex s, double share) {
     return equally(s == StationIndex{1, 2} && share < 0.25 ? 0.8 : 1.0);
   };
-  const DepthTestRoom room(spec, exposed(one));
-  const GainFields fields = gains_of(room, exact_maps(spec.scene, room.room()));
-  EXPECT_NEAR(gain_at(field_of(fields, {1, 2}), 4, 8)[1], 1.25, 0.04);
-  EXPECT_NEAR(gain_at(field_of(fields, {1, 2}), 20, 8)[1], 1.0, 0.02);
-  EXPECT_TRUE(is_one(field_of(fields, {3, 3})));
+  const DepthTestRoom room(small_room(), exposed(one));
+  const GainFields fields = gains_of(room);
+  EXPECT_NEAR(gain_at(gain_field(fields, {1, 2}), 4, 8)[1], 1.25, 0.04);
+  EXPECT_NEAR(gain_at(gain_field(fields, {1, 2}), 20, 8)[1], 1.0, 0.02);
+  EXPECT_TRUE(is_one(gain_field(fields, {3, 3})));
 }
 
 TEST(RoomGainsTest, NeedMapsOfOnlySomeStations) {
-  const SyntheticRoomSpec spec = small_room();
-  const DepthTestRoom room(spec, exposed(by_quarter()));
-  const GainFields fields = gains_of(room, exact_maps(spec.scene, room.room(), 2));
+  const DepthTestRoom room(small_room(), exposed(by_quarter()));
+  const GainFields fields = gains_of(room, exact_maps(room, 2));
   EXPECT_THAT(error_percent(fields, room.grid(), by_quarter()), Lt(2.5));
 }
 
 // A factor of 1.6 clips a quarter of the levels of the scene, and a factor of 0.2 blackens many.
 TEST(RoomGainsTest, IgnoreClippedAndBlackPixels) {
-  const SyntheticRoomSpec spec = small_room();
   const Exposure extremes = [](StationIndex s, double) {
     return equally(s.station == 1 ? 1.6 : s.station == 3 ? 0.2 : 1.0);
   };
-  const DepthTestRoom room(spec, exposed(extremes));
-  const GainFields fields = gains_of(room, exact_maps(spec.scene, room.room()));
+  const DepthTestRoom room(small_room(), exposed(extremes));
+  const GainFields fields = gains_of(room);
   EXPECT_THAT(error_percent(fields, room.grid(), extremes), Lt(2.0));
 }
 
 // The dolly below is masked: its levels, which differ from station to station, do not count.
 TEST(RoomGainsTest, IgnoreMaskedPixels) {
-  const SyntheticRoomSpec spec = small_room();
-  const DepthTestRoom room(
-      spec,
-      [](StationIndex station, cv::Mat* frame) {
-        frame->rowRange(frame->rows / 2, frame->rows) = equally(60.0 + 25.0 * station.station);
-      },
-      [&](StationIndex) {
-        cv::Mat mask(spec.width / 2, spec.width, CV_8UC1, cv::Scalar(255));
-        mask.rowRange(mask.rows / 2, mask.rows) = 0;
-        return mask;
-      });
-  for (const auto& line : gains_of(room, exact_maps(spec.scene, room.room()))) {
-    for (const GainField& field : line) EXPECT_TRUE(is_one(field)) << field.whole;
-  }
-}
-
-TEST(RoomGainsTest, IgnoreAMaskOfAllPictures) {
-  const SyntheticRoomSpec spec = small_room();
-  const DepthTestRoom room(spec, [](StationIndex station, cv::Mat* frame) {
+  const auto dolly = [](StationIndex station, cv::Mat* frame) {
     frame->rowRange(frame->rows / 2, frame->rows) = equally(60.0 + 25.0 * station.station);
-  });
-  SurfaceMaps maps = exact_maps(spec.scene, room.room());
-  maps.valid = cv::Mat(spec.width / 2, spec.width, CV_8UC1, cv::Scalar(255));
-  maps.valid.rowRange(maps.valid.rows / 2, maps.valid.rows) = 0;
-  for (const auto& line : gains_of(room, maps)) {
-    for (const GainField& field : line) EXPECT_TRUE(is_one(field)) << field.whole;
+  };
+  const int width = small_room().width;
+  cv::Mat valid(width / 2, width, CV_8UC1, cv::Scalar(255));
+  valid.rowRange(valid.rows / 2, valid.rows) = 0;
+  const DepthTestRoom masked(small_room(), dolly, [&](StationIndex) { return valid; });
+  const DepthTestRoom unmasked(small_room(), dolly);
+  SurfaceMaps maps = exact_maps(unmasked);
+  maps.valid = valid;  // of all pictures
+  for (const GainFields& fields : {gains_of(masked), gains_of(unmasked, maps)}) {
+    for (const auto& line : fields) {
+      for (const GainField& field : line) EXPECT_TRUE(is_one(field)) << field.whole;
+    }
   }
 }
 
 // People stand elsewhere in every frame.
 TEST(RoomGainsTest, WithstandPeopleWhoWalkOn) {
-  const SyntheticRoomSpec spec = small_room();
-  const DepthTestRoom room(spec, [](StationIndex station, cv::Mat* frame) {
+  const DepthTestRoom room(small_room(), [](StationIndex station, cv::Mat* frame) {
     const int u = (37 * station.station + 53 * station.line) % 110;
     cv::rectangle(*frame, {u, 24}, {u + 8, 48}, cv::Scalar(20, 60, 200), cv::FILLED);
   });
-  const GainFields fields = gains_of(room, exact_maps(spec.scene, room.room()));
+  const GainFields fields = gains_of(room);
   const Exposure none = [](StationIndex, double) { return equally(1.0); };
   EXPECT_THAT(error_percent(fields, room.grid(), none), Lt(3.0));
 }
 
 TEST(RoomGainsTest, WithstandGrosslyWrongDistances) {
-  const SyntheticRoomSpec spec = small_room();
-  const DepthTestRoom room(spec, exposed(by_station()));
-  SurfaceMaps maps = exact_maps(spec.scene, room.room());
+  const DepthTestRoom room(small_room(), exposed(by_station()));
+  SurfaceMaps maps = exact_maps(room);
   maps.read = [exact = maps.read](StationIndex station) {
     InverseDistanceMap map = exact(station);
     cv::RNG random(static_cast<std::uint64_t>(station.station + 10 * station.line + 1));
@@ -240,21 +204,19 @@ TEST(RoomGainsTest, WithstandGrosslyWrongDistances) {
 }
 
 TEST(RoomGainsTest, AreOneForAStationThatSharesNothing) {
-  const SyntheticRoomSpec spec = small_room();
   const Exposure exposure = [](StationIndex s, double) {
     return equally(s == StationIndex{2, 3} ? 0.0 : random_exposure(s, 0));
   };
-  const DepthTestRoom room(spec, exposed(exposure));
-  const GainFields fields = gains_of(room, exact_maps(spec.scene, room.room()));
-  EXPECT_TRUE(is_one(field_of(fields, {2, 3})));
-  EXPECT_NEAR(gain_at(field_of(fields, {2, 2}), 8, 8)[0] * exposure({2, 2}, 0.0)[0],
-              gain_at(field_of(fields, {0, 1}), 8, 8)[0] * exposure({0, 1}, 0.0)[0], 0.02);
+  const DepthTestRoom room(small_room(), exposed(exposure));
+  const GainFields fields = gains_of(room);
+  EXPECT_TRUE(is_one(gain_field(fields, {2, 3})));
+  EXPECT_NEAR(gain_at(gain_field(fields, {2, 2}), 8, 8)[0] * exposure({2, 2}, 0.0)[0],
+              gain_at(gain_field(fields, {0, 1}), 8, 8)[0] * exposure({0, 1}, 0.0)[0], 0.02);
 }
 
 TEST(RoomGainsTest, AreOneWithoutDistances) {
-  const SyntheticRoomSpec spec = small_room();
-  const DepthTestRoom room(spec, exposed(by_station()));
-  SurfaceMaps maps = exact_maps(spec.scene, room.room());
+  const DepthTestRoom room(small_room(), exposed(by_station()));
+  SurfaceMaps maps = exact_maps(room);
   maps.stations.clear();
   for (const auto& line : gains_of(room, maps)) {
     for (const GainField& field : line) EXPECT_TRUE(is_one(field));
@@ -263,33 +225,32 @@ TEST(RoomGainsTest, AreOneWithoutDistances) {
 
 // Solved for in several windows, gains are nearly those of all stations at once.
 TEST(RoomGainsTest, WindowsAgreeWithTheWholeRoom) {
-  const SyntheticRoomSpec spec = small_room();
-  const DepthTestRoom room(spec, exposed(by_quarter()));
-  const SurfaceMaps maps = exact_maps(spec.scene, room.room());
-  const std::vector<StationIndex> stations = stations_of(room.grid());
+  const DepthTestRoom room(small_room(), exposed(by_quarter()));
+  const SurfaceMaps maps = exact_maps(room);
+  const std::vector<StationIndex> stations = all_stations(room.grid());
   const GainFields whole = gains_of(room, maps);
   const GainFields parts =
-      solve_room_gains(room.room(), stations, maps, static_cast<int>(stations.size()) / 4);
+      solve_room_gains(room.room(), maps, static_cast<int>(stations.size()) / 4);
   for (const StationIndex s : stations) {
     for (int theta = 0; theta < kPatchesTheta; ++theta) {
-      const cv::Vec3d expected = gain_at(field_of(whole, s), theta, kPatchesPhi / 2);
-      const cv::Vec3d gain = gain_at(field_of(parts, s), theta, kPatchesPhi / 2);
+      const cv::Vec3d expected = gain_at(gain_field(whole, s), theta, kPatchesPhi / 2);
+      const cv::Vec3d gain = gain_at(gain_field(parts, s), theta, kPatchesPhi / 2);
       EXPECT_NEAR(gain[1] / expected[1], 1.0, 0.02) << s.line << "/" << s.station;
     }
   }
 }
 
 TEST(RoomGainsTest, DoNotDependOnTheNumberOfThreads) {
-  const SyntheticRoomSpec spec = small_room();
-  const DepthTestRoom room(spec, exposed(by_quarter()));
-  const SurfaceMaps maps = exact_maps(spec.scene, room.room());
+  const DepthTestRoom room(small_room(), exposed(by_quarter()));
+  const SurfaceMaps maps = exact_maps(room);
   set_thread_count(1);
   const GainFields alone = gains_of(room, maps);
   set_thread_count(0);
   const GainFields together = gains_of(room, maps);
-  for (const StationIndex s : stations_of(room.grid())) {
-    EXPECT_EQ(field_of(alone, s).whole, field_of(together, s).whole);
-    EXPECT_EQ(cv::norm(field_of(alone, s).local, field_of(together, s).local, cv::NORM_INF), 0.0);
+  for (const StationIndex s : all_stations(room.grid())) {
+    EXPECT_EQ(gain_field(alone, s).whole, gain_field(together, s).whole);
+    EXPECT_EQ(cv::norm(gain_field(alone, s).local, gain_field(together, s).local, cv::NORM_INF),
+              0.0);
   }
 }
 

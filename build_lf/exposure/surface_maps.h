@@ -20,7 +20,7 @@ struct SurfaceMaps {
 };
 
 // The maps in use of an opened room, which must outlive the result, reduced to at most
-// kSurfaceWidth (patch_ratios.h). A reduced pixel is known where it covers one surface.
+// kSurfaceWidth (patch_ratios.h). Known is what views use.
 SurfaceMaps surface_maps_of(const Room& room);
 
 }  // namespace raywalk::build_lf

@@ -24,11 +24,6 @@ FrameChecks checks_of(const Room& room, double reach_m = 0.5) {
   return check_frames(room, links, reach_m);
 }
 
-// A finding without its measure.
-MATCHER_P3(Finds, station, fault, other, "") {
-  return arg.station == station && arg.fault == fault && arg.other == other;
-}
-
 std::vector<std::string> described(const FrameChecks& checks) {
   std::vector<std::string> texts;
   for (const FrameFinding& finding : checks.frames) {
@@ -55,38 +50,115 @@ INSTANTIATE_TEST_SUITE_P(ScalesAndNoise, SoundRoom,
                          ::testing::Combine(::testing::Values(0.2, 1.0, 5.0),
                                             ::testing::Values(0.0, 3.0)));
 
-TEST(FrameChecksTest, FindACopiedFile) {
+// A frame as seen from elsewhere than its station.
+cv::Mat seen_from(const Eigen::Vector3d& position_m) {
   const SyntheticRoomSpec spec = line_of_scale(1.0);
-  const Grid grid = synthetic_grid(spec);
-  const DepthTestRoom room(spec, [&](StationIndex station, cv::Mat* frame) {
-    if (station == StationIndex{0, 6}) {
-      *frame = render_scene(spec.scene, grid.lines[0].stations[5].position_m, spec.width);
-    }
-  });
-  const FrameChecks checks = checks_of(room.room());
-  ASSERT_THAT(checks.frames,
-              ElementsAre(Finds(StationIndex{0, 6}, FrameFault::kSameFile, StationIndex{0, 5})));
-  EXPECT_EQ(checks.frames[0].file, "x0_006.png");
-  EXPECT_NEAR(checks.frames[0].measure, 0.0625, 1e-12);
+  return render_scene(spec.scene, position_m, spec.width);
+}
+cv::Mat seen_from_station(size_t station) {
+  return seen_from(synthetic_grid(line_of_scale(1.0)).lines[0].stations[station].position_m);
 }
 
-TEST(FrameChecksTest, FindACameraThatDidNotMove) {
-  const SyntheticRoomSpec spec = line_of_scale(1.0);
-  const Grid grid = synthetic_grid(spec);
-  // The camera does not move for three stations; noise makes the files differ.
-  const DepthTestRoom room(spec, [&](StationIndex station, cv::Mat* frame) {
-    if (station.station >= 9 && station.station < 12) {
-      *frame = render_scene(spec.scene, grid.lines[0].stations[8].position_m, spec.width);
-    }
-    add_noise(station, 2.0, frame);
-  });
-  const FrameChecks checks = checks_of(room.room());
-  ASSERT_THAT(checks.frames,
-              ElementsAre(Finds(StationIndex{0, 9}, FrameFault::kNotMoved, StationIndex{0, 8}),
-                          Finds(StationIndex{0, 10}, FrameFault::kNotMoved, StationIndex{0, 9}),
-                          Finds(StationIndex{0, 11}, FrameFault::kNotMoved, StationIndex{0, 10})));
-  EXPECT_LT(checks.frames[0].measure, 0.5);
+// Edits some frames of a line, and what is found of them.
+struct FaultyLine {
+  std::string name{};
+  DepthTestRoom::Edit edit{};
+  FrameFault fault = FrameFault::kSameFile;
+  std::vector<int> stations{};
+  std::vector<int> others{};       // that each is compared with; empty: a neighbour
+  double least = 0.0, most = 0.0;  // the measure of the first
+};
+
+DepthTestRoom::Edit misplaced(int wrong) {
+  return [wrong](StationIndex station, cv::Mat* frame) {
+    if (station.station == wrong) *frame = seen_from({0.1, 0.0, 0.7});
+  };
 }
+
+DepthTestRoom::Edit darker_from(int first, const cv::Scalar& factors) {
+  return [=](StationIndex station, cv::Mat* frame) {
+    if (station.station >= first) cv::multiply(*frame, factors, *frame);
+  };
+}
+
+std::vector<FaultyLine> faulty_lines() {
+  constexpr double kAny = 1e9;
+  const double unlike = std::sqrt(2.0);
+  return {
+      {"CopiedFile",
+       [](StationIndex station, cv::Mat* frame) {
+         if (station.station == 6) *frame = seen_from_station(5);
+       },
+       FrameFault::kSameFile,
+       {6},
+       {5},
+       0.0625 - 1e-12,
+       0.0625 + 1e-12},
+      // For three stations; noise makes the files differ.
+      {"CameraThatDidNotMove",
+       [](StationIndex station, cv::Mat* frame) {
+         if (station.station >= 9 && station.station < 12) *frame = seen_from_station(8);
+         add_noise(station, 2.0, frame);
+       },
+       FrameFault::kNotMoved,
+       {9, 10, 11},
+       {8, 9, 10},
+       0.0,
+       0.5},
+      {"Obstruction",
+       [](StationIndex station, cv::Mat* frame) {
+         if (station.station != 11) return;
+         cv::rectangle(*frame, {30, 20}, {45, 40}, cv::Scalar(20, 40, 30), cv::FILLED);
+       },
+       FrameFault::kUnlikeNeighbours,
+       {11},
+       {},
+       unlike,
+       kAny},
+      {"MisplacedFrame", misplaced(7), FrameFault::kUnlikeNeighbours, {7}, {}, unlike, kAny},
+      {"MisplacedFirst", misplaced(0), FrameFault::kUnlikeNeighbours, {0}, {}, unlike, kAny},
+      {"MisplacedLast", misplaced(16), FrameFault::kUnlikeNeighbours, {16}, {}, unlike, kAny},
+      {"ExposureStep",
+       darker_from(10, cv::Scalar::all(0.8)),
+       FrameFault::kExposureStep,
+       {10},
+       {9},
+       0.79,
+       0.81},
+      {"StepOfOneColour",
+       darker_from(10, {0.8, 1.0, 1.0}),
+       FrameFault::kExposureStep,
+       {10},
+       {9},
+       0.79,
+       0.81},
+  };
+}
+
+class FaultyLineTest : public ::testing::TestWithParam<FaultyLine> {};
+
+TEST_P(FaultyLineTest, IsFound) {
+  const FaultyLine& line = GetParam();
+  const DepthTestRoom room(line_of_scale(1.0), line.edit);
+  ASSERT_THAT(room.grid().lines[0].stations, SizeIs(17));
+  const FrameChecks checks = checks_of(room.room());
+  ASSERT_THAT(checks.frames, SizeIs(line.stations.size()))
+      << ::testing::PrintToString(described(checks));
+  for (size_t i = 0; i < line.stations.size(); ++i) {
+    const FrameFinding& found = checks.frames[i];
+    EXPECT_EQ(found.fault, line.fault);
+    EXPECT_EQ(found.station, (StationIndex{0, line.stations[i]}));
+    EXPECT_EQ(found.file, room.grid().station(found.station).file);
+    if (!line.others.empty()) EXPECT_EQ(found.other, (StationIndex{0, line.others[i]}));
+  }
+  EXPECT_GE(checks.frames[0].measure, line.least);
+  EXPECT_LE(checks.frames[0].measure, line.most);
+  const bool step = line.fault == FrameFault::kExposureStep;
+  if (step) EXPECT_EQ(checks.largest_exposure_step, checks.frames[0].measure);
+}
+
+INSTANTIATE_TEST_SUITE_P(Lines, FaultyLineTest, ::testing::ValuesIn(faulty_lines()),
+                         [](const auto& line) { return line.param.name; });
 
 // Stations close together see almost the same, which is not a fault.
 TEST(FrameChecksTest, AcceptStationsCloseTogether) {
@@ -100,35 +172,6 @@ TEST(FrameChecksTest, AcceptStationsCloseTogether) {
   }
   const DepthTestRoom room(spec, grid, nullptr);
   EXPECT_THAT(described(checks_of(room.room())), IsEmpty());
-}
-
-TEST(FrameChecksTest, FindAnObstructedFrame) {
-  const DepthTestRoom room(line_of_scale(1.0), [](StationIndex station, cv::Mat* frame) {
-    if (station == StationIndex{0, 11}) {
-      cv::rectangle(*frame, {30, 20}, {45, 40}, cv::Scalar(20, 40, 30), cv::FILLED);
-    }
-  });
-  const FrameChecks checks = checks_of(room.room());
-  ASSERT_THAT(checks.frames, SizeIs(1)) << ::testing::PrintToString(described(checks));
-  EXPECT_EQ(checks.frames[0].station, (StationIndex{0, 11}));
-  EXPECT_EQ(checks.frames[0].fault, FrameFault::kUnlikeNeighbours);
-  EXPECT_GT(checks.frames[0].measure, std::sqrt(2.0));
-}
-
-TEST(FrameChecksTest, FindAMisplacedFrameAlsoAtTheEnds) {
-  for (const int wrong : {0, 7, 16}) {
-    const SyntheticRoomSpec spec = line_of_scale(1.0);
-    ASSERT_EQ(synthetic_grid(spec).lines[0].stations.size(), 17);
-    const DepthTestRoom room(spec, [&](StationIndex station, cv::Mat* frame) {
-      if (station == StationIndex{0, wrong}) {
-        *frame = render_scene(spec.scene, {0.1, 0.0, 0.7}, spec.width);
-      }
-    });
-    const FrameChecks checks = checks_of(room.room());
-    ASSERT_THAT(checks.frames, SizeIs(1)) << wrong << ::testing::PrintToString(described(checks));
-    EXPECT_EQ(checks.frames[0].station, (StationIndex{0, wrong}));
-    EXPECT_EQ(checks.frames[0].fault, FrameFault::kUnlikeNeighbours);
-  }
 }
 
 // A camera's lenses may differ in exposure, and differently at every station.
@@ -149,27 +192,6 @@ TEST(FrameChecksTest, AcceptExposuresThatDifferOnlyInPartsOfThePicture) {
           << ::testing::PrintToString(described(checks));
     }
   }
-}
-
-TEST(FrameChecksTest, FindAnExposureStep) {
-  const DepthTestRoom room(line_of_scale(1.0), [](StationIndex station, cv::Mat* frame) {
-    if (station.station >= 10) *frame *= 0.8;
-  });
-  const FrameChecks checks = checks_of(room.room());
-  ASSERT_THAT(checks.frames, ElementsAre(Finds(StationIndex{0, 10}, FrameFault::kExposureStep,
-                                               StationIndex{0, 9})));
-  EXPECT_NEAR(checks.frames[0].measure, 0.8, 0.01);
-  EXPECT_EQ(checks.largest_exposure_step, checks.frames[0].measure);
-}
-
-TEST(FrameChecksTest, FindAStepOfOneColour) {
-  const DepthTestRoom room(line_of_scale(1.0), [](StationIndex station, cv::Mat* frame) {
-    if (station.station >= 10) cv::multiply(*frame, cv::Scalar(0.8, 1.0, 1.0), *frame);
-  });
-  const FrameChecks checks = checks_of(room.room());
-  ASSERT_THAT(checks.frames, ElementsAre(Finds(StationIndex{0, 10}, FrameFault::kExposureStep,
-                                               StationIndex{0, 9})));
-  EXPECT_NEAR(checks.frames[0].measure, 0.8, 0.01);
 }
 
 TEST(FrameChecksTest, FindLinesTooShortForDistances) {

@@ -2,42 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <list>
 #include <utility>
 
-#include "core/room/station_image.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
+#include "core/base/recently_made.h"
+#include "core/room/station_image.h"
 
 namespace raywalk::build_lf {
 namespace {
 
 constexpr int kFlowMaskMarginPx = kFlowWindow / 2 + 1;
-
-// A small cache of images, as consecutive pairs share stations.
-class RecentImages {
- public:
-  explicit RecentImages(const Room& room) : room_(room) {
-    const int width = std::min(kComparisonWidth, room.panorama().width);
-    size_ = {width, width / 2};
-  }
-  ComparedPicture get(StationIndex station) {
-    const auto found = std::find_if(images_.begin(), images_.end(),
-                                    [&](const auto& held) { return held.first == station; });
-    if (found != images_.end()) return found->second;
-    constexpr size_t kCapacity = 4;
-    if (images_.size() == kCapacity) images_.pop_front();
-    images_.emplace_back(
-        station, ComparedPicture{station_image(room_, station, size_),
-                                 station_validity(room_, station, size_, kFlowMaskMarginPx)});
-    return images_.back().second;
-  }
-
- private:
-  const Room& room_;
-  PanoramaSize size_;
-  std::list<std::pair<StationIndex, ComparedPicture>> images_;
-};
 
 }  // namespace
 
@@ -59,13 +34,19 @@ std::vector<StationPair> pairs_to_compare(const Grid& grid) {
 }
 
 std::vector<StationLink> measure_links(const Room& room, std::span<const StationPair> pairs) {
+  const int width = std::min(kComparisonWidth, room.panorama().width);
+  const PanoramaSize size{width, width / 2};
   std::vector<StationLink> links(pairs.size());
   Progress progress("comparing neighbours", static_cast<std::int64_t>(pairs.size()), "pairs");
   constexpr int kPairsPerTask = 16;
   parallel_for(0, static_cast<int>(pairs.size()), kPairsPerTask, [&](int begin, int end) {
-    RecentImages images(room);
+    // Consecutive pairs share stations.
+    RecentlyMade<StationIndex, ComparedPicture> images(4, [&](StationIndex station) {
+      return ComparedPicture{station_image(room, station, size),
+                             station_validity(room, station, size, kFlowMaskMarginPx)};
+    });
     for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
-      links[i] = {pairs[i], compare_colours(images.get(pairs[i].from), images.get(pairs[i].to))};
+      links[i] = {pairs[i], compare_colours(*images.get(pairs[i].from), *images.get(pairs[i].to))};
       progress.advance();
     }
   });

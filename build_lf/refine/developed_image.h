@@ -12,8 +12,8 @@
 #include <span>
 #include <vector>
 
-#include "build_lf/depth/inverse_distance_map.h"
 #include "build_lf/refine/source_views.h"
+#include "core/geometry/grid.h"
 #include "core/room/distance_maps.h"
 #include "core/room/room.h"
 #include "core/view/exposure.h"

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "build_lf/depth/inverse_distance_map.h"
+#include "core/geometry/grid.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {

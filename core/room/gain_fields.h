@@ -38,6 +38,10 @@ using GainFields = std::vector<std::vector<GainField>>;
 // Gains of 1 for every station.
 GainFields unit_gain_fields(const Grid& grid);
 
+inline const GainField& gain_field(const GainFields& fields, StationIndex station) {
+  return fields[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)];
+}
+
 // Whether a station's gains are exactly 1.
 bool is_one(const GainField& field);
 

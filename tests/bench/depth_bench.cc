@@ -86,8 +86,8 @@ void bench_depth(benchmark::State& state) {
     const GainFields fields = unit_gain_fields(room.grid());
     const Times times = times_of([&] {
       const build_lf::IndexRange all{0, plan.maps.size()};
-      const double max_per_m = build_lf::nearest_surfaces_per_m(
-          plan, build_lf::sweep_coarse_maps(room, plan, {}, &partial));
+      const double max_per_m =
+          build_lf::sweep_coarse_maps(room, plan, {}, "coarse", &partial).nearest_per_m;
       build_lf::sweep_maps(room, plan, max_per_m, fields, {}, all, &partial);
       build_lf::choose_maps(room, plan, fields, {}, all, &partial);
       build_lf::fuse_chosen_maps(room, plan, fields, all, &partial);
