@@ -53,8 +53,9 @@ std::vector<fs::path> volumes_in(const fs::path& room, bool finished) {
   for (const char* name : kVolumeFolders) {
     for (const fs::directory_entry& entry : fs::directory_iterator(room / name, missing)) {
       const fs::path file = entry.path().filename();
-      const bool is_finished = file.extension() == ".h5" && file.string().front() != '.';
-      if (is_finished == finished) found.push_back(fs::path(name) / file);
+      const bool is_unfinished = file.string().front() == '.';
+      const bool is_finished = !is_unfinished && file.extension() == ".h5";
+      if (finished ? is_finished : is_unfinished) found.push_back(fs::path(name) / file);
     }
   }
   return found;

@@ -49,10 +49,10 @@ TEST_F(RoomFolderTest, NothingIsLeftWithoutAFinishedVolume) {
   { const RoomFolder folder(out_, plan("a")); }
   EXPECT_EQ(directory_.entries(), 0U);
   // What Raywalk did not make stays.
-  fs::create_directory(partial_);
-  write_file_atomically(partial_ / "thesis.txt", "mine");
+  fs::create_directories(partial_ / "lines");
+  write_file_atomically(partial_ / "lines" / "thesis.txt", "mine");
   { const RoomFolder folder(out_, plan("a")); }
-  EXPECT_EQ(read_file(partial_ / "thesis.txt"), "mine");
+  EXPECT_EQ(read_file(partial_ / "lines" / "thesis.txt"), "mine");
 }
 
 TEST_F(RoomFolderTest, FinishedVolumesAreKeptForTheSameInputsOnly) {
