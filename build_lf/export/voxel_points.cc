@@ -13,7 +13,7 @@ namespace {
 constexpr int kBits = 21;  // of each axis in a key
 constexpr std::int64_t kHalf = std::int64_t{1} << (kBits - 1);
 constexpr std::uint64_t kAxisMask = (std::uint64_t{1} << kBits) - 1;
-constexpr double kSteps = 65536.0;
+constexpr double kPlaceSteps = 65536.0;
 
 struct Placed {
   std::uint64_t key = 0;
@@ -35,7 +35,7 @@ Placed placed(const Eigen::Vector3d& point_m, double side_m) {
     result.key =
         (result.key << kBits) | static_cast<std::uint64_t>(static_cast<std::int64_t>(cube) + kHalf);
     result.place[static_cast<std::size_t>(axis)] =
-        static_cast<std::uint64_t>((cubes - cube) * kSteps);
+        static_cast<std::uint64_t>((cubes - cube) * kPlaceSteps);
   }
   return result;
 }
@@ -102,7 +102,7 @@ std::vector<CloudPoint> VoxelPoints::points() const {
     for (int i = 0; i < 3; ++i) {
       const auto axis = static_cast<std::size_t>(i);
       // Steps were rounded down.
-      place[i] = (static_cast<double>(voxel.place[axis]) / weight + 0.5) / kSteps;
+      place[i] = (static_cast<double>(voxel.place[axis]) / weight + 0.5) / kPlaceSteps;
       point.colour[axis] =
           static_cast<std::uint8_t>(std::lround(static_cast<double>(voxel.colour[axis]) / weight));
     }
