@@ -7,6 +7,7 @@
 #include "build_lf/depth/depth_test_room.h"
 #include "build_lf/depth/estimate_depth.h"
 #include "core/base/test_error.h"
+#include "core/files/file_lock.h"
 #include "core/room/kept_stations.h"
 
 namespace raywalk::build_lf {
@@ -117,7 +118,7 @@ TEST_F(DepthPartsTest, AStepNeedsThoseBeforeItAndTheSameOptions) {
   }
   const auto made = fs::last_write_time(swept);
   EXPECT_THAT(error_of([&] {
-                const DepthWork other(options, MapsUse::kShared);
+                const FileLock other(parts_ / "distances.partial/lock", "", FileLock::Use::kShared);
                 estimate_depth(options);
               }),
               HasSubstr("another raywalk-build-lf"));

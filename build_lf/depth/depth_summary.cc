@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/number_text.h"
+#include "core/base/parallel.h"
 #include "core/room/distance_volume.h"
 
 namespace raywalk::build_lf {
@@ -79,7 +82,64 @@ std::string use_text(const DepthSummary& summary) {
       use, summary.kept_given, shell_word(summary.room));
 }
 
+MapSummary map_summary(const InverseDistanceMap& map, const Line& line, double pixels_per_omega_m) {
+  MapSummary summary{line.id, map.station.station,
+                     line.stations[static_cast<size_t>(map.station.station)].file};
+  double total = 0.0;
+  for (size_t p = 0; p < map.confidence.size(); ++p) {
+    const double row = static_cast<double>(p % static_cast<size_t>(map.size.height));
+    const double weight = std::cos(angles_from_pixel({0.0, row}, map.size).phi_rad);
+    const double confidence = map.confidence[p] / 255.0;
+    total += weight;
+    summary.mean_confidence += weight * confidence;
+    if (map.confidence[p] < kMinConfidence) summary.low_share += weight;
+    if (map.omega[p] * pixels_per_omega_m >= 1.0) summary.parallax_share += weight;
+  }
+  summary.mean_confidence /= total;
+  summary.low_share /= total;
+  summary.parallax_share /= total;
+  return summary;
+}
+
+// Of a line's stations, from the pixels in its finished volume.
+void add_left_out(const Line& line, const DistanceVolume& volume,
+                  std::vector<LeftOutSummary>* summaries) {
+  const PanoramaSize size = volume.size();
+  const auto above = [&](int row) { return std::cos(row * kPi / size.height); };
+  std::map<int, double> shares;  // by station
+  const std::vector<std::int32_t> runs = volume.left_out().stored_runs(size);
+  for (size_t i = 0; i < runs.size(); i += 4) {
+    shares[runs[i]] += (above(runs[i + 2]) - above(runs[i + 3])) / (2.0 * size.width);
+  }
+  for (const auto& [station, share] : shares) {
+    summaries->push_back(
+        {line.id, station, line.stations[static_cast<size_t>(station)].file, share});
+  }
+}
+
 }  // namespace
+
+std::vector<MapSummary> map_summaries(const Grid& grid, const DepthPlan& plan,
+                                      const PartialMaps& partial) {
+  std::vector<MapSummary> summaries(plan.maps.size());
+  parallel_for(0, static_cast<int>(plan.maps.size()), 1, [&](int begin, int end) {
+    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+      const StationIndex station = plan.maps[i].station;
+      summaries[i] = map_summary(partial.stored(kFinalStage, station), grid.line_of(station),
+                                 plan.pixels_per_omega_m());
+    }
+  });
+  return summaries;
+}
+
+std::vector<LeftOutSummary> left_out_summaries(const Grid& grid,
+                                               const std::vector<DistanceVolume>& volumes) {
+  std::vector<LeftOutSummary> summaries;
+  for (size_t l = 0; l < volumes.size(); ++l) {
+    if (volumes[l].maps() > 0) add_left_out(grid.lines[l], volumes[l], &summaries);
+  }
+  return summaries;
+}
 
 double DepthSummary::low_confidence_share() const {
   double sum = 0.0;  // every map is a whole sphere

@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "build_lf/depth/inverse_distance_map.h"
+#include "build_lf/depth/depth_plan.h"
+#include "build_lf/depth/partial_maps.h"
 #include "build_lf/exposure/make_gains.h"
 #include "build_lf/quality/frame_checks.h"
 #include "core/room/room.h"
@@ -83,6 +84,12 @@ struct DepthSummary {
   // Share of the solid angle of all stations that is left out.
   double left_out_share() const;
 };
+
+// Of the finished maps, and of what the finished volumes leave out.
+std::vector<MapSummary> map_summaries(const Grid& grid, const DepthPlan& plan,
+                                      const PartialMaps& partial);
+std::vector<LeftOutSummary> left_out_summaries(const Grid& grid,
+                                               const std::vector<DistanceVolume>& volumes);
 
 // The document of depth.json.
 nlohmann::ordered_json depth_document(const DepthSummary& summary);

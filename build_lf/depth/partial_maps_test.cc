@@ -152,7 +152,9 @@ TEST_F(PartialMapsTest, CompletingReplacesTheDistancesAndCleansUp) {
     PartialMaps maps(room(), "inputs");
     maps.store("final", map_of(0.0f));
     write_file_atomically(maps.volumes() / "x0.h5", "estimated");
-    if (replaced) EXPECT_EQ(read_file(distances() / "x0.h5"), "old");
+    if (replaced) {
+      EXPECT_EQ(read_file(distances() / "x0.h5"), "old");
+    }
     maps.complete();
     EXPECT_EQ(read_file(distances() / "x0.h5"), "estimated");
     EXPECT_FALSE(fs::exists(distances() / "x9.h5"));

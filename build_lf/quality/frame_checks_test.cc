@@ -149,12 +149,13 @@ TEST_P(FaultyLineTest, IsFound) {
     EXPECT_EQ(found.fault, line.fault);
     EXPECT_EQ(found.station, (StationIndex{0, line.stations[i]}));
     EXPECT_EQ(found.file, room.grid().station(found.station).file);
-    if (!line.others.empty()) EXPECT_EQ(found.other, (StationIndex{0, line.others[i]}));
+    if (line.others.empty()) continue;
+    EXPECT_EQ(found.other, (StationIndex{0, line.others[i]}));
   }
   EXPECT_GE(checks.frames[0].measure, line.least);
   EXPECT_LE(checks.frames[0].measure, line.most);
-  const bool step = line.fault == FrameFault::kExposureStep;
-  if (step) EXPECT_EQ(checks.largest_exposure_step, checks.frames[0].measure);
+  if (line.fault != FrameFault::kExposureStep) return;
+  EXPECT_EQ(checks.largest_exposure_step, checks.frames[0].measure);
 }
 
 INSTANTIATE_TEST_SUITE_P(Lines, FaultyLineTest, ::testing::ValuesIn(faulty_lines()),

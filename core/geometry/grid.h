@@ -60,7 +60,10 @@ struct Cell {
 struct StationIndex {
   int line = 0;
   int station = 0;
-  friend auto operator<=>(StationIndex, StationIndex) = default;
+  friend bool operator==(StationIndex, StationIndex) = default;
+  friend std::strong_ordering operator<=>(StationIndex a, StationIndex b) {
+    return a.line != b.line ? a.line <=> b.line : a.station <=> b.station;
+  }
 };
 
 struct Grid {
