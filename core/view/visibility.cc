@@ -227,7 +227,8 @@ void Visibility::find_occluded(int theta, const Column& column, std::size_t sour
   const Latitudes& latitudes = distances_->latitudes();
   for (int bit = 0; bit < kMapsOfSource; ++bit) {
     if ((wanted >> bit & 1) == 0) continue;
-    const auto index = static_cast<std::size_t>(column.first_map[source] + bit);
+    const int of_line = column.first_map[source] + bit;
+    const auto index = static_cast<std::size_t>(of_line);
     const OccluderMap& map = *maps_[static_cast<std::size_t>(at.line)][index];
     const Eigen::Vector3d to_eye_m =
         eye_m - line.stations[static_cast<std::size_t>(stations[index])].position_m;

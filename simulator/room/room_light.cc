@@ -92,7 +92,7 @@ Color VirtualRoom::look(const Ray& ray, double pixel_rad, const Bodies* bodies) 
   const Hit of_room = solids_.intersect(ray);
   const Hit of_body = bodies != nullptr ? bodies->intersect(ray) : Hit{};
   const bool is_body = bodies != nullptr && bodies->hides(of_body, of_room);
-  const Color seen =
+  Color seen =
       is_body ? bodies->light_of(ray, of_body, pixel_rad) : light_of(ray, of_room, 0.0, pixel_rad);
   if (!glass_) return seen;
   return through_glass(ray, distance_of(is_body ? of_body : of_room), seen, pixel_rad);
