@@ -36,7 +36,7 @@ struct Thinned {
   int stride = 0;
   double step_m = 0.0;  // between the stations kept, at most
   KeptStations kept{};
-  std::vector<HeldOutStation> middles{};
+  std::vector<StationIndex> middles{};
 };
 
 Thinned thinned(const Room& room, int stride, double captured_step_m) {
@@ -65,7 +65,7 @@ Thinned thinned(const Room& room, int stride, double captured_step_m) {
       middles[line].push_back((kept[i - 1] + kept[i]) / 2);
     }
   }
-  const std::vector<HeldOutStation> all = stations_with_views(room.grid(), middles);
+  const std::vector<StationIndex> all = stations_with_views(room.grid(), middles);
   for (const int i : pick_evenly(static_cast<int>(all.size()), kViewsPerStride)) {
     thinned.middles.push_back(all[static_cast<std::size_t>(i)]);
   }
@@ -120,7 +120,7 @@ HeldOutFacts facts_of(const Room& room, const Thinned& thinned, double tolerance
     corrected = std::make_unique<Renderer>(part, ViewOptions{.gains = false});
   }
   const double share = 1.0 / facts.views;
-  for (const HeldOutStation& middle : thinned.middles) {
+  for (const StationIndex middle : thinned.middles) {
     throw_if_interrupted();
     const TrueView captured = true_view_of(room, middle);
     const Line& line = room.grid().lines[static_cast<std::size_t>(middle.line)];
@@ -192,7 +192,7 @@ ThinnedFacts thinned_facts(const Room& room, const KeptStations& kept,
     facts.stations += static_cast<int>(kept[line].size());
     facts.distance_maps += thinned.distances(static_cast<int>(line)).maps();
   }
-  const std::vector<HeldOutStation> dropped =
+  const std::vector<StationIndex> dropped =
       stations_with_views(room.grid(), stations_except(room.grid(), kept));
   const std::vector<int> views = pick_evenly(static_cast<int>(dropped.size()), kViewsOfThinned);
   facts.views = static_cast<int>(views.size());

@@ -72,25 +72,21 @@ void estimate(const fs::path& room, const std::vector<std::string>& settings) {
 
 }  // namespace
 
-std::vector<HeldOutStation> stations_with_views(const Grid& grid, const KeptStations& left_out) {
-  std::vector<HeldOutStation> stations;
+std::vector<StationIndex> stations_with_views(const Grid& grid, const KeptStations& left_out) {
+  std::vector<StationIndex> stations;
   for (std::size_t line = 0; line < left_out.size(); ++line) {
     for (const int index : left_out[line]) {
-      const Eigen::Vector3d& at_m =
-          grid.lines[line].stations[static_cast<std::size_t>(index)].position_m;
-      if (grid.cells.empty() || find_cell(grid, {at_m.x(), at_m.z()})) {
-        stations.push_back({static_cast<int>(line), index});
-      }
+      const StationIndex station{static_cast<int>(line), index};
+      const Eigen::Vector3d& at_m = grid.station(station).position_m;
+      if (grid.cells.empty() || find_cell(grid, {at_m.x(), at_m.z()})) stations.push_back(station);
     }
   }
   return stations;
 }
 
-TrueView true_view_of(const Room& room, const HeldOutStation& station) {
+TrueView true_view_of(const Room& room, StationIndex station) {
   const LineVolume& volume = room.volume(station.line);
-  const Station& captured = room.grid()
-                                .lines[static_cast<std::size_t>(station.line)]
-                                .stations[static_cast<std::size_t>(station.station)];
+  const Station& captured = room.grid().station(station);
   TrueView view;
   view.name = fs::path(captured.file).stem().string();
   view.viewpoint = {captured.position_m.x(), captured.position_m.z()};
@@ -114,7 +110,7 @@ Room room_without_held_out(const Room& room, int every) {
 
 HeldOutViews held_out_views(const Room& room, int every, std::size_t most) {
   HeldOutViews held_out{room_without_held_out(room, every), {}};
-  const std::vector<HeldOutStation> stations =
+  const std::vector<StationIndex> stations =
       stations_with_views(room.grid(), held_out_stations(room.grid(), every));
   if (stations.empty()) {
     throw Error(

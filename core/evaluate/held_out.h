@@ -13,22 +13,17 @@
 #include <vector>
 
 #include "core/evaluate/truth_views.h"
+#include "core/geometry/grid.h"
 #include "core/room/room.h"
 
 namespace raywalk {
 
-// A station by its indices in a room.
-struct HeldOutStation {
-  int line = 0;
-  int station = 0;
-};
-
 // The stations left out ([line], increasing indices) where views can be rendered: not those on an
 // overhang beyond the cells.
-std::vector<HeldOutStation> stations_with_views(const Grid& grid, const KeptStations& left_out);
+std::vector<StationIndex> stations_with_views(const Grid& grid, const KeptStations& left_out);
 
 // What a station captured, without gains, and where.
-TrueView true_view_of(const Room& room, const HeldOutStation& station);
+TrueView true_view_of(const Room& room, StationIndex station);
 
 struct HeldOutViews {
   Room room{};                    // the views are rendered from it

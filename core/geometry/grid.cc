@@ -120,7 +120,6 @@ double along_line(const Line& line, PlanPoint point) {
   return (vector_of(point) - vector_of(line.origin)).dot(vector_of(line.direction));
 }
 
-// origin_a + s direction_a = origin_b + t direction_b, solved for (s, t).
 std::vector<StationIndex> all_stations(const Grid& grid) {
   std::vector<StationIndex> stations;
   for (int line = 0; line < static_cast<int>(grid.lines.size()); ++line) {
@@ -130,6 +129,7 @@ std::vector<StationIndex> all_stations(const Grid& grid) {
   return stations;
 }
 
+// origin_a + s direction_a = origin_b + t direction_b, solved for (s, t).
 PlanPoint crossing_of(const Line& a, const Line& b) {
   Eigen::Matrix2d directions;
   directions << vector_of(a.direction), -vector_of(b.direction);

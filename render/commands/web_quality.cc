@@ -20,14 +20,12 @@ namespace {
 
 constexpr int kMostViews = 24;
 
-PlanPoint viewpoint_of(const Grid& grid, const HeldOutStation& station) {
-  const Eigen::Vector3d& at_m = grid.lines[static_cast<std::size_t>(station.line)]
-                                    .stations[static_cast<std::size_t>(station.station)]
-                                    .position_m;
+PlanPoint viewpoint_of(const Grid& grid, StationIndex station) {
+  const Eigen::Vector3d& at_m = grid.station(station).position_m;
   return {at_m.x(), at_m.z()};
 }
 
-double psnr_at(const Room& room, const HeldOutStation& station, Renderer* renderer, int width) {
+double psnr_at(const Room& room, StationIndex station, Renderer* renderer, int width) {
   const cv::Mat captured = captured_picture_at(room, station.line, station.station, width);
   const cv::Mat hidden = hidden_in_views(room, station.line, station.station, width);
   const cv::Mat view = renderer->render(viewpoint_of(room.grid(), station)).image;
@@ -40,7 +38,7 @@ double psnr_at(const Room& room, const HeldOutStation& station, Renderer* render
 
 std::optional<WebQuality> measure_web_quality(const Room& room, const KeptStations& kept,
                                               const ViewOptions& options) {
-  const std::vector<HeldOutStation> left_out =
+  const std::vector<StationIndex> left_out =
       stations_with_views(room.grid(), stations_except(room.grid(), kept));
   if (left_out.empty()) return std::nullopt;
   const Room part = room.subset(kept);
