@@ -6,15 +6,11 @@
 
 namespace raywalk::python {
 
-// raywalk.Error and raywalk.UsageError, and how exceptions become them.
-void bind_exceptions(pybind11::module_& module);
 // Room with its lines, cells, frames and distances.
 void bind_room(pybind11::module_& module);
 // What renders views of a room.
 void bind_views(pybind11::module_& module);
-// What compares pictures.
-void bind_metrics(pybind11::module_& module);
-// Picture files, and how many threads are used.
+// Picture files, and what compares pictures.
 void bind_pictures(pybind11::module_& module);
 
 }  // namespace raywalk::python

@@ -1,4 +1,4 @@
-#include "python/room.h"
+#include "core/room/room.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,8 +6,12 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <span>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -15,14 +19,39 @@
 #include "core/base/number_text.h"
 #include "core/files/words.h"
 #include "core/room/tiled_rays.h"
-#include "python/arrays.h"
 #include "python/bindings.h"
+#include "python/pictures.h"
 #include "python/work.h"
 
 namespace py = pybind11;
 
 namespace raywalk::python {
 namespace {
+
+// Shared with the arrays and paths that are made from it.
+using SharedRoom = std::shared_ptr<Room>;
+
+// NumPy refuses to make an array writable again whose base is no writable buffer, as a capsule.
+py::array read_only(py::array array) {
+  array.attr("setflags")(py::arg("write") = false);
+  return array;
+}
+
+// A read-only array (height, width) or (height, width, channels) on columns [width][height]
+// [channels] of memory that `owner` keeps alive as long as the array lives.
+template <typename T>
+py::array picture_of_columns(const T* columns, PanoramaSize size, int channels,
+                             std::shared_ptr<const void> owner) {
+  const auto pixel = static_cast<py::ssize_t>(sizeof(T)) * channels;
+  std::vector<py::ssize_t> shape{size.height, size.width};
+  std::vector<py::ssize_t> strides{pixel, pixel * size.height};
+  if (channels > 1) {
+    shape.push_back(channels);
+    strides.push_back(sizeof(T));
+  }
+  return read_only(py::array(py::dtype::of<T>(), std::move(shape), std::move(strides), columns,
+                             keeping(std::move(owner))));
+}
 
 // A line as Python names it, by its index or id.
 using LineName = std::variant<int, std::string>;
@@ -31,22 +60,18 @@ const Line& line_of(const Room& room, int index) {
   return room.grid().lines[static_cast<size_t>(index)];
 }
 
-std::vector<std::string> line_ids(const Room& room) {
-  std::vector<std::string> ids;
-  for (const Line& line : room.grid().lines) ids.push_back(line.id);
-  return ids;
-}
-
 int line_index(const Room& room, const LineName& name) {
-  const std::vector<std::string> ids = line_ids(room);
+  const std::vector<Line>& lines = room.grid().lines;
   if (const int* index = std::get_if<int>(&name)) {
-    if (*index >= 0 && *index < std::ssize(ids)) return *index;
+    if (*index >= 0 && *index < std::ssize(lines)) return *index;
     throw UsageError(fmt::format("{}: there is no line {}; give 0 to {}, or an id",
-                                 room.directory().string(), *index, ids.size() - 1));
+                                 room.directory().string(), *index, lines.size() - 1));
   }
   const auto& id = std::get<std::string>(name);
-  const auto found = std::ranges::find(ids, id);
-  if (found != ids.end()) return static_cast<int>(found - ids.begin());
+  const auto found = std::ranges::find(lines, id, &Line::id);
+  if (found != lines.end()) return static_cast<int>(found - lines.begin());
+  std::vector<std::string> ids;
+  for (const Line& line : lines) ids.push_back(line.id);
   throw UsageError(fmt::format("{}: there is no line {}{}", room.directory().string(), excerpt(id),
                                suggestion(id, ids)));
 }
@@ -63,16 +88,15 @@ py::array frame(const SharedRoom& room, const LineName& name, int station) {
   const int line = line_index(*room, name);
   require_station(*room, line, station);
   const LineVolume& volume = room->volume(line);
-  const PanoramaSize size = volume.panorama();
   if (!volume.form().compressed()) {
-    return picture_of_columns(volume.rays(station), size.width, size.height, 3, room);
+    return picture_of_columns(volume.rays(station), volume.panorama(), 3, room);
   }
   const auto decoded = without_lock([&] {
     const TileReading reading;
     const auto columns = volume.columns(station);
     return std::make_shared<std::vector<std::uint8_t>>(columns.begin(), columns.end());
   });
-  return picture_of_columns(decoded->data(), size.width, size.height, 3, decoded);
+  return picture_of_columns(decoded->data(), volume.panorama(), 3, decoded);
 }
 
 // The index of a station's map. Throws Error where it has none.
@@ -96,56 +120,30 @@ py::tuple distances(const SharedRoom& room, const LineName& name, int station) {
   require_station(*room, line, station);
   const int map = map_index(*room, line, station);
   const DistanceVolume& volume = room->distances(line);
-  const PanoramaSize size = volume.size();
   return py::make_tuple(
-      picture_of_columns(volume.distance_column(map, 0).data(), size.width, size.height, 1, room),
-      picture_of_columns(volume.confidence_column(map, 0).data(), size.width, size.height, 1,
-                         room));
+      picture_of_columns(volume.distance_column(map, 0).data(), volume.size(), 1, room),
+      picture_of_columns(volume.confidence_column(map, 0).data(), volume.size(), 1, room));
 }
 
 py::tuple pair_of(PlanPoint point) { return py::make_tuple(point.x_m, point.z_m); }
 
-// The fields of raywalk.Line.
-py::dict line_fields(const Room& room, int index) {
+// The fields of raywalk.Line, in its order.
+py::tuple line_fields(const Room& room, int index) {
   const Line& line = line_of(room, index);
   const auto count = std::ssize(line.stations);
   std::vector<double> positions_m, along_m;
   py::tuple files(count);
-  for (py::ssize_t i = 0; i < count; ++i) {
-    const Station& station = line.stations[static_cast<size_t>(i)];
+  for (const Station& station : line.stations) {
+    files[along_m.size()] = station.file;
     positions_m.insert(positions_m.end(), station.position_m.begin(), station.position_m.end());
     along_m.push_back(station.along_m);
-    files[i] = station.file;
   }
   const std::span<const int> with_map = room.distances(index).stations();
-  py::dict fields;
-  fields["id"] = line.id;
-  fields["axis"] = name_of(line.axis);
-  fields["origin_m"] = pair_of(line.origin);
-  fields["direction"] = pair_of(line.direction);
-  fields["height_m"] = line.height_m;
-  fields["positions_m"] = read_only_copy(std::span<const double>(positions_m), {count, 3});
-  fields["along_m"] = read_only_copy(std::span<const double>(along_m), {count});
-  fields["files"] = files;
-  fields["distance_stations"] = read_only_copy(with_map, {std::ssize(with_map)});
-  return fields;
-}
-
-// The fields of raywalk.Cell.
-py::dict cell_fields(const Room& room, const Cell& cell) {
-  const auto id_of = [&](Side side) {
-    return line_of(room, cell.line[static_cast<size_t>(side)]).id;
-  };
-  py::dict fields;
-  fields["x_min_m"] = cell.x_min_m;
-  fields["x_max_m"] = cell.x_max_m;
-  fields["z_min_m"] = cell.z_min_m;
-  fields["z_max_m"] = cell.z_max_m;
-  fields["front"] = id_of(Side::kFront);
-  fields["right"] = id_of(Side::kRight);
-  fields["back"] = id_of(Side::kBack);
-  fields["left"] = id_of(Side::kLeft);
-  return fields;
+  return py::make_tuple(
+      line.id, name_of(line.axis), pair_of(line.origin), pair_of(line.direction), line.height_m,
+      read_only(py::array_t<double>(std::vector<py::ssize_t>{count, 3}, positions_m.data())),
+      read_only(py::array_t<double>(count, along_m.data())), files,
+      read_only(py::array_t<int>(std::ssize(with_map), with_map.data())));
 }
 
 py::list lines(const Room& room) {
@@ -154,9 +152,17 @@ py::list lines(const Room& room) {
   return all;
 }
 
+// The fields of every raywalk.Cell, in its order.
 py::list cells(const Room& room) {
   py::list all;
-  for (const Cell& cell : room.grid().cells) all.append(cell_fields(room, cell));
+  for (const Cell& cell : room.grid().cells) {
+    const auto id_of = [&](Side side) {
+      return line_of(room, cell.line[static_cast<size_t>(side)]).id;
+    };
+    all.append(py::make_tuple(cell.x_min_m, cell.x_max_m, cell.z_min_m, cell.z_max_m,
+                              id_of(Side::kFront), id_of(Side::kRight), id_of(Side::kBack),
+                              id_of(Side::kLeft)));
+  }
   return all;
 }
 

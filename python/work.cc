@@ -60,15 +60,4 @@ void issue_warnings() {
 
 void drop_warnings() { warning_sink()->take(); }
 
-void throw_keyboard_interrupt(const char* message) {
-  // The signal has also reached Python, whose handler is run here, so that it does not raise a
-  // second time in the caller's except block. On other threads than the main one this does nothing.
-  const bool raised = PyErr_CheckSignals() != 0;
-  if (!raised || PyErr_ExceptionMatches(PyExc_KeyboardInterrupt) != 0) {
-    PyErr_Clear();
-    PyErr_SetString(PyExc_KeyboardInterrupt, escaped(message).c_str());
-  }
-  throw py::error_already_set();
-}
-
 }  // namespace raywalk::python

@@ -6,7 +6,6 @@
 
 #include <type_traits>
 
-#include "core/base/error.h"
 #include "core/base/interrupt.h"
 
 namespace raywalk::python {
@@ -18,42 +17,25 @@ void collect_warnings();
 void issue_warnings();
 void drop_warnings();
 
-// Throws KeyboardInterrupt, or what the program's own SIGINT handler raised.
-[[noreturn]] void throw_keyboard_interrupt(const char* message);
-
-// work() without the lock. Throws Interrupted also where it was too late to stop the work: a thread
-// that does one short piece of work after the other is to stop, too.
-template <typename Work>
-std::invoke_result_t<Work> unlocked(Work& work) {
-  const pybind11::gil_scoped_release released;
-  const WatchInterrupts watch;
-  auto result = work();
-  throw_if_interrupted();
-  return result;
-}
-
-// work(), which must not touch Python's objects but the memory of arrays that the caller holds.
-// Throws KeyboardInterrupt where it was interrupted.
+// The result of work(), which must not touch Python's objects but the memory of arrays that the
+// caller holds. Throws Interrupted also where it was too late to stop the work: a thread that does
+// one short piece of work after the other is to stop, too.
 template <typename Work>
 std::invoke_result_t<Work> without_lock(Work work) {
-  using Result = std::invoke_result_t<Work>;
-  if constexpr (std::is_void_v<Result>) {
-    without_lock([&work] {
-      work();
-      return true;
-    });
-  } else {
-    try {
-      Result result = unlocked(work);
-      issue_warnings();
-      return result;
-    } catch (const Interrupted& e) {
-      drop_warnings();
-      throw_keyboard_interrupt(e.what());
-    } catch (...) {
-      drop_warnings();
-      throw;
-    }
+  const auto unlocked = [&work] {
+    const pybind11::gil_scoped_release released;
+    const WatchInterrupts watch;
+    auto result = work();
+    throw_if_interrupted();
+    return result;
+  };
+  try {
+    auto result = unlocked();
+    issue_warnings();
+    return result;
+  } catch (...) {
+    drop_warnings();
+    throw;
   }
 }
 

@@ -19,13 +19,12 @@ from ._native import (
     write_picture,
 )
 from ._room import Cell, DistanceMap, Line, Path, Room
-from .view_settings import ViewMethod, ViewSettings
+from .view_settings import ViewSettings
 
 __all__ = [
     "Cell",
     "DistanceMap",
     "Error",
-    "ViewMethod",
     "Line",
     "Path",
     "Room",

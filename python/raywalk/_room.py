@@ -4,29 +4,16 @@ from __future__ import annotations
 
 import os
 import pathlib
-from typing import (
-    TYPE_CHECKING,
-    Any,
-    Dict,
-    Iterator,
-    List,
-    NamedTuple,
-    Optional,
-    Sequence,
-    Tuple,
-    Union,
-)
+from typing import TYPE_CHECKING, Any, Iterator, NamedTuple, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from .view_settings import ViewSettings
+from .view_settings import File, ViewSettings
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
-
-File = Union[str, "os.PathLike[str]"]
 
 
 class Line(NamedTuple):
@@ -36,9 +23,9 @@ class Line(NamedTuple):
     """"x0", "x1", ... ordered by z; "z0", "z1", ... ordered by x."""
     axis: str
     """The axis that the line follows, "x" or "z"."""
-    origin_m: Tuple[float, float]
+    origin_m: tuple[float, float]
     """x, z of the place from which ``along_m`` counts."""
-    direction: Tuple[float, float]
+    direction: tuple[float, float]
     """x, z of the unit vector along the line."""
     height_m: float
     """Mean y of the stations."""
@@ -46,7 +33,7 @@ class Line(NamedTuple):
     """(stations, 3): x, y, z of every station."""
     along_m: NDArray[np.float64]
     """(stations,): where the stations are along the line, increasing."""
-    files: Tuple[str, ...]
+    files: tuple[str, ...]
     """Of every station, as the frame list named it."""
     distance_stations: NDArray[np.int32]
     """The stations that have a distance map, increasing."""
@@ -79,9 +66,9 @@ class Path(Iterator[NDArray[np.uint8]]):
 
     def __init__(self, views: _native.PathViews) -> None:
         self._views = views
-        self.names: List[str] = views.names()
+        self.names: list[str] = views.names()
         """Of the views, as the table has them; of viewpoints without a table "0", "1", ..."""
-        self.viewpoints_m: NDArray[np.float64] = views.viewpoints_m()
+        self.viewpoints_m: NDArray[np.float64] = np.reshape(views.viewpoints_m(), (-1, 3))
         """(views, 3): x, y, z of every view; y is NaN where it is that of the lines around."""
 
     def __len__(self) -> int:
@@ -92,7 +79,7 @@ class Path(Iterator[NDArray[np.uint8]]):
         return self._views.next_view()
 
 
-def _name_of(line: Union[int, str, Line]) -> Union[int, str]:
+def _name_of(line: int | str | Line) -> int | str:
     return line.id if isinstance(line, Line) else line
 
 
@@ -128,8 +115,8 @@ class Room:
     def __init__(self, directory: File) -> None:
         """Raises :class:`raywalk.Error` unless the room is complete."""
         self._room = _native.Room(directory)
-        self._lines = tuple(Line(**fields) for fields in self._room.lines())
-        self._cells = tuple(Cell(**fields) for fields in self._room.cells())
+        self._lines = tuple(Line(*fields) for fields in self._room.lines())
+        self._cells = tuple(Cell(*fields) for fields in self._room.cells())
 
     def __repr__(self) -> str:
         return repr(self._room)
@@ -139,24 +126,24 @@ class Room:
         return self._room.directory()
 
     @property
-    def panorama_size_px(self) -> Tuple[int, int]:
+    def panorama_size_px(self) -> tuple[int, int]:
         """Width and height of every captured panorama."""
         return self._room.panorama_size_px()
 
     @property
-    def lines(self) -> Tuple[Line, ...]:
+    def lines(self) -> tuple[Line, ...]:
         return self._lines
 
-    def line(self, line: Union[int, str, Line]) -> Line:
+    def line(self, line: int | str | Line) -> Line:
         """A line by its id or index."""
         return self._lines[self._room.line_index(_name_of(line))]
 
     @property
-    def cells(self) -> Tuple[Cell, ...]:
+    def cells(self) -> tuple[Cell, ...]:
         """Empty if no four lines close one."""
         return self._cells
 
-    def cell_at(self, x_m: float, z_m: float) -> Optional[Cell]:
+    def cell_at(self, x_m: float, z_m: float) -> Cell | None:
         """The cell that holds a viewpoint, borders included; None if none does."""
         index = self._room.cell_index(x_m, z_m)
         return None if index is None else self._cells[index]
@@ -166,14 +153,14 @@ class Room:
         """Where the distances come from: "given", "estimated by sweep", ..., or "none"."""
         return self._room.distances_origin()
 
-    def frame(self, line: Union[int, str, Line], station: int) -> NDArray[np.uint8]:
+    def frame(self, line: int | str | Line, station: int) -> NDArray[np.uint8]:
         """A captured panorama, (height, width, 3): a read-only view of the mapped volume, no copy.
 
         Columns of the panorama are contiguous: the strides are (3, 3 * height, 1).
         """
         return self._room.frame(_name_of(line), station)
 
-    def distances(self, line: Union[int, str, Line], station: int) -> DistanceMap:
+    def distances(self, line: int | str | Line, station: int) -> DistanceMap:
         """The distance map of a station, one of :attr:`Line.distance_stations`."""
         return DistanceMap(*self._room.distances(_name_of(line), station))
 
@@ -182,7 +169,7 @@ class Room:
         x_m: float,
         z_m: float,
         *,
-        y_m: Optional[float] = None,
+        y_m: float | None = None,
         yaw_deg: float = 0.0,
         pitch_deg: float = 0.0,
         roll_deg: float = 0.0,
@@ -206,7 +193,7 @@ class Room:
         x_m: float,
         z_m: float,
         *,
-        y_m: Optional[float] = None,
+        y_m: float | None = None,
         yaw_deg: float = 0.0,
         pitch_deg: float = 0.0,
         roll_deg: float = 0.0,
@@ -220,17 +207,16 @@ class Room:
         angles = {"yaw_deg": yaw_deg, "pitch_deg": pitch_deg, "roll_deg": roll_deg}
         return _native.write_view(self._room, file, x_m, z_m, y_m, {**angles, **settings})
 
-    def view_settings(self, **settings: Unpack[ViewSettings]) -> Dict[str, Any]:
+    def view_settings(self, **settings: Unpack[ViewSettings]) -> dict[str, Any]:
         """The settings that views are rendered with, each by its key, and why.
 
-        "k_source" says how k was chosen, "reason" what a preset or a measured choice
-        followed.
+        "k_source" says how k was chosen, "reason" what a preset or a measured choice followed.
         """
         return _native.view_settings(self._room, dict(settings))
 
     def path(
         self,
-        views: Union[File, ArrayLike],
+        views: File | ArrayLike,
         *,
         yaw_deg: ArrayLike = 0.0,
         pitch_deg: ArrayLike = 0.0,
@@ -241,9 +227,8 @@ class Room:
 
         ``views`` is an array (views, 2) of x, z in metres, or (views, 3) of x, y, z, or the table of
         ``raywalk-render path``: a CSV file with the columns name,x,z and optionally
-        y,yaw,pitch,roll. The angles are one for
-        all or one for each view of an array; a table has its own. Every viewpoint is checked before
-        the first is rendered.
+        y,yaw,pitch,roll. The angles are one for all or one for each view of an array; a table has
+        its own. Every viewpoint is checked before the first is rendered.
         """
         angles = [yaw_deg, pitch_deg, roll_deg]
         if not isinstance(views, (str, os.PathLike)):
@@ -258,7 +243,7 @@ class Room:
     def write_path(
         self,
         table: File,
-        out: Optional[File] = None,
+        out: File | None = None,
         *,
         replace: bool = False,
         **settings: Unpack[ViewSettings],

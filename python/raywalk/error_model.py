@@ -9,7 +9,7 @@ of its range raises :class:`raywalk.UsageError`.
 
 from __future__ import annotations
 
-from typing import NamedTuple, Tuple, Union
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,7 +27,7 @@ __all__ = [
     "mismatch_distance",
 ]
 
-Numbers = Union[float, NDArray[np.float64]]
+Numbers = float | NDArray[np.float64]
 
 _LARGEST = float(np.finfo(np.float64).max)
 # Where the functions are defined.
@@ -147,7 +147,7 @@ def mismatch_distance(to_side_m: ArrayLike, to_front_m: ArrayLike, k_deg: ArrayL
     return np.where(physical, 0.0, distance)[()]
 
 
-def connection_range(to_side_m: ArrayLike, to_front_m: ArrayLike) -> Tuple[float, Numbers]:
+def connection_range(to_side_m: ArrayLike, to_front_m: ArrayLike) -> tuple[float, Numbers]:
     """(9): the least and the largest k, degrees, that have an effect at a corner.
 
     The arguments are as in :func:`corner_angle_deg`. The least is 45 everywhere; a corner angle below

@@ -8,8 +8,6 @@ compared.
 
 from __future__ import annotations
 
-from typing import Optional
-
 from numpy.typing import ArrayLike
 
 from . import _native
@@ -17,17 +15,17 @@ from . import _native
 __all__ = ["fsim", "mean_squared_error", "psnr_db", "ssim", "ws_psnr_db"]
 
 
-def mean_squared_error(a: ArrayLike, b: ArrayLike, mask: Optional[ArrayLike] = None) -> float:
+def mean_squared_error(a: ArrayLike, b: ArrayLike, mask: ArrayLike | None = None) -> float:
     """Mean of (a - b)^2 over all channels of the pixels that count; squared 8-bit levels."""
     return _native.mean_squared_error(a, b, mask)
 
 
-def psnr_db(a: ArrayLike, b: ArrayLike, mask: Optional[ArrayLike] = None) -> float:
+def psnr_db(a: ArrayLike, b: ArrayLike, mask: ArrayLike | None = None) -> float:
     """Peak signal-to-noise ratio over RGB in dB; infinite for equal pictures."""
     return _native.psnr_db(a, b, mask)
 
 
-def ws_psnr_db(a: ArrayLike, b: ArrayLike, mask: Optional[ArrayLike] = None) -> float:
+def ws_psnr_db(a: ArrayLike, b: ArrayLike, mask: ArrayLike | None = None) -> float:
     """WS-PSNR of whole panoramas in dB: as :func:`psnr_db`, rows weighted by solid angle."""
     return _native.ws_psnr_db(a, b, mask)
 

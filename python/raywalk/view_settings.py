@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from typing import Literal, Tuple, TypedDict, Union
+from typing import Literal, TypedDict
 
-ViewMethod = Literal["initial", "hlf-vd", "two-sided"]
+File = str | os.PathLike[str]
 
 
 class ViewSettings(TypedDict, total=False):
@@ -14,7 +14,7 @@ class ViewSettings(TypedDict, total=False):
     What is not given, or None, has the default of ``raywalk-render view``.
     """
 
-    settings: Union[str, "os.PathLike[str]"]
+    settings: File
     """A YAML file of settings; the arguments override it."""
     preset: Literal["none", "fast", "balanced", "accurate"]
     """Defaults for the others."""
@@ -25,7 +25,7 @@ class ViewSettings(TypedDict, total=False):
     min_psnr_db: float
     """Take the fastest setting that reached this PSNR in that measurement, dB."""
 
-    method: ViewMethod
+    method: Literal["initial", "hlf-vd", "two-sided"]
     """Vertical cut, corrected by distance, or corrected from both sides."""
     k_deg: float
     """Largest incidence angle of the hybrid connection, 45 to 90 degrees."""
@@ -43,12 +43,12 @@ class ViewSettings(TypedDict, total=False):
     """Distance maps that a view's distances are gathered from, 1 to 8."""
     second_side: Literal["everywhere", "faded"]
     """Where a two-sided view reads both sides."""
-    gains: Union[bool, Literal["off", "on"]]
+    gains: bool | Literal["off", "on"]
     """Whether stations are multiplied by their gains."""
 
     fov_deg: float
     """Horizontal field of view of a flat picture, above 0 to 170 degrees; 0: a panorama."""
-    size_px: Tuple[int, int]
+    size_px: tuple[int, int]
     """Width and height of the flat picture, pixels; (1280, 720) if not given."""
     stereo: Literal["ods"]
     """Two panoramas for two eyes, the left one's above the right one's."""

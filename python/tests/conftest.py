@@ -23,17 +23,8 @@ def run(program, *arguments, cwd=None):
 @pytest.fixture(scope="session")
 def room_folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("room") / "room.lf"
-    run(
-        "raywalk-build-lf",
-        "pack",
-        "--frames",
-        SCENE / "poses.csv",
-        "--distance",
-        SCENE / "dist",
-        "--out",
-        folder,
-        "-q",
-    )
+    maps = ["--distance", SCENE / "dist"]
+    run("raywalk-build-lf", "pack", "--frames", SCENE / "poses.csv", *maps, "--out", folder, "-q")
     return folder
 
 
