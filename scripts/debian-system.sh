@@ -1,5 +1,5 @@
-# For scripts that work in a Debian of their own: sourced, not run. They set `release` (12 or 13) and
-# call `own_mounts "$@"` before anything else. Everything runs as root on any Debian.
+# For scripts that work in a Debian of their own: sourced, not run. They call `read_arguments` and
+# `own_mounts "$@"` before anything else. Everything runs as root on any Debian.
 
 name=$(basename "$0")
 
@@ -27,7 +27,25 @@ say_what_failed() {
   fi
 }
 
-# In a mount namespace of its own nothing that is mounted here outlives the run, however it ends.
+# read_arguments OPTION "$@": sets `release`, 12 or 13, `root`, and `given` to the value of --OPTION.
+read_arguments() {
+  local option=--$1
+  shift
+  release='' root='' given=''
+  while [ $# -gt 0 ]; do
+    case "$1" in
+      -h | --help) sed -n '2,/^set /{/^# /s/^# //p}' "$0"; exit 0 ;;
+      12 | 13) release=$1; shift ;;
+      --root) root=${2:-}; [ -n "$root" ] || fail "--root takes a directory"; shift 2 ;;
+      "$option") given=${2:-}; [ -n "$given" ] || fail "$option takes a value; see --help"; shift 2 ;;
+      *) fail "unknown argument '$1'; see --help" ;;
+    esac
+  done
+  [ -n "$release" ] || fail "say which Debian, 12 or 13"
+}
+
+# In a mount namespace of its own nothing that is mounted here outlives the run, however it ends. Goes to
+# the sources, and makes `root` absolute, by default in build.
 own_mounts() {
   [ "$(id -u)" -eq 0 ] || cannot_run "run as root: a system of its own needs chroot and mounts"
   unshare --mount --propagation private true || cannot_run "mounts of its own are not permitted here"
@@ -44,21 +62,25 @@ own_mounts() {
     CCACHE_DIR=$(realpath "$CCACHE_DIR")
     [ -d "$CCACHE_DIR" ] || fail "CCACHE_DIR is $CCACHE_DIR, which is no directory"
   fi
+  root=$(realpath -m "${root:-$(dirname "$0")/../build/debian-$release}")
+  cd "$(dirname "$0")/.."
+  trap say_what_failed EXIT
 }
 
-# make_system ROOT: a minimal system, for cannot_run if it fails.
+# make_system ROOT: a minimal system.
 make_system() {
   local root=$1 codename
   codename=$([ "$release" = 12 ] && echo bookworm || echo trixie)
   if ! command -v debootstrap >/dev/null; then
-    apt-get update -qq && apt-get install -y -qq debootstrap >/dev/null || return 1
+    apt-get update -qq && apt-get install -y -qq debootstrap >/dev/null ||
+      cannot_run "debootstrap cannot be installed"
   fi
   rm -rf "$root.part"
   mkdir -p "$root.part"
   if ! http_proxy=$proxy debootstrap --variant=minbase "$codename" "$root.part" ${mirror:+"$mirror"} \
     >"$root.log" 2>&1; then
     tail -n 20 "$root.log" >&2
-    return 1
+    cannot_run "debootstrap could not make Debian $release (its output is above)"
   fi
   rm "$root.log"
   mv "$root.part" "$root"
@@ -72,7 +94,7 @@ kept_system() {
     return
   fi
   step "a clean system in $1"
-  make_system "$1" || cannot_run "debootstrap could not make Debian $release (its output is above)"
+  make_system "$1"
 }
 
 # mount_all ROOT
