@@ -7,6 +7,7 @@
 
 #include "build_lf/depth/depth_test_room.h"
 #include "build_lf/depth/estimate_depth.h"
+#include "build_lf/pack/station_data.h"
 #include "build_lf/quality/frame_checks.h"
 #include "core/base/error.h"
 #include "core/room/station_image.h"
@@ -80,20 +81,17 @@ double share_within_a_pixel_below(const SyntheticRoomSpec& spec, const Room& roo
     const DistanceVolume& volume = estimated.distances(l);
     const PanoramaSize size = volume.size();
     for (int m = 0; m < volume.maps(); ++m) {
-      const auto station = static_cast<size_t>(volume.stations()[static_cast<size_t>(m)]);
-      const Station& at = room.grid().lines[static_cast<size_t>(l)].stations[station];
-      InverseDistanceMap map{{}, at.position_m, size, {}, {}};
-      for (int u = 0; u < size.width; ++u) {
-        const auto distance_m = volume.distance_column(m, u);
-        const auto confidence = volume.confidence_column(m, u);
-        for (size_t v = 0; v < distance_m.size(); ++v) {
-          map.omega.push_back(confidence[v] >= kMinConfidence ? 1.0f / distance_m[v] : 1e6f);
-        }
+      const StationDistances stored = stored_distances(volume, m);
+      const StationIndex station{l, volume.stations()[static_cast<size_t>(m)]};
+      InverseDistanceMap map{station, room.grid().station(station).position_m, size, {}, {}};
+      for (size_t pixel = 0; pixel < stored.distance_m.size(); ++pixel) {
+        const bool known = stored.confidence[pixel] >= kMinConfidence;
+        map.omega.push_back(known ? 1.0f / stored.distance_m[pixel] : 1e6f);
       }
       // A pixel of parallax at the reach, half the cell's side.
       const double pixel_per_m = kTwoPi / size.width / (0.5 * spec.side_m);
       sum += share_within(
-          map, true_map(spec.scene, at.position_m, size), pixel_per_m, [&](size_t pixel) {
+          map, true_map(spec.scene, map.position_m, size), pixel_per_m, [&](size_t pixel) {
             return in_cone(0, static_cast<int>(pixel) % size.height, size, kConeDeg);
           });
       ++maps;
@@ -146,12 +144,8 @@ TEST(DepthMasks, FlowWithMasksIsRejected) {
   DepthOptions options;
   options.room = room.room().directory();
   options.method = DepthMethod::kFlow;
-  try {
-    estimate_depth(options);
-    FAIL() << "was not refused";
-  } catch (const UsageError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("--method sweep"));
-  }
+  EXPECT_THAT([&] { estimate_depth(options); },
+              ::testing::ThrowsMessage<UsageError>(HasSubstr("--method sweep")));
   EXPECT_FALSE(std::filesystem::exists(options.room / "distances.partial"));
 }
 

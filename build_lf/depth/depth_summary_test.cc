@@ -34,38 +34,28 @@ DepthSummary some_summary() {
   return summary;
 }
 
+// Expects the keys of `expected` with its values, in whatever order and beside others.
+void expect_keys(const nlohmann::json& document, const nlohmann::json& expected) {
+  for (const auto& [key, value] : expected.items()) EXPECT_EQ(document[key], value) << key;
+}
+
 TEST(DepthSummaryTest, EveryFigureHasItsKey) {
-  const auto json = depth_document(some_summary());
-  EXPECT_EQ(json["format"], "raywalk-depth");
-  EXPECT_EQ(json["format_version"], 1);
-  EXPECT_EQ(json["room"], "room.lf");
-  EXPECT_EQ(json["method"], "sweep");
-  EXPECT_EQ(json["width"], 256);
-  EXPECT_EQ(json["height"], 128);
-  EXPECT_EQ(json["stations"], 68);
-  EXPECT_EQ(json["reach_m"], 0.5);
-  EXPECT_EQ(json["nearest_m"], 0.25);
-  EXPECT_EQ(json["layers"], 96);
-  EXPECT_EQ(json["largest_exposure_step"], 1.3);
-  EXPECT_EQ(json["seconds"], 12.5);
-  EXPECT_EQ(json["peak_memory_mb"], 321.0);
-  EXPECT_EQ(json["warnings"].size(), 1U);
-  ASSERT_EQ(json["frame_findings"].size(), 1U);
-  EXPECT_EQ(json["frame_findings"][0]["file"], "front_7.png");
-  EXPECT_EQ(json["frame_findings"][0]["fault"], "exposure_step");
-  EXPECT_EQ(json["frame_findings"][0]["measure"], 1.3);
-  ASSERT_EQ(json["maps"].size(), 2U);
-  EXPECT_EQ(json["maps"][0]["line"], "x0");
-  EXPECT_EQ(json["maps"][0]["station"], 4);
-  EXPECT_EQ(json["maps"][0]["file"], "front_4.png");
-  EXPECT_EQ(json["maps"][1]["mean_confidence"], 0.5);
-  EXPECT_EQ(json["maps"][1]["low_share"], 0.25);
-  EXPECT_EQ(json["maps"][1]["parallax_share"], 0.375);
-  EXPECT_TRUE(json["truth"].is_null());
-  EXPECT_TRUE(json["gains"].is_null());
-  EXPECT_EQ(json["distances"], "estimated by sweep");
-  EXPECT_EQ(json["low_confidence_share"], 0.1875);
-  EXPECT_NEAR(json["low_confidence_below"], 0.25, 0.002);
+  const nlohmann::json document = depth_document(some_summary());
+  expect_keys(document, nlohmann::json::parse(R"({
+    "format": "raywalk-depth", "format_version": 1, "room": "room.lf", "method": "sweep",
+    "width": 256, "height": 128, "stations": 68, "reach_m": 0.5, "nearest_m": 0.25, "layers": 96,
+    "largest_exposure_step": 1.3, "seconds": 12.5, "peak_memory_mb": 321.0,
+    "warnings": ["the exposure of front_7.png is 1.30 times that of front_6.png"],
+    "truth": null, "gains": null, "distances": "estimated by sweep", "low_confidence_share": 0.1875
+  })"));
+  EXPECT_NEAR(document["low_confidence_below"], 0.25, 0.002);
+  ASSERT_EQ(document["frame_findings"].size(), 1U);
+  expect_keys(document["frame_findings"][0],
+              {{"file", "front_7.png"}, {"fault", "exposure_step"}, {"measure", 1.3}});
+  ASSERT_EQ(document["maps"].size(), 2U);
+  expect_keys(document["maps"][0], {{"line", "x0"}, {"station", 4}, {"file", "front_4.png"}});
+  expect_keys(document["maps"][1],
+              {{"mean_confidence", 0.5}, {"low_share", 0.25}, {"parallax_share", 0.375}});
 }
 
 TEST(DepthSummaryTest, MostlyUnknownDistancesAreNotUsable) {
@@ -99,18 +89,17 @@ TEST(DepthSummaryTest, TruthIsPresentIfCompared) {
   DepthSummary summary = some_summary();
   summary.truth = TruthComparison{
       2, 0.5, 0.75, 0.875, 0.02, {{0.0625, 1000, 0.9, 2.5}}, {{0.3125, 10, 0.5, 1.5}}};
-  const auto truth = depth_document(summary)["truth"];
-  EXPECT_EQ(truth["maps"], 2);
-  EXPECT_EQ(truth["within_1px_share"], 0.5);
-  EXPECT_EQ(truth["within_2px_share"], 0.75);
-  EXPECT_EQ(truth["within_4px_share"], 0.875);
-  EXPECT_EQ(truth["median_relative_error"], 0.02);
-  EXPECT_EQ(truth["summary"], text_of(*summary.truth));
+  const nlohmann::json truth = depth_document(summary)["truth"];
+  expect_keys(truth, {{"maps", 2},
+                      {"within_1px_share", 0.5},
+                      {"within_2px_share", 0.75},
+                      {"within_4px_share", 0.875},
+                      {"median_relative_error", 0.02},
+                      {"summary", text_of(*summary.truth)}});
   ASSERT_EQ(truth["elsewhere"].size(), 1U);
-  EXPECT_EQ(truth["elsewhere"][0]["confidence"], 0.0625);
-  EXPECT_EQ(truth["elsewhere"][0]["pixels"], 1000);
-  EXPECT_EQ(truth["elsewhere"][0]["wrong_share"], 0.9);
-  EXPECT_EQ(truth["elsewhere"][0]["median_error_px"], 2.5);
+  expect_keys(
+      truth["elsewhere"][0],
+      {{"confidence", 0.0625}, {"pixels", 1000}, {"wrong_share", 0.9}, {"median_error_px", 2.5}});
   ASSERT_EQ(truth["edges"].size(), 1U);
   EXPECT_EQ(truth["edges"][0]["pixels"], 10);
 }

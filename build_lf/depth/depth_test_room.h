@@ -175,5 +175,10 @@ double share_within(const InverseDistanceMap& map, const InverseDistanceMap& tru
   }
   return all > 0.0 ? within / all : 0.0;
 }
+// The same of all pixels.
+inline double share_within(const InverseDistanceMap& map, const InverseDistanceMap& truth,
+                           double tolerance_per_m) {
+  return share_within(map, truth, tolerance_per_m, [](size_t) { return true; });
+}
 
 }  // namespace raywalk::build_lf

@@ -15,8 +15,6 @@ constexpr PanoramaSize kFlowSize{256, 128};
 // A pixel of parallax over half the cell's side, as an inverse distance.
 double pixel_per_m(double reach_m) { return kTwoPi / kFlowSize.width / reach_m; }
 
-const auto kAllPixels = [](size_t) { return true; };
-
 SyntheticRoomSpec captured_line(double scale, unsigned seed = 1) {
   SyntheticRoomSpec spec = line_of_scale(scale, seed);
   spec.width = kFlowSize.width;
@@ -24,9 +22,7 @@ SyntheticRoomSpec captured_line(double scale, unsigned seed = 1) {
 }
 
 InverseDistanceMap truth_at(const SyntheticRoomSpec& spec, const Grid& grid, StationIndex station) {
-  const Line& line = grid.lines[static_cast<size_t>(station.line)];
-  return true_map(spec.scene, line.stations[static_cast<size_t>(station.station)].position_m,
-                  kFlowSize);
+  return true_map(spec.scene, grid.station(station).position_m, kFlowSize);
 }
 
 class FlowDepthOfScale : public ::testing::TestWithParam<double> {};
@@ -42,7 +38,7 @@ TEST_P(FlowDepthOfScale, FindsTheWallsOfABox) {
     const auto truth = truth_at(spec, room.grid(), station);
     EXPECT_EQ(map.station, station);
     EXPECT_EQ(map.position_m, truth.position_m);
-    const double all = share_within(map, truth, pixel_per_m(reach_m), kAllPixels);
+    const double all = share_within(map, truth, pixel_per_m(reach_m));
     EXPECT_GT(all, 0.75) << seed;
     // Confident pixels are more often right.
     const auto certain = [&](size_t pixel) { return map.confidence[pixel] > 160; };
@@ -58,7 +54,7 @@ TEST_P(FlowDepthOfScale, IsLessCertainAtTheEndOfALine) {
     const auto map =
         flow_map(room.room(), {0, end}, reach_m, kFlowSize, unit_gain_fields(room.grid()));
     const auto truth = truth_at(spec, room.grid(), {0, end});
-    EXPECT_GT(share_within(map, truth, pixel_per_m(reach_m), kAllPixels), 0.7);
+    EXPECT_GT(share_within(map, truth, pixel_per_m(reach_m)), 0.7);
     EXPECT_LE(*std::max_element(map.confidence.begin(), map.confidence.end()), 128);
   }
 }
@@ -101,8 +97,7 @@ TEST(FlowDepthTest, EqualisesExposuresFirst) {
     gains[0][i].whole *= i % 2 == 0 ? 1.25f : 1.0f;
   }
   const DepthTestRoom room(spec, [&](StationIndex station, cv::Mat* frame) {
-    const double gain =
-        gains[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)].whole[0];
+    const double gain = gain_field(gains, station).whole[0];
     cv::multiply(*frame, cv::Scalar::all(1.0 / gain), *frame);
   });
   const DepthTestRoom constant(spec);
@@ -112,7 +107,7 @@ TEST(FlowDepthTest, EqualisesExposuresFirst) {
   const auto truth = truth_at(spec, room.grid(), station);
   const auto share = [&](const Room& captured, const auto& applied) {
     return share_within(flow_map(captured, station, reach_m, kFlowSize, applied), truth,
-                        pixel_per_m(0.5), kAllPixels);
+                        pixel_per_m(0.5));
   };
   EXPECT_NEAR(share(room.room(), gains), share(constant.room(), unit_gain_fields(room.grid())),
               0.03);

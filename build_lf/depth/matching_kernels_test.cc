@@ -127,15 +127,6 @@ TEST(MatchingKernelsTest, StayInBoundsForExtremeOffsets) {
   }
 }
 
-TEST(MatchingKernelsTest, FlagInvalidSamples) {
-  const std::vector<MatchingSample> samples(kWidth * kHeight,
-                                            matching_sample(9, 9, 9, kInvalidDetail));
-  const Column column(0.3, 20, 1);
-  std::vector<std::int32_t> difference(20, 0);
-  matching_kernels().compare(column.rays(), view_of(samples, {0, 0, 0}), difference.data());
-  for (const auto value : difference) EXPECT_EQ(value, kInvalidDifference);
-}
-
 // A straightforward reference implementation of semi-global matching.
 std::vector<int> extended(const std::vector<std::uint8_t>& cost,
                           const std::vector<std::uint16_t>& previous, int small_step,
@@ -266,12 +257,6 @@ TEST_P(MatchingKernelSets, LocatePointsAsPixelOfDoes) {
       ASSERT_NEAR(length[i], points[i].cast<double>().norm(), 3e-7 * length[i]);
     }
   }
-}
-
-TEST(MatchingKernelsTest, AreFoundByName) {
-  EXPECT_EQ(matching_kernels_named("sse9"), nullptr);
-  EXPECT_STREQ(matching_kernels_named("generic")->name, "generic");
-  EXPECT_NE(matching_kernels_named(matching_kernels().name), nullptr);
 }
 
 }  // namespace

@@ -25,14 +25,5 @@ TEST(SphereWalksTest, CrossEveryPixelOncePerDirection) {
   }
 }
 
-TEST(SphereWalksTest, OverAPoleAWalkGoesOnInTheOppositeColumn) {
-  Walk walk{5, 0, 0, -1};
-  walk.advance({32, 16});
-  EXPECT_EQ(walk.theta, 21);
-  EXPECT_EQ(walk.phi, 0);
-  walk.advance({32, 16});
-  EXPECT_EQ(walk.phi, 1);
-}
-
 }  // namespace
 }  // namespace raywalk::build_lf

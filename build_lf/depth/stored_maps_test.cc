@@ -4,6 +4,7 @@
 
 #include "build_lf/depth/depth_test_room.h"
 #include "build_lf/depth/partial_maps.h"
+#include "build_lf/pack/station_data.h"
 #include "core/base/error.h"
 
 namespace raywalk::build_lf {
@@ -56,16 +57,14 @@ TEST_F(StoredMapsTest, AreReadBackAsTheRoomsDistances) {
   EXPECT_FALSE(distances.given());
   const InverseDistanceMap truth =
       true_map(spec().scene, room.grid().lines[0].stations[8].position_m, plan_.size);
-  for (int theta = 0; theta < plan_.size.width; ++theta) {
-    for (int phi = 0; phi < plan_.size.height; ++phi) {
-      const int pixel = theta * plan_.size.height + phi;
-      const float expected_m = pixel == 3 ? std::numeric_limits<float>::infinity()
-                                          : 1.0f / truth.omega[static_cast<size_t>(pixel)];
-      ASSERT_EQ(distances.distance_column(1, theta)[static_cast<size_t>(phi)], expected_m);
-    }
+  const StationDistances stored = stored_distances(distances, 1);
+  ASSERT_EQ(stored.distance_m.size(), truth.omega.size());
+  for (size_t pixel = 0; pixel < truth.omega.size(); ++pixel) {
+    const float omega = pixel == 3 ? 0.0f : truth.omega[pixel];
+    ASSERT_EQ(stored.distance_m[pixel], 1.0f / omega);
   }
-  EXPECT_EQ(distances.confidence_column(1, 0)[5], 80);
-  EXPECT_EQ(distances.confidence_column(1, 0)[6], 255);
+  EXPECT_EQ(stored.confidence[5], 80);
+  EXPECT_EQ(stored.confidence[6], 255);
 }
 
 TEST_F(StoredMapsTest, DamagedMapIsNamedAndItsLineNotWritten) {

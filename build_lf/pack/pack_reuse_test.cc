@@ -18,6 +18,7 @@
 namespace raywalk::build_lf {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -91,7 +92,8 @@ TEST_F(PackReuseTest, OtherInputsOfAFinishedLineAreRefusedUnlessForced) {
   stop_half_way();
   capture_.write_frame(20, {64, 32});  // of z0, which is not packed yet
   capture_.write_frame(5, {64, 32});   // of x1
-  EXPECT_THAT(error(), HasSubstr("of other frames"));
+  EXPECT_THAT(error(), AllOf(HasSubstr(capture_.partial().string()), HasSubstr("of other frames"),
+                             HasSubstr("remove it")));
   EXPECT_TRUE(fs::exists(line_volume_path(capture_.partial(), "x0")));
   options_.replace = true;
   EXPECT_EQ(verify_room(pack()).panoramas, kStations);

@@ -108,10 +108,12 @@ TEST_F(PackRoomTest, ExistingRoomIsNotTouched) {
   EXPECT_FALSE(fs::exists(capture_.partial()));
 }
 
+using MakeFault = std::function<void(const TestCapture&)>;
+
 // What is wrong with the files of a capture, and what is said of it.
 struct CaptureFault {
   const char* name;
-  std::function<void(const TestCapture&)> make;
+  MakeFault make;
   std::vector<std::string> said;
 };
 
@@ -126,8 +128,11 @@ TEST_P(CaptureFaultTest, IsNamedAndNothingIsKept) {
   for (const std::string& part : GetParam().said) EXPECT_THAT(error, HasSubstr(part));
 }
 
-void write_map(const TestCapture& capture, const cv::Mat& map) {
-  cv::imwrite((capture.distances() / "front_0.png").string(), map);
+MakeFault frame_of_size(int frame, cv::Size size) {
+  return [=](const TestCapture& capture) { capture.write_frame(frame, size); };
+}
+MakeFault map_of_size(int frame, cv::Size size) {
+  return [=](const TestCapture& capture) { capture.write_distance_map(frame, size); };
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -137,33 +142,21 @@ INSTANTIATE_TEST_SUITE_P(
          [](const TestCapture& capture) { fs::remove(capture.path(4)); },
          {"poses.csv:6", "front_4.png"}},
         {"MixedSizes",
-         [](const TestCapture& capture) {
-           capture.write_frame(9, {32, 16});
-         },
+         frame_of_size(9, {32, 16}),
          {"back_2.png is 32 x 16", "front_0.png is 64 x 32"}},
-        {"NotTwoToOne",
-         [](const TestCapture& capture) {
-           capture.write_frame(0, {60, 32});
-         },
-         {"front_0.png"}},
-        {"LargerMap",
-         [](const TestCapture& capture) {
-           capture.write_distance_map(0, {128, 64});
-         },
-         {"front_0.png", "larger than the frames"}},
+        {"NotTwoToOne", frame_of_size(0, {60, 32}), {"front_0.png"}},
+        {"LargerMap", map_of_size(0, {128, 64}), {"front_0.png", "larger than the frames"}},
         {"MapsOfTwoSizes",
          [](const TestCapture& capture) {
            capture.write_distance_map(0, {32, 16});
            capture.write_distance_map(1, {64, 32});
          },
          {"must have one size"}},
-        {"MapNotTwoToOne",
-         [](const TestCapture& capture) {
-           capture.write_distance_map(1, {32, 20});
-         },
-         {"front_1.png", "2:1"}},
+        {"MapNotTwoToOne", map_of_size(1, {32, 20}), {"front_1.png", "2:1"}},
         {"MapOfColours",
-         [](const TestCapture& capture) { write_map(capture, cv::Mat(16, 32, CV_8UC3)); },
+         [](const TestCapture& capture) {
+           cv::imwrite((capture.distances() / "front_0.png").string(), cv::Mat(16, 32, CV_8UC3));
+         },
          {"dist/front_0.png", "16-bit"}},
         {"MapOfText",
          [](const TestCapture& capture) {

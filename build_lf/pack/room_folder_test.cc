@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-
 #include "build_lf/pack/volume_writer.h"
 #include "core/base/error.h"
 #include "core/base/test_error.h"
@@ -15,7 +13,6 @@
 namespace raywalk::build_lf {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
@@ -27,22 +24,10 @@ class RoomFolderTest : public ::testing::Test {
   std::string error_with(const std::string& inputs, bool replace = false) const {
     return error_of([&] { const RoomFolder folder(out_, plan(inputs), replace); });
   }
-  void finish_volume(const std::string& inputs) const {
-    Hdf5File file = Hdf5File::create(volume_);
-    file.write_attribute("/", kInputsAttribute, inputs);
-    file.close();
-  }
-  // A stopped run that finished a volume, and did not finish another one.
-  void stop(const std::string& inputs) const {
-    const RoomFolder folder(out_, plan(inputs));
-    finish_volume(inputs);
-    std::ofstream(partial_ / "lines" / ".x1.00000000-1.0.partial.h5") << "half";
-  }
 
   TestDirectory directory_;
   fs::path out_ = directory_ / "room.lf";
   fs::path partial_ = directory_ / "room.lf.partial";
-  fs::path volume_ = partial_ / "lines" / "x0.h5";
 };
 
 TEST_F(RoomFolderTest, NothingIsLeftWithoutAFinishedVolume) {
@@ -55,33 +40,18 @@ TEST_F(RoomFolderTest, NothingIsLeftWithoutAFinishedVolume) {
   EXPECT_EQ(read_file(partial_ / "lines" / "thesis.txt"), "mine");
 }
 
-TEST_F(RoomFolderTest, FinishedVolumesAreKeptForTheSameInputsOnly) {
-  stop("a");
-  EXPECT_THAT(error_with("b"), AllOf(HasSubstr(partial_.string()), HasSubstr("remove it")));
-  EXPECT_EQ(inputs_of(volume_), "a");
-  {
-    const RoomFolder folder(out_, plan("a"));
-    EXPECT_TRUE(folder.has("lines/x0.h5"));
-    EXPECT_EQ(std::distance(fs::directory_iterator(partial_ / "lines"), {}), 1) << "unfinished";
-  }
-  EXPECT_EQ(error_with("b", true), "no error");
-  EXPECT_EQ(directory_.entries(), 0U) << "of other inputs";
-}
-
 TEST_F(RoomFolderTest, AVolumeThatIsNotPlannedIsOfOtherInputs) {
-  stop("a");
-  fs::rename(volume_, partial_ / "lines" / "z0.h5");
+  {
+    const RoomFolder stopped(out_, plan("a"));
+    Hdf5File file = Hdf5File::create(partial_ / "lines" / "z0.h5");
+    file.write_attribute("/", kInputsAttribute, std::string("a"));
+    file.close();
+  }
   EXPECT_THAT(error_with("a"), HasSubstr("of other frames"));
   // A room that someone gave this name is never taken apart.
   write_file_atomically(partial_ / "manifest.json", "{}");
   EXPECT_THAT(error_with("a", true), HasSubstr("of other frames"));
   EXPECT_TRUE(fs::exists(partial_ / "lines" / "z0.h5"));
-}
-
-TEST_F(RoomFolderTest, ConcurrentRunsAreRejected) {
-  const RoomFolder folder(out_, plan("a"));
-  EXPECT_THAT(error_with("a"), HasSubstr("another raywalk-build-lf"));
-  EXPECT_TRUE(fs::exists(partial_));
 }
 
 TEST_F(RoomFolderTest, OnlyARoomIsReplaced) {

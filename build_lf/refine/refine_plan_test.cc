@@ -66,10 +66,8 @@ TEST(DevelopedWidthTest, IsTwiceTheCapturedOneUnlessThatIsHuge) {
 TEST(SourcesTest, AreTheNearestAndSomeOfAllThatSeeTheSurfacesAsWell) {
   const Grid grid = synthetic_grid({.side_m = 4.0, .spacing_m = 0.0625});
   const StationIndex station{0, 30};
-  const auto position_of = [&](StationIndex of) {
-    return grid.lines[static_cast<std::size_t>(of.line)]
-        .stations[static_cast<std::size_t>(of.station)]
-        .position_m;
+  const auto away_m = [&](StationIndex of) {
+    return (grid.station(of).position_m - grid.station(station).position_m).norm();
   };
   const auto sources = sources_of(grid, station, 2.0);
   ASSERT_EQ(sources.size(), static_cast<std::size_t>(kMostSources));
@@ -77,16 +75,14 @@ TEST(SourcesTest, AreTheNearestAndSomeOfAllThatSeeTheSurfacesAsWell) {
   double farthest_m = 0.0;
   for (const StationIndex& source : sources) {
     EXPECT_FALSE(source == station);
-    const double far_m = (position_of(source) - position_of(station)).norm();
-    EXPECT_LE(far_m, 2.0);
-    farthest_m = std::max(farthest_m, far_m);
+    EXPECT_LE(away_m(source), 2.0);
+    farthest_m = std::max(farthest_m, away_m(source));
   }
   EXPECT_GT(farthest_m, 1.7);
   // The nearest 20 of a line are within 10 spacings.
-  const auto near = std::ranges::count_if(sources, [&](StationIndex source) {
-    return (position_of(source) - position_of(station)).norm() < 10.5 * 0.0625;
-  });
-  EXPECT_GE(near, 20);
+  EXPECT_GE(std::ranges::count_if(
+                sources, [&](StationIndex source) { return away_m(source) < 10.5 * 0.0625; }),
+            20);
   // Surfaces nearer than the next station: the nearest stations all the same.
   EXPECT_EQ(sources_of(grid, station, 0.0).size(), static_cast<std::size_t>(kMostSources / 2));
 }

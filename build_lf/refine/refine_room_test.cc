@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "build_lf/depth/depth_test_room.h"
+#include "build_lf/exposure/make_gains.h"
 #include "build_lf/quality/room_verify.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -104,11 +105,7 @@ TEST_F(RefineRoomTest, ExposuresAgreeAfterwards) {
       line[i].whole = ColourGain::all(static_cast<float>(1.0 / gain_of({0, static_cast<int>(i)})));
     }
   }
-  const fs::path file = gains_path(captured.room().directory());
-  write_gain_fields(file, captured.grid(), gains);
-  RoomManifest manifest = captured.room().manifest();
-  manifest.gains = true;
-  write_file_atomically(manifest_path(captured.room().directory()), manifest_to_json(manifest));
+  replace_gains(captured.room().directory(), gains);
   const Room room = refined(Room::open(captured.room().directory()));
   EXPECT_TRUE(room.gains().empty());
   EXPECT_GT(psnr_of(room, {0, 2}, scene.scene), 38.0);
@@ -169,17 +166,13 @@ TEST_F(RefineRoomTest, AStoppedRunIsResumed) {
   EXPECT_THAT(error_of([&] { refine_room(other); }), HasSubstr("holds an unfinished room"));
   EXPECT_EQ(fs::last_write_time(first), written);
   // So is one of other gains.
-  const fs::path manifest = manifest_path(options.room);
-  RoomManifest changed = captured.room().manifest();
-  const std::string text = read_file(manifest);
+  const std::string manifest = read_file(manifest_path(options.room));
   GainFields gains = unit_gain_fields(captured.grid());
   gains[0][0].whole = ColourGain::all(1.5f);
-  write_gain_fields(gains_path(options.room), captured.grid(), gains);
-  changed.gains = true;
-  write_file_atomically(manifest, manifest_to_json(changed));
+  replace_gains(options.room, gains);
   EXPECT_THAT(error_of([&] { refine_room(options); }), HasSubstr("holds an unfinished room"));
-  write_file_atomically(manifest, text);
-  fs::remove(gains_path(options.room));
+  remove_gains(options.room);
+  EXPECT_EQ(read_file(manifest_path(options.room)), manifest);
   refine_room(options);
   EXPECT_EQ(Room::open(options.out).panorama().width, 256);
 }

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "build_lf/exposure/make_gains.h"
 #include "build_lf/quality/room_verify.h"
 #include "build_lf/require/test_distances.h"
 #include "core/base/error.h"
@@ -51,17 +52,11 @@ class RequireRoomTest : public RequireTest {
   static void give_distances_to(int station, const Room& room) {
     const Line& line = room.grid().lines[0];
     const DistanceVolume& volume = room.distances(0);
-    StationDistances map;
-    for (int theta = 0; theta < volume.size().width; ++theta) {
-      const auto metres = volume.distance_column(0, theta);
-      map.distance_m.insert(map.distance_m.end(), metres.begin(), metres.end());
-    }
-    map.confidence.assign(map.distance_m.size(), 255);
-    map.sha256 = checksum_of_distances(map.distance_m, map.confidence);
     Progress progress("replacing", 1, "maps");
-    write_distance_volume(distance_volume_path(room.directory(), line.id), line,
-                          {{station}, volume.size(), "one", [&](size_t) { return map; }},
-                          &progress);
+    write_distance_volume(
+        distance_volume_path(room.directory(), line.id), line,
+        {{station}, volume.size(), "one", [&](size_t) { return stored_distances(volume, 0); }},
+        &progress);
   }
 
   fs::path thin_ = directory_ / "thin.lf";
@@ -222,10 +217,7 @@ TEST_F(RequireRoomTest, ThinnedRoomKeepsItsGains) {
   const Room room = room_of(line_spec());
   GainFields gains = unit_gain_fields(room.grid());
   gains[0][0].whole = ColourGain::all(1.25F);
-  write_gain_fields(gains_path(path_), room.grid(), gains);
-  RoomManifest manifest = room.manifest();
-  manifest.gains = true;
-  write_file_atomically(manifest_path(path_), manifest_to_json(manifest));
+  replace_gains(path_, gains);
   require_room({.room = path_, .thin = thin_});
   EXPECT_EQ(Room::open(thin_).gains()[0][0].whole, ColourGain::all(1.25F));
 }

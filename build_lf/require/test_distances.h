@@ -33,12 +33,8 @@ class RequireTest : public ::testing::Test {
       const std::vector<std::int32_t> stations(volume.stations().begin(), volume.stations().end());
       std::vector<StationDistances> maps;  // made one after the other: `change` may be random
       for (int map = 0; map < volume.maps(); ++map) {
-        StationDistances changed;
-        for (int theta = 0; theta < volume.size().width; ++theta) {
-          for (const float metres : volume.distance_column(map, theta)) {
-            changed.distance_m.push_back(change(metres));
-          }
-        }
+        StationDistances changed = stored_distances(volume, map);
+        for (float& metres : changed.distance_m) metres = change(metres);
         changed.confidence.assign(changed.distance_m.size(), confidence);
         changed.sha256 = checksum_of_distances(changed.distance_m, changed.confidence);
         maps.push_back(std::move(changed));

@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/files/test_directory.h"
 #include "core/view/renderer.h"
-#include "tests/synthetic_room/synthetic_room.h"
+#include "core/view/test_room.h"
 
 namespace raywalk::render {
 namespace {
@@ -62,12 +62,9 @@ TEST(PresetsTest, WithoutDistancesViewsAreInitial) {
 
 class PresetSettingsTest : public ::testing::Test {
  protected:
-  PresetSettingsTest() {
-    write_synthetic_room({.width = 64}, directory_ / "room.lf");
-    room_ = Room::open(directory_ / "room.lf");
-  }
   TestDirectory directory_;
-  Room room_;
+  TestRoom made_{{.width = 64}};
+  const Room& room_ = made_.room();
 };
 
 TEST_F(PresetSettingsTest, NumbersAreThoseOfTheRoom) {

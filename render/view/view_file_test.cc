@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
-#include "tests/synthetic_room/synthetic_room.h"
+#include "core/view/test_room.h"
 
 namespace raywalk::render {
 namespace {
@@ -72,19 +72,13 @@ TEST(ViewFrame, EnlargementIsThatOfTheMiddle) {
 
 class WriteView : public testing::Test {
  protected:
-  WriteView() {
-    spec_.overhang_m = 0.25;
-    write_synthetic_room(spec_, directory_ / "room.lf");
-    room_ = Room::open(directory_ / "room.lf");
-  }
   cv::Mat written(const ViewFrame& frame) {
-    told_ = write_view(room_, {.options = {.k_deg = 76.0}, .k_source = "given"}, {0.1, -0.2}, frame,
-                       directory_ / "view.png");
+    told_ = write_view(room_.room(), {.options = {.k_deg = 76.0}, .k_source = "given"}, {0.1, -0.2},
+                       frame, directory_ / "view.png");
     return read_picture(directory_ / "view.png");
   }
   TestDirectory directory_;
-  SyntheticRoomSpec spec_;
-  Room room_;
+  TestRoom room_{box_room(128)};
   std::string told_;
 };
 

@@ -135,12 +135,6 @@ TEST_F(ViewModeTest, TheThreeConnectionsAreOneRuleWithTheirOwnK) {
   EXPECT_EQ(view_mode({}).options.k_deg, 90.0);
 }
 
-TEST(ViewSettingsRanges, NotANumberIsInNoRange) {
-  for (const char* key : {"k_deg", "overlap_deg"}) {
-    EXPECT_THROW(view_settings({.parameters = {{key, "nan"}}}), UsageError) << key;
-  }
-}
-
 TEST_F(ViewModeTest, AllMethodsThatTheRoomSupports) {
   EXPECT_EQ(view_modes({}, {}, room_of(false)).size(), 1U);
   const std::vector<ViewMode> all = view_modes({}, {}, room_of(true));

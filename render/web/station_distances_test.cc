@@ -11,10 +11,7 @@ namespace raywalk::render {
 namespace {
 
 const Eigen::Vector3d& position_m(const Room& room, int line, int station) {
-  return room.grid()
-      .lines[static_cast<size_t>(line)]
-      .stations[static_cast<size_t>(station)]
-      .position_m;
+  return room.grid().station({line, station}).position_m;
 }
 
 double true_omega(const TestRoom& room, int line, int station, const OmegaMap& map, int theta,
@@ -112,15 +109,6 @@ TEST(StationDistances, AreIgnoredBelowTheConfidenceOfViews) {
   };
   const TestRoom room(spec);
   EXPECT_LT(StationDistances(room.room(), 64).seen_from(0, 6).at(10, 16), 2.0F);
-}
-
-TEST(StationDistances, AreInfiniteInARoomWithoutMaps) {
-  SyntheticRoomSpec spec = box_room(64);
-  spec.distances = false;
-  const TestRoom room(spec);
-  const OmegaMap map = StationDistances(room.room(), 16).seen_from(0, 0);
-  EXPECT_EQ(map.size().width, 16);
-  EXPECT_TRUE(std::ranges::all_of(map.values(), [](float omega) { return omega == 0.0F; }));
 }
 
 }  // namespace

@@ -40,11 +40,7 @@ cv::Mat picture_of(const Room& room, int line, int station, int width) {
 }
 
 cv::Mat truth_at(const TestRoom& room, int line, int station, int width) {
-  const Eigen::Vector3d& at_m = room.room()
-                                    .grid()
-                                    .lines[static_cast<size_t>(line)]
-                                    .stations[static_cast<size_t>(station)]
-                                    .position_m;
+  const Eigen::Vector3d& at_m = room.room().grid().station({line, station}).position_m;
   return room.truth({at_m.x(), at_m.z()}, width);
 }
 
