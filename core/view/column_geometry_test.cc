@@ -56,20 +56,5 @@ TEST(ColumnGeometryProperty, PointsLieInStationsWhereDoubleArithmeticSaysTheyDo)
   }
 }
 
-TEST(ColumnGeometry, RowsAndColumnsAreThoseOfAPanorama) {
-  const PanoramaSize size{40, 20};
-  const Latitudes latitudes(size.height);
-  ASSERT_EQ(latitudes.rows(), size.height);
-  for (int row = 0; row < size.height; ++row) {
-    const Vector3d direction = direction_from_angles(angles_from_pixel({7.0, double(row)}, size));
-    EXPECT_NEAR(latitudes.sin_phi[static_cast<std::size_t>(row)], direction.y(), 1e-7);
-    EXPECT_NEAR(latitudes.cos_phi[static_cast<std::size_t>(row)],
-                std::hypot(direction.x(), direction.z()), 1e-7);
-  }
-  for (const double u : {0.0, 7.0, 19.5, 39.0}) {
-    EXPECT_NEAR(theta_of_column(u, size.width), angles_from_pixel({u, 3.0}, size).theta_rad, 1e-12);
-  }
-}
-
 }  // namespace
 }  // namespace raywalk

@@ -89,18 +89,6 @@ TEST(Connection, CutMovesContinuouslyTowardsPhysicalAsTheOverhangRunsOut) {
   }
 }
 
-TEST(Connection, WeightRisesLinearlyOverTheBlendOrJumps) {
-  const CornerConnection connection =
-      connect_corner(corner_at(1.0, 1.0), connection_rule(60.0, 10.0));
-  for (const auto& [angle_deg, weight] :
-       {std::pair{0.0, 0.0}, {39.9, 0.0}, {42.5, 0.25}, {45.0, 0.5}, {50.1, 1.0}, {90.0, 1.0}}) {
-    EXPECT_NEAR(next_side_weight(connection, radians_from_degrees(angle_deg)), weight, 1e-6);
-  }
-  const CornerConnection sharp = connect_corner(corner_at(1.0, 1.0), connection_rule(60.0, 0.0));
-  EXPECT_EQ(next_side_weight(sharp, sharp.cut_rad - 1e-9), 0.0);
-  EXPECT_EQ(next_side_weight(sharp, sharp.cut_rad + 1e-9), 1.0);
-}
-
 TEST(ConnectionProperty, CutAndBlendStayWithinBothLines) {
   RandomCorners corners;
   for (int i = 0; i < 20000; ++i) {

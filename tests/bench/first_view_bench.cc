@@ -137,6 +137,10 @@ void bench_decoded_view(benchmark::State& state) {
   state.SetLabel(name_of(form_of(state)));
 }
 
+void rounds(benchmark::internal::Benchmark* benchmark) {
+  benchmark->Iterations(kRounds)->UseManualTime()->Unit(benchmark::kMillisecond);
+}
+
 BENCHMARK(bench_first_view_of_form)
     ->ArgsProduct({{0, 1, 2, 3}, {0, 1}})
     ->Iterations(kRounds)
@@ -147,30 +151,12 @@ BENCHMARK(bench_decoded_view)
     ->Iterations(2)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_cold, initial, ViewMethod::kInitial)
-    ->Iterations(kRounds)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_cold, hlf_vd, ViewMethod::kHlfVd)
-    ->Iterations(kRounds)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_cold, two_sided, ViewMethod::kTwoSided)
-    ->Iterations(kRounds)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_warm, initial, ViewMethod::kInitial)
-    ->Iterations(kRounds)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_warm, hlf_vd, ViewMethod::kHlfVd)
-    ->Iterations(kRounds)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_warm, two_sided, ViewMethod::kTwoSided)
-    ->Iterations(kRounds)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_first_view_cold, initial, ViewMethod::kInitial)->Apply(rounds);
+BENCHMARK_CAPTURE(bench_first_view_cold, hlf_vd, ViewMethod::kHlfVd)->Apply(rounds);
+BENCHMARK_CAPTURE(bench_first_view_cold, two_sided, ViewMethod::kTwoSided)->Apply(rounds);
+BENCHMARK_CAPTURE(bench_first_view_warm, initial, ViewMethod::kInitial)->Apply(rounds);
+BENCHMARK_CAPTURE(bench_first_view_warm, hlf_vd, ViewMethod::kHlfVd)->Apply(rounds);
+BENCHMARK_CAPTURE(bench_first_view_warm, two_sided, ViewMethod::kTwoSided)->Apply(rounds);
 
 }  // namespace
 }  // namespace raywalk::bench

@@ -1,5 +1,5 @@
-// raywalk-bench: times of views and packing relative to cv::remap and to a plain copy, scaling of
-// distance maps, and accuracy of the error model.
+// raywalk-bench: times of views and packing relative to cv::remap and to a plain copy, and accuracy
+// of the error model.
 #include <benchmark/benchmark.h>
 
 #include <CLI/CLI.hpp>

@@ -1,13 +1,15 @@
 #include <benchmark/benchmark.h>
+#include <fcntl.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <vector>
 
 #include "build_lf/pack/pack_room.h"
+#include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/timing.h"
 #include "tests/bench/bench_room.h"
-#include "tests/bench/plain_copy.h"
 
 namespace raywalk::bench {
 namespace {
@@ -15,6 +17,21 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kPairs = 3;
+
+void flush_to_disk(const fs::path& file) {
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool flushed = descriptor >= 0 && ::fsync(descriptor) == 0;
+  if (descriptor >= 0) ::close(descriptor);
+  if (!flushed) throw Error("cannot flush " + file.string());
+}
+
+// Copies a directory and waits until the copy is on the disk. `to` must not exist.
+void copy_to_disk(const fs::path& from, const fs::path& to) {
+  fs::copy(from, to, fs::copy_options::recursive);
+  for (const auto& entry : fs::recursive_directory_iterator(to)) {
+    if (entry.is_regular_file()) flush_to_disk(entry.path());
+  }
+}
 
 // Packing a capture of 4096x2048 JPEG frames with distance maps, relative to a plain copy of the
 // packed files. Both include flushing to the disk.
