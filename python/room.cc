@@ -71,6 +71,7 @@ int line_index(const Room& room, const LineName& name) {
   const auto found = std::ranges::find(lines, id, &Line::id);
   if (found != lines.end()) return static_cast<int>(found - lines.begin());
   std::vector<std::string> ids;
+  ids.reserve(lines.size());
   for (const Line& line : lines) ids.push_back(line.id);
   throw UsageError(fmt::format("{}: there is no line {}{}", room.directory().string(), excerpt(id),
                                suggestion(id, ids)));

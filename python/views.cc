@@ -143,6 +143,7 @@ ViewRequest::ViewRequest(const py::dict& arguments) {
     const bool is_parameter = std::ranges::count(kViewParameters, key, &ViewParameter::key) > 0;
     if (!is_parameter && keyword == known.end()) {
       std::vector<std::string> keys;
+      keys.reserve(kViewParameters.size() + known.size());
       for (const ViewParameter& parameter : kViewParameters) keys.emplace_back(parameter.key);
       for (const auto& [other, set] : known) keys.push_back(other);
       throw py::type_error("unexpected keyword argument " + excerpt(key) + suggestion(key, keys));
