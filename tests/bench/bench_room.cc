@@ -1,6 +1,8 @@
 #include "tests/bench/bench_room.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -93,6 +95,19 @@ bool can_be_opened(const fs::path& room) {
   }
 }
 
+// Lets Linux forget what it holds of a room's files, so that views read it anew page by page. The
+// big pieces in which pack has just written it make views up to four times slower on some virtual
+// machines.
+void forget_pages(const fs::path& room) {
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(room)) {
+    const int file = ::open(entry.path().c_str(), O_RDONLY | O_CLOEXEC);
+    if (file < 0) continue;
+    ::fsync(file);
+    ::posix_fadvise(file, 0, 0, POSIX_FADV_DONTNEED);
+    ::close(file);
+  }
+}
+
 }  // namespace
 
 build_lf::PackOptions bench_capture() {
@@ -113,6 +128,8 @@ fs::path bench_room() {
     options.out = room;
     build_lf::pack_room(options);
   }
+  static const bool forgotten = (forget_pages(room), true);
+  static_cast<void>(forgotten);
   return room;
 }
 

@@ -13,6 +13,7 @@
 #include "core/room/room.h"
 #include "core/view/renderer.h"
 #include "tests/bench/bench_room.h"
+#include "tests/bench/plain_view.h"
 
 namespace raywalk::bench {
 namespace {
@@ -53,7 +54,8 @@ ResidentGrowth resident_growth(const ViewOptions& options) {
 // A 4096x2048 view of a method, at viewpoints distributed over the cell, relative to a
 // cv::remap of the same size with the same number of threads. The two alternate, so that other load
 // affects both, and each reuses the memory of its picture; `ratio` is the median over the pairs,
-// `cpu_ratio` the same for processor time.
+// `cpu_ratio` the same for processor time. `checked` is relative to render_plainly at the same
+// viewpoint, which waits for the room's memory as a view does.
 // `peak_MB` and `mapped_MB` are the ResidentGrowth, `room_MB` the size of the room.
 void bench_options(benchmark::State& state, ViewOptions options) {
   options.k_deg = 76.0;
@@ -67,9 +69,11 @@ void bench_options(benchmark::State& state, ViewOptions options) {
   PitchRemap remap(kBenchWidth);
   remap.run();
 
-  std::vector<double> view_s, remap_s, ratios, cpu_ratios;
+  std::vector<double> view_s, remap_s, ratios, cpu_ratios, checked;
+  cv::Mat3b plain;
   for (auto _ : state) {
     const PlanPoint viewpoint = viewpoints[view_s.size() % viewpoints.size()];
+    const Times plain_times = times_of([&] { render_plainly(room, viewpoint, plain); });
     const Times yardstick = times_of([&] { remap.run(); });
     const Times times = times_of([&] { view = renderer.render(viewpoint, std::move(view)); });
     benchmark::DoNotOptimize(view.image.data);
@@ -77,10 +81,12 @@ void bench_options(benchmark::State& state, ViewOptions options) {
     remap_s.push_back(yardstick.wall_s);
     ratios.push_back(times.wall_s / yardstick.wall_s);
     cpu_ratios.push_back(times.cpu_s / yardstick.cpu_s);
+    checked.push_back(times.wall_s / plain_times.wall_s);
     state.SetIterationTime(times.wall_s);
   }
   state.counters["ratio"] = median(ratios);
   state.counters["cpu_ratio"] = median(cpu_ratios);
+  state.counters["checked"] = median(checked);
   state.counters["view_ms"] = 1e3 * median(view_s);
   state.counters["remap_ms"] = 1e3 * median(remap_s);
   state.counters["peak_MB"] = 1e-6 * growth.peak_bytes;
@@ -124,13 +130,14 @@ void bench_stereo(benchmark::State& state, ViewMethod method) {
     cpu_ratios.push_back(of_both.cpu_s / of_one.cpu_s);
     state.SetIterationTime(of_both.wall_s);
   }
-  state.counters["ratio"] = median(ratios);
+  state.counters["ratio"] = state.counters["checked"] = median(ratios);
   state.counters["cpu_ratio"] = median(cpu_ratios);
   state.counters["view_ms"] = 1e3 * median(both_s);
 }
 
 // A perspective picture with a field of view of 90 degrees, 1440 x 1600 pixels, relative to the
-// same remap of a whole panorama. It looks straight ahead, up, down and tilted.
+// same remap, and render_plainly, of a whole panorama. It looks straight ahead, up, down and
+// tilted.
 void bench_flat(benchmark::State& state, ViewMethod method) {
   const ViewOptions options{.method = method, .k_deg = 76.0, .width = kBenchWidth};
   const Room room = Room::open(bench_room());
@@ -149,15 +156,20 @@ void bench_flat(benchmark::State& state, ViewMethod method) {
   for (size_t i = 0; i < kPairs; ++i) render(i);
   PitchRemap remap(kBenchWidth);
   remap.run();
-  std::vector<double> flat_s, ratios;
+  std::vector<double> flat_s, ratios, checked;
+  cv::Mat3b plain;
   for (auto _ : state) {
+    const PlanPoint viewpoint = viewpoints[flat_s.size() % viewpoints.size()];
+    const Times plain_times = times_of([&] { render_plainly(room, viewpoint, plain); });
     const Times yardstick = times_of([&] { remap.run(); });
     const Times times = times_of([&] { render(flat_s.size()); });
     flat_s.push_back(times.wall_s);
     ratios.push_back(times.wall_s / yardstick.wall_s);
+    checked.push_back(times.wall_s / plain_times.wall_s);
     state.SetIterationTime(times.wall_s);
   }
   state.counters["ratio"] = median(ratios);
+  state.counters["checked"] = median(checked);
   state.counters["view_ms"] = 1e3 * median(flat_s);
 }
 
