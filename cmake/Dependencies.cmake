@@ -21,6 +21,8 @@ pkg_check_modules(MODBUS REQUIRED IMPORTED_TARGET libmodbus>=3.1.6)
 pkg_check_modules(GPIOD REQUIRED IMPORTED_TARGET libgpiod>=1.6)
 find_package(SQLiteCpp 3.2 REQUIRED)  # and SQLite
 pkg_check_modules(HTTPLIB REQUIRED IMPORTED_TARGET cpp-httplib>=0.11)
+pkg_check_modules(EGL REQUIRED IMPORTED_TARGET egl>=1.5)
+pkg_check_modules(GLES REQUIRED IMPORTED_TARGET glesv2)
 pkg_check_modules(EXIF REQUIRED IMPORTED_TARGET libexif>=0.6.24)
 pkg_check_modules(LCMS REQUIRED IMPORTED_TARGET lcms2>=2.14)
 pkg_check_modules(UTF8PROC REQUIRED IMPORTED_TARGET libutf8proc>=2.6)

@@ -79,7 +79,7 @@ computes the measures that views are evaluated by.")
 # What cmake/raywalkConfig.cmake.in looks for.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libraywalk-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev, libexif-dev, libfmt-dev, libhdf5-dev, liblcms2-dev, \
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libegl-dev, libeigen3-dev, libexif-dev, libfmt-dev, libgles-dev, libhdf5-dev, liblcms2-dev, \
 libopencv-dev, libspdlog-dev, libssl-dev, libtbb-dev, libturbojpeg0-dev, libutf8proc-dev, libyaml-cpp-dev, libzstd-dev, zlib1g-dev, nlohmann-json3-dev, pkgconf | pkg-config")
 set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "360-degree light fields of rooms, for C++
 Static libraries and headers that open rooms that Raywalk packed and render

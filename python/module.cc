@@ -12,6 +12,7 @@
 #include "core/base/escaped.h"
 #include "core/base/parallel.h"
 #include "core/room/tiled_rays.h"
+#include "core/view/gpu/gpu_device.h"
 #include "python/bindings.h"
 #include "python/work.h"
 
@@ -87,6 +88,15 @@ void set_cache_mb(double megabytes) {
   TileCache::of_process().set_limit_bytes(static_cast<std::uint64_t>(1e6 * megabytes));
 }
 
+// The name of the card that views are mixed on; none: the processor.
+std::string set_device(const std::string& device, double gpu_mb) {
+  if (!(gpu_mb >= 1.0 && gpu_mb <= 1e7)) {
+    throw UsageError(fmt::format("{} MB of a graphics card; give 1 to 1e7", gpu_mb));
+  }
+  choose_device(device_from_name(device), gpu_mb);
+  return device_name();
+}
+
 }  // namespace
 }  // namespace raywalk::python
 
@@ -101,4 +111,6 @@ PYBIND11_MODULE(_native, module) {
   module.def("set_thread_count", &raywalk::set_thread_count);
   module.def("thread_count", &raywalk::thread_count);
   module.def("set_cache_mb", &set_cache_mb);
+  module.def("set_device", &set_device, pybind11::arg("device"), pybind11::kw_only(),
+             pybind11::arg("gpu_mb") = raywalk::kUsualGpu_mb);
 }

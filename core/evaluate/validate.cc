@@ -25,6 +25,7 @@
 #include "core/files/json.h"
 #include "core/report/report.h"
 #include "core/room/room.h"
+#include "core/view/gpu/gpu_device.h"
 
 namespace raywalk {
 namespace {
@@ -114,11 +115,11 @@ std::string key_of(const Room& room, const ListedTruth& truth, ViewMode mode) {
     return file.empty() ? "" : sha256_of_file(file);
   };
   mode.options.width = truth.width;
-  return sha256_hex(
-      fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", kResultsVersion, room_fingerprint(room),
-                  truth.name, truth.viewpoint.x_m, truth.viewpoint.z_m, truth.height_m ? 1 : 0,
-                  truth.height_m.value_or(0.0), content(truth.file), content(truth.mask_file),
-                  content(truth.distances_file), truth.own_exposure, text_of(mode.options)));
+  return sha256_hex(fmt::format(
+      "{} {} {} {} {} {} {} {} {} {} {} {} {}", kResultsVersion, room_fingerprint(room), truth.name,
+      truth.viewpoint.x_m, truth.viewpoint.z_m, truth.height_m ? 1 : 0,
+      truth.height_m.value_or(0.0), content(truth.file), content(truth.mask_file),
+      content(truth.distances_file), truth.own_exposure, text_of(mode.options), device_name()));
 }
 
 // The results of truth by truth and within it mode by mode; those that are not kept are made.

@@ -12,8 +12,7 @@ void StationMixing::render_edges(const Column& column, RowRun rows, std::uint8_t
   Scratch& s = *scratch_;
   const double per_distance = view_.rows.per_distance;
   const bool four = per_distance < 1.5;
-  const double at = (column.u + 0.5) * view_.distances.size().width / view_.output.width - 0.5;
-  const bool on_left = at < std::floor(at + 0.5);  // of the middle of the pixel of the distances
+  const bool on_left = column.right < 0.0f;  // of the middle of the pixel of the distances
   // Samples in a row of the quarters; two for each output pixel if it has four.
   std::array<const EdgeQuarter*, kRows> quarters;
   std::array<float, kRows> places;

@@ -14,7 +14,7 @@ constexpr int kNowhere = -1, kItsLines = -2;
 void StationMixing::fill_rows(const Column& column, RowRun rows, const float* total,
                               std::uint8_t* bgr) {
   const bool empty = column.sources.count == 0;
-  if (is_initial()) return leave_masked(column, rows, total, bgr);
+  if (view_.is_initial()) return leave_masked(column, rows, total, bgr);
   if (!empty && !column.any_masks && !view_.visibility.any_filled(column.nearest)) return;
   const auto& nearest = view_.rows.nearest;
   const std::uint8_t* const fill = view_.visibility.fill(column.nearest);

@@ -10,22 +10,6 @@ bool StationMixing::shows_stored_columns() const {
   return view_.output == view_.room.panorama() && !view_.room.masked() && view_.exposure == nullptr;
 }
 
-// The two stations around each point where a line is met, by nearness.
-void StationMixing::add_cut(std::size_t source, Column* column) const {
-  const ColumnSource& of = column->sources.source[source];
-  for (const int next : {0, 1}) {
-    const auto part = static_cast<float>(next == 0 ? 1.0 - of.at.fraction : of.at.fraction);
-    if (part <= 0.0f) continue;
-    const bool masked = view_.room.volume(of.at.line).masked();
-    column->reads.push_back({.source = source,
-                             .line = of.at.line,
-                             .station = of.at.station + next,
-                             .share = {.reliable = of.share * part},
-                             .has_masks = masked});
-    column->any_masks |= masked;
-  }
-}
-
 // Every row is read in the same direction in each station.
 void StationMixing::place_cut(const Column& column, RowRun rows, Placed* placed) {
   placed->count = 0;

@@ -5,36 +5,10 @@
 #include <array>
 #include <opencv2/core/matx.hpp>
 
-#include "core/view/column_rows.h"
 #include "core/view/sampler.h"
 #include "core/view/station_mixing.h"
 
 namespace raywalk {
-
-// A station that a column is read from.
-struct StationMixing::Read {
-  std::size_t source = 0;  // index of the column's source
-  int line = 0, station = 0;
-  StationShare share{};  // of the column
-  StationOccluders by{};
-  bool has_masks = false;
-};
-
-// What is the same in all rows of an output column.
-struct StationMixing::Column {
-  int u = 0;
-  double theta_rad = 0.0;
-  Eigen::Vector3d eye_m{0, 0, 0};
-  int nearest = 0, other = 0;  // columns of the distances, on either side of it
-  float part = 0.0f;           // of the way from the nearest to the other one
-  float captured = 0.0f;       // its place in the stations, W to 2 W
-  ColumnSources sources{};
-  std::array<const std::uint8_t*, kMaxSources> occluded{};
-  const float* trust = nullptr;
-  std::vector<Read> reads;
-  bool any_masks = false;
-  std::span<const EdgePixel> edges;
-};
 
 // Points in one plan direction.
 struct StationMixing::Points {

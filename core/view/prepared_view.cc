@@ -13,6 +13,8 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/geometry/panorama_pixels.h"
+#include "core/view/gpu/gpu_device.h"
+#include "core/view/gpu/gpu_mixing.h"
 #include "core/view/read_ahead.h"
 #include "core/view/station_mixing.h"
 
@@ -39,6 +41,88 @@ void mark_unread(std::span<const UnreadRows> unread, const PanoramaPart& part, i
     image.col(column).rowRange(rows.rows.begin - part.rows.begin, rows.rows.end - part.rows.begin) =
         255;
   }
+}
+
+// Eyes' columns mixed by the processor, on several threads.
+class ProcessorMixing {
+ public:
+  // Writes into `image` and `unread`, in which each eye has the part's rows.
+  ProcessorMixing(std::span<const MixedView> eyes, const PanoramaPart& part, cv::Mat image,
+                  cv::Mat1b* unread)
+      : eyes_(eyes), part_(part), image_(std::move(image)), unread_(unread), idle_(eyes.size()) {}
+
+  // At most StationMixing::kColumns columns of the part from `first` on.
+  void render(std::size_t eye, int first, int columns, RowRun rows) {
+    std::unique_ptr<StationMixing> mixing = take(eye);
+    const int top = static_cast<int>(eye) * (part_.rows.end - part_.rows.begin);
+    const cv::Rect block(first, top + rows.begin - part_.rows.begin, columns,
+                         rows.end - rows.begin);
+    mixing->render(part_.first_column + first, columns, rows, image_(block));
+    const std::scoped_lock lock(mutex_);
+    counts_ += mixing->take_counts();
+    const std::vector<UnreadRows> unread_rows = mixing->take_unread();
+    idle_[eye].push_back(std::move(mixing));
+    if (unread_rows.empty()) return;
+    if (unread_->empty()) *unread_ = cv::Mat1b::zeros(image_.size());
+    mark_unread(unread_rows, part_, eyes_[eye].output.width,
+                unread_->rowRange(top, top + part_.rows.end - part_.rows.begin));
+  }
+
+  const PixelCounts& counts() const { return counts_; }
+
+ private:
+  std::unique_ptr<StationMixing> take(std::size_t eye) {
+    const std::scoped_lock lock(mutex_);
+    if (idle_[eye].empty()) return std::make_unique<StationMixing>(eyes_[eye]);
+    std::unique_ptr<StationMixing> mixing = std::move(idle_[eye].back());
+    idle_[eye].pop_back();
+    return mixing;
+  }
+
+  std::span<const MixedView> eyes_;
+  const PanoramaPart& part_;
+  cv::Mat image_;
+  cv::Mat1b* unread_;
+  std::mutex mutex_;                                               // of what follows, and unread_
+  std::vector<std::vector<std::unique_ptr<StationMixing>>> idle_;  // of each eye
+  PixelCounts counts_;
+};
+
+// Mixes eyes on a card; what it leaves undecided the processor does.
+void mix_on(GpuMixing* gpu, std::span<const MixedView> eyes, const PanoramaPart& part,
+            const cv::Mat& image, cv::Mat1b* unread, PixelCounts* counts) {
+  const int rows = part.rows.end - part.rows.begin;
+  cv::Mat1b how(image.size());
+  for (std::size_t eye = 0; eye < eyes.size(); ++eye) {
+    const int top = static_cast<int>(eye) * rows;
+    gpu->render(eyes[eye], part, image.rowRange(top, top + rows), how.rowRange(top, top + rows));
+  }
+  counts->empty = cv::countNonZero(how & kOfNoLine);
+  how &= static_cast<std::uint8_t>(~kOfNoLine);
+  const auto is = [](PixelRead read) { return static_cast<std::uint8_t>(read); };
+  *unread = how == is(PixelRead::kUnread);
+  ProcessorMixing rest(eyes, part, image, unread);
+  for (std::size_t eye = 0; eye < eyes.size(); ++eye) {
+    const int top = static_cast<int>(eye) * rows;
+    parallel_for(0, part.columns, StationMixing::kColumns, [&](int begin, int end) {
+      const cv::Rect block(begin, top, end - begin, rows);
+      cv::Mat1b undecided = how(block) == is(PixelRead::kUndecided), of_rows;
+      cv::reduce(undecided, of_rows, 1, cv::REDUCE_MAX);
+      std::vector<cv::Point> found;
+      cv::findNonZero(of_rows, found);
+      if (found.empty()) return;
+      const RowRun run{found.front().y, found.back().y + 1};
+      const cv::Rect again(begin, top + run.begin, end - begin, run.end - run.begin);
+      (*unread)(again) = 0;
+      how(again) = is(PixelRead::kLines);
+      rest.render(eye, begin, end - begin,
+                  {part.rows.begin + run.begin, part.rows.begin + run.end});
+    });
+  }
+  counts->filled = rest.counts().filled;
+  counts->all = static_cast<std::int64_t>(image.total());
+  counts->filled += cv::countNonZero(how == is(PixelRead::kFilled));
+  if (cv::countNonZero(*unread) == 0) unread->release();
 }
 
 }  // namespace
@@ -107,7 +191,7 @@ void PreparedView::look_at(const PanoramaPart& part, Visibility::Sources sources
 }
 
 void PreparedView::render(std::span<PreparedView* const> eyes, const PanoramaPart& part,
-                          cv::Mat* image, cv::Mat1b* unread, PixelCounts* counts) {
+                          GpuMixing* gpu, cv::Mat* image, cv::Mat1b* unread, PixelCounts* counts) {
   const PanoramaSize output = eyes.front()->output_;
   const int rows = part.rows.end - part.rows.begin;
   image->create(static_cast<int>(eyes.size()) * rows, part.columns, CV_8UC3);
@@ -127,32 +211,28 @@ void PreparedView::render(std::span<PreparedView* const> eyes, const PanoramaPar
                      .rows = RowMap(output.height, eye->distances_.size().height),
                      .latitudes = Latitudes(output.height)});
   }
-  for (const MixedView& view : mixed) read_ahead(view, part);
-  std::mutex mutex;  // of what follows
-  std::vector<std::vector<std::unique_ptr<StationMixing>>> idle(eyes.size());
-  parallel_for(0, part.columns, StationMixing::kColumns, [&](int begin, int end) {
-    for (std::size_t eye = 0; eye < eyes.size(); ++eye) {
-      const int top = static_cast<int>(eye) * rows;
-      std::unique_ptr<StationMixing> mixing;
-      {
-        const std::scoped_lock lock(mutex);
-        if (!idle[eye].empty()) {
-          mixing = std::move(idle[eye].back());
-          idle[eye].pop_back();
-        }
-      }
-      if (!mixing) mixing = std::make_unique<StationMixing>(mixed[eye]);
-      mixing->render(part.first_column + begin, end - begin, part.rows,
-                     (*image)(cv::Rect(begin, top, end - begin, rows)));
-      const std::scoped_lock lock(mutex);
-      *counts += mixing->take_counts();
-      const std::vector<UnreadRows> unread_rows = mixing->take_unread();
-      idle[eye].push_back(std::move(mixing));
-      if (unread_rows.empty()) continue;
-      if (unread->empty()) *unread = cv::Mat1b::zeros(image->size());
-      mark_unread(unread_rows, part, output.width, unread->rowRange(top, top + rows));
+  bool mixes_here = gpu == nullptr || gpu->gave_up();
+  if (!mixes_here) {
+    try {
+      mix_on(gpu, mixed, part, *image, unread, counts);
+    } catch (const GpuError& error) {
+      warn_of_gpu(error.what());
+      gpu->give_up();
+      unread->release();
+      *counts = {};
+      mixes_here = true;
     }
-  });
+  }
+  if (mixes_here) {
+    for (const MixedView& view : mixed) read_ahead(view, part);
+    ProcessorMixing mixing(mixed, part, *image, unread);
+    parallel_for(0, part.columns, StationMixing::kColumns, [&](int begin, int end) {
+      for (std::size_t eye = 0; eye < mixed.size(); ++eye) {
+        mixing.render(eye, begin, end - begin, part.rows);
+      }
+    });
+    *counts += mixing.counts();
+  }
   if (!unread->empty()) counts->unseen = cv::countNonZero(*unread);
 }
 

@@ -18,6 +18,8 @@
 
 namespace raywalk {
 
+class GpuMixing;
+
 class PreparedView {
  public:
   // References must outlive the object; `exposure` may be null.
@@ -43,9 +45,10 @@ class PreparedView {
 
   // The last passes, of several eyes at once, whose columns read nearly the same ones of the
   // stations: each eye's part below that of the one before, CV_8UC3, bgr. Marks in `unread`, of the
-  // image's size and empty before, what could not be read; it stays empty where all was.
-  static void render(std::span<PreparedView* const> eyes, const PanoramaPart& part, cv::Mat* image,
-                     cv::Mat1b* unread, PixelCounts* counts);
+  // image's size and empty before, what could not be read; it stays empty where all was. On `gpu`,
+  // if it is not null and does not fail.
+  static void render(std::span<PreparedView* const> eyes, const PanoramaPart& part, GpuMixing* gpu,
+                     cv::Mat* image, cv::Mat1b* unread, PixelCounts* counts);
 
   const ViewPlan& plan() const { return *plan_; }
   PanoramaSize output() const { return output_; }

@@ -9,6 +9,8 @@
 
 #include "core/base/error.h"
 #include "core/view/flat_view.h"
+#include "core/view/gpu/gpu_device.h"
+#include "core/view/gpu/gpu_mixing.h"
 #include "core/view/picture_fill.h"
 #include "core/view/prepared_view.h"
 
@@ -69,6 +71,11 @@ Renderer::Renderer(const Room& room, const ViewOptions& options) : room_(room), 
         room_.directory().string(), method_name(options.method)));
   }
   if (options_.gains && !room_.gains().empty()) exposure_ = std::make_unique<Exposure>(room_);
+  try {
+    gpu_ = make_gpu_mixing(room_, options_.gains);
+  } catch (const GpuError& error) {
+    warn_of_gpu(error.what());
+  }
   // A panorama much smaller than the captured ones is rendered larger and averaged down, so that
   // fine texture does not alias.
   supersampling_ = std::max(
@@ -113,7 +120,7 @@ void Renderer::render_eyes(std::span<PreparedView* const> eyes, RenderedView* vi
   for (PreparedView* eye : eyes) eye->look_at(whole(size));
   PixelCounts counts;
   cv::Mat1b unread;
-  PreparedView::render(eyes, whole(size), &rendered, &unread, &counts);
+  PreparedView::render(eyes, whole(size), gpu_.get(), &rendered, &unread, &counts);
   for (int eye = 0; eye < count && !unread.empty(); ++eye) {
     const cv::Range rows(eye * size.height, (eye + 1) * size.height);
     cv::Mat of_eye = rendered.rowRange(rows);
@@ -142,7 +149,7 @@ RenderedView Renderer::render(const Viewpoint& viewpoint, const Viewport& viewpo
   const auto render = [&] {
     eye_->look_at(part);
     counts = {};
-    PreparedView::render(std::array{eye_.get()}, part, &part_, &unread, &counts);
+    PreparedView::render(std::array{eye_.get()}, part, gpu_.get(), &part_, &unread, &counts);
   };
   const auto seam = [&] { return part.columns == panorama.width ? Seam::kJoined : Seam::kOpen; };
   const auto rows = [&] { return ShownRows{part.rows.begin, panorama.height}; };

@@ -25,6 +25,7 @@
 namespace raywalk {
 
 class Exposure;
+class GpuMixing;
 class PreparedView;
 
 // How a view was rendered; shares are of all pixels of the rendered columns.
@@ -54,8 +55,8 @@ void require_viewpoint(const Viewpoint& viewpoint, ViewMethod method);
 // The viewpoint to compare a method's views from: without the height in an initial view.
 Viewpoint viewpoint_for(ViewMethod method, PlanPoint plan, std::optional<double> height_m);
 
-// Renders views of one room, one at a time (each view uses all threads). Memory use does not depend
-// on the size of the volumes.
+// Renders views of one room, one at a time (each view uses all threads, or the device that was
+// chosen, gpu/gpu_device.h). Memory use does not depend on the size of the volumes.
 class Renderer {
  public:
   // Throws UsageError on options out of range; Error if the method needs distances and the room
@@ -88,6 +89,7 @@ class Renderer {
   ViewOptions options_;
   int supersampling_ = 1;                     // rendered columns per output column
   std::unique_ptr<const Exposure> exposure_;  // null: all stations agree, or it is not wanted
+  std::unique_ptr<GpuMixing> gpu_;            // null: the processor mixes
   std::unique_ptr<PreparedView> eye_, right_eye_;
   cv::Mat part_;       // the part of the panorama that a flat picture shows
   cv::Mat oversized_;  // rendered picture before averaging

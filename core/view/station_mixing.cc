@@ -54,7 +54,11 @@ void StationMixing::render(int first, int count, RowRun rows, cv::Mat image) {
   const TileReading reading;
   Scratch& s = *scratch_;
   for (int i = 0; i < count; ++i) {
-    prepare((first + i) % view_.output.width, &s.columns[static_cast<std::size_t>(i)]);
+    Column& column = s.columns[static_cast<std::size_t>(i)];
+    prepare_column(view_, (first + i) % view_.output.width, &column);
+    for (const std::uint8_t*& occluded : column.occluded) {
+      if (occluded == nullptr) occluded = s.nothing_occluded.data();
+    }
   }
   for (RowRun tile{rows.begin, 0}; tile.begin < rows.end; tile.begin = tile.end) {
     // Tiles begin with a row of the distances, if a whole number of rows lies in each.
@@ -68,7 +72,7 @@ void StationMixing::render(int first, int count, RowRun rows, cv::Mat image) {
 
 void StationMixing::render_tile(int count, RowRun rows) {
   Scratch& s = *scratch_;
-  const bool stored = is_initial() && shows_stored_columns();
+  const bool stored = view_.is_initial() && shows_stored_columns();
   // A column is placed before the one in front of it is mixed, so that its pixels arrive in time.
   if (!stored) place_rows(s.columns[0], rows, &s.placed[0]);
   const auto columns = static_cast<std::size_t>(count);
@@ -91,71 +95,8 @@ void StationMixing::render_tile(int count, RowRun rows) {
   }
 }
 
-void StationMixing::prepare(int u, Column* column) {
-  Column& c = *column;
-  const int captured = view_.room.panorama().width;
-  c.u = u;
-  c.theta_rad = theta_of_column(u, view_.output.width);
-  c.captured = static_cast<float>((u + 0.5) * captured / view_.output.width - 0.5 + captured);
-  c.sources = view_.sources(c.theta_rad);
-  c.reads.clear();
-  c.any_masks = false;
-  if (is_initial()) {
-    for (std::size_t i = 0; i < c.sources.count; ++i) add_cut(i, column);
-    return;
-  }
-  const int width = view_.distances.size().width;
-  c.eye_m = view_.distances.eye().position_m(c.theta_rad);
-  const double at = (u + 0.5) * width / view_.output.width - 0.5;
-  c.nearest = wrapped_column(static_cast<int>(std::floor(at + 0.5)), width);
-  const auto right = static_cast<float>(at - std::floor(at + 0.5));
-  c.other = wrapped_column(c.nearest + (right < 0.0f ? -1 : 1), width);
-  c.part = std::fabs(right);
-  c.trust = view_.distances.trust(c.nearest);
-  c.edges = view_.edges.column(c.nearest);
-  for (std::size_t i = 0; i < c.sources.count; ++i) add_reads(i, column);
-}
-
-void StationMixing::add_reads(std::size_t source, Column* column) const {
-  const ColumnSource& of = column->sources.source[source];
-  const int line = of.at.line;
-  const std::uint8_t* const occluded =
-      view_.visibility.occluded(column->nearest, line, of.behind());
-  column->occluded[source] = occluded == nullptr ? scratch_->nothing_occluded.data() : occluded;
-  const StationMix mix = station_mix(view_.options);
-  // Where distances are unreliable a single station would show things out of place: the two
-  // neighbours are mixed by nearness.
-  const StationMix two{.stations = 1, .fade = 1.0};  // fading all the way between them
-  const StationMix unreliable = mix.stations > 2 ? mix : two;
-  const StationWindow window =
-      stations_mixed(of.at, view_.room.volume(line).stations(),
-                     column->trust == nullptr || mix.stations > 1 ? mix : two);
-  const std::size_t first = column->reads.size();
-  StationShare sum{0.0f, 0.0f};
-  for (int station = window.first; station <= window.last; ++station) {
-    const double from_met = station - of.at.station - of.at.fraction;
-    const StationShare share{station_share(from_met, mix), station_share(from_met, unreliable)};
-    constexpr float kNone = 1e-3f;
-    if (share.reliable < kNone && (column->trust == nullptr || share.unreliable < kNone)) continue;
-    sum.reliable += share.reliable;
-    sum.unreliable += share.unreliable;
-    column->reads.push_back(
-        {.source = source,
-         .line = line,
-         .station = station,
-         .share = share,
-         .by = view_.visibility.occluders(column->nearest, line, of.behind(), station),
-         .has_masks = has_masks(view_.room, line, station)});
-    column->any_masks |= column->reads.back().has_masks;
-  }
-  for (Read& read : std::span(column->reads).subspan(first)) {
-    read.share.reliable *= of.share / sum.reliable;
-    read.share.unreliable *= of.share / std::max(sum.unreliable, 1e-6f);
-  }
-}
-
 void StationMixing::place_rows(const Column& column, RowRun rows, Placed* placed) {
-  if (is_initial()) return place_cut(column, rows, placed);
+  if (view_.is_initial()) return place_cut(column, rows, placed);
   Scratch& s = *scratch_;
   placed->count = 0;
   const auto begin = static_cast<std::size_t>(rows.begin);
@@ -187,8 +128,8 @@ void StationMixing::find_distances(const Column& column, const RowsBetween& rows
   const int above = std::max(rows.first() - 1, 0), below = std::min(rows.last() + 1, height - 1);
   const float tolerance = view_.distances.surface_tolerance();
   interpolate_columns(view_.distances.column(column.nearest) + above,
-                      view_.distances.column(column.other) + above, below - above + 1, column.part,
-                      tolerance, s.inverse.data() + above);
+                      view_.distances.column(column.other) + above, below - above + 1,
+                      std::fabs(column.right), tolerance, s.inverse.data() + above);
   float* const joined = s.joined.data() + 1;  // of row 0
   find_joined(s.inverse.data(), above, below, tolerance, joined);
   joined[-1] = height > 1 ? joined[0] : 0.0f;
@@ -308,8 +249,8 @@ void StationMixing::remove_masked(int rows, Placed* placed) {
     MaskCheck check(view_.room, station.read.line, station.read.station, beyond);
     for (std::size_t i = 0; i < static_cast<std::size_t>(rows); ++i) {
       if (station.weight[i] > 0.0f && station.read.has_masks &&
-          !(is_initial() ? check.valid(station.left[i], station.right[i])
-                         : check.usable(station.left[i], station.right[i]))) {
+          !(view_.is_initial() ? check.valid(station.left[i], station.right[i])
+                               : check.usable(station.left[i], station.right[i]))) {
         station.weight[i] = 0.0f;
       }
       placed->total[i] += station.weight[i];

@@ -16,34 +16,11 @@
 #include <utility>
 #include <vector>
 
-#include "core/room/room.h"
-#include "core/view/column_rows.h"
-#include "core/view/distance_view.h"
-#include "core/view/edges.h"
-#include "core/view/exposure.h"
-#include "core/view/fill_stations.h"
+#include "core/view/mixed_column.h"
 #include "core/view/rendered_part.h"
-#include "core/view/row_map.h"
 #include "core/view/sampler.h"
-#include "core/view/view_options.h"
-#include "core/view/visibility.h"
 
 namespace raywalk {
-
-// All that the columns of one eye's view are made from. References must outlive it.
-struct MixedView {
-  const Room& room;
-  const ViewOptions& options;
-  const DistanceView& distances;
-  const Visibility& visibility;
-  const Edges& edges;
-  const FillStations& fill;
-  const Exposure* exposure = nullptr;  // null: all stations agree
-  Visibility::Sources sources{};
-  PanoramaSize output{};
-  RowMap rows{};          // of the output and the distances
-  Latitudes latitudes{};  // of the output's rows
-};
 
 // One per thread: it owns scratch memory.
 class StationMixing {
@@ -65,19 +42,16 @@ class StationMixing {
   static constexpr int kRows = kMostRows;  // output rows of a tile, and samples at once
   static constexpr int kStride = 3 * kColumns + 16;
 
+  using Read = ColumnRead;
+  using Column = MixedColumn;
   // mixing_scratch.h has these.
-  struct Read;
-  struct Column;
   struct Points;
   struct PlacedStation;
   struct Placed;
   struct Scratch;
 
-  bool is_initial() const { return view_.options.method == ViewMethod::kInitial; }
-  void prepare(int u, Column* column);
   // Rows of all columns, into Scratch::tile.
   void render_tile(int count, RowRun rows);
-  void add_reads(std::size_t source, Column* column) const;
   // Places the samples of rows of a column in its stations.
   void place_rows(const Column& column, RowRun rows, Placed* placed);
   // Sets Scratch::inverse and joined of the rows of the distances around.
@@ -106,7 +80,6 @@ class StationMixing {
 
   // mixing_initial.cc: initial views, which know no distances.
   bool shows_stored_columns() const;
-  void add_cut(std::size_t source, Column* column) const;
   void place_cut(const Column& column, RowRun rows, Placed* placed);
   void mix_stored(const Column& column, RowRun rows, std::uint8_t* bgr);
 

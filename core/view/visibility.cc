@@ -301,6 +301,15 @@ const std::uint8_t* Visibility::occluded_as(int as, int theta, int line, bool be
   return occluded_[i].data() + first(theta);
 }
 
+int Visibility::image_of(int theta, const std::uint8_t* rows) const {
+  for (std::size_t i = 0; rows != nullptr && i < kMaxSources; ++i) {
+    if (!occluded_[i].empty() && rows == occluded_[i].data() + first(theta)) {
+      return static_cast<int>(i);
+    }
+  }
+  return -1;
+}
+
 StationOccluders Visibility::occluders(int theta, int line, bool behind, int station) const {
   const Column& column = sources_[static_cast<std::size_t>(theta)];
   const std::size_t i = index_of(column, line, behind);

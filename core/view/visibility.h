@@ -90,6 +90,14 @@ class Visibility {
   StationOccluders occluders(int theta, int line, bool behind, int station) const;
   // Of each row: 0 where the sources are read; else 1 + the index of a station to fill it from.
   const std::uint8_t* fill(int theta) const { return fill_.data() + first(theta); }
+  // All that occluded() and fill() point into, [theta][phi]: an image for each source of a column,
+  // and that of fill(); a source's is empty or whole.
+  static constexpr std::size_t kImages = kMaxSources + 1;
+  std::span<const std::uint8_t> image(std::size_t i) const {
+    return i < kMaxSources ? occluded_[i] : fill_;
+  }
+  // The image that a column's rows, as occluded() returns them, are in; -1 for null.
+  int image_of(int theta, const std::uint8_t* rows) const;
   bool any_filled(int theta) const { return sources_[static_cast<std::size_t>(theta)].any_filled; }
 
  private:

@@ -218,3 +218,16 @@ def test_other_threads_go_on_while_a_view_is_rendered(room):
         time.sleep(0.001)
         turns += 1
     assert turns > 20
+
+
+def test_a_graphics_card_or_what_stands_in_for_one_shows_the_same(room):
+    cpu = room.view(0.1, 0.2, method="two-sided", width_px=256)
+    try:
+        if raywalk.set_device("gpu") == "the processor":
+            pytest.skip("no EGL here")
+        gpu = room.view(0.1, 0.2, method="two-sided", width_px=256)
+    finally:
+        assert raywalk.set_device("cpu") == "the processor"
+    assert raywalk.metrics.psnr_db(gpu, cpu) > 45
+    with pytest.raises(raywalk.UsageError, match="'tpu' is unknown; use cpu, gpu, auto"):
+        raywalk.set_device("tpu")

@@ -44,6 +44,7 @@ struct PathArguments {
   ViewFrame frame{};
   ViewFlags flags{};
   Demand demand{};
+  DeviceFlags device{};
   int threads = 0;
   // Whether the flag of this name was given.
   std::function<bool(const char*)> given{};
@@ -85,6 +86,7 @@ PathRequest request_of(const PathArguments& arguments) {
 
 void run(const PathArguments& arguments) {
   set_thread_count(arguments.threads);
+  use_device(arguments.device);
   viewport_of(arguments.frame);
   view_settings(arguments.flags);
   require_demand(arguments.demand);
@@ -171,6 +173,7 @@ void add_path(CLI::App* app) {
   add_demand_flags(command, &arguments->demand);
   add_flat_flags(command, &arguments->frame);
   add_stereo_flags(command, &arguments->frame);
+  add_device_flags(command, "auto", &arguments->device);
   add_threads_option(command, &arguments->threads);
   add_movement_flags(command, arguments.get());
   command->footer(

@@ -24,6 +24,7 @@ struct ServeArguments {
   std::string room{};
   ServeOptions serve{};
   WebFlags web{};
+  DeviceFlags device{};
   int threads = 0;
 };
 
@@ -38,6 +39,7 @@ void require_unused(const std::vector<CLI::Option*>& options) {
 
 void run(const ServeArguments& arguments) {
   set_thread_count(arguments.threads);
+  use_device(arguments.device);
   const WebExportOptions options = web_options(arguments.room, arguments.web);
   const Room room = web_room(arguments.room, arguments.web);
   const auto export_room = [&](const std::filesystem::path& folder) {
@@ -64,6 +66,7 @@ void add_serve(CLI::App* app) {
       ->type_name("ADDRESS");
   command->add_option("--port", arguments->serve.port, "Port to listen on (default: 8360); 0: any")
       ->check(CLI::Range(0, 65535));
+  add_device_flags(command, "auto", &arguments->device);
   add_threads_option(command, &arguments->threads);
   const std::vector<CLI::Option*> for_export = add_web_flags(command, &arguments->web);
   command->footer(

@@ -22,11 +22,13 @@ struct ValidateArguments {
   std::vector<std::string> methods{};
   ValidateOptions options{};
   int viewpoints = 0;  // per side of a cell; 0: as the number of cells allows
+  DeviceFlags device{};
   int threads = 0;
 };
 
 void run(const ValidateArguments& arguments) {
   set_thread_count(arguments.threads);
+  use_device(arguments.device);
   view_settings(arguments.flags);
   const Room room = Room::open(arguments.room);
   const ViewSettings settings = chosen_settings(arguments.flags, {}, room).settings;
@@ -68,6 +70,7 @@ void add_validate(CLI::App* app) {
                    "of more than 24 cells")
       ->check(CLI::Range(0, 250))
       ->capture_default_str();
+  add_device_flags(command, "cpu", &arguments->device);
   add_threads_option(command, &arguments->threads);
   add_connection_flags(command, &arguments->flags);
   command->footer(

@@ -26,11 +26,13 @@ struct ViewArguments {
   ViewFrame frame{};
   ViewFlags flags{};
   Demand demand{};
+  DeviceFlags device{};
   int threads = 0;
 };
 
 void run(const ViewArguments& arguments) {
   set_thread_count(arguments.threads);
+  use_device(arguments.device);
   const Viewpoint viewpoint = viewpoint_from_text(arguments.at);
   view_settings(arguments.flags);  // reports contradictions before any work
   require_demand(arguments.demand);
@@ -60,6 +62,7 @@ void add_view(CLI::App* app) {
   add_quality_flag(command, &arguments->quality);
   add_view_flags(command, &arguments->flags);
   add_demand_flags(command, &arguments->demand);
+  add_device_flags(command, "auto", &arguments->device);
   add_threads_option(command, &arguments->threads);
   command->option_defaults()->group(kDirectionGroup);
   command->add_option("--yaw-deg", arguments->frame.yaw_deg, "Turn to the right, degrees");

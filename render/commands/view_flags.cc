@@ -8,6 +8,7 @@
 #include "core/command_line/command_options.h"
 #include "core/files/words.h"
 #include "core/room/tiled_rays.h"
+#include "core/view/gpu/gpu_device.h"
 
 namespace raywalk::render {
 namespace {
@@ -107,6 +108,26 @@ void add_demand_flags(CLI::App* command, Demand* demand) {
 void add_view_flags(CLI::App* command, ViewFlags* flags) {
   add_parameters(command, ParameterGroup::kView, flags);
   add_connection_flags(command, flags);
+}
+
+void add_device_flags(CLI::App* command, const std::string& usual, DeviceFlags* flags) {
+  flags->device = usual;
+  command
+      ->add_option("--device", flags->device,
+                   "What mixes the stations: cpu, gpu, or auto (a graphics card if there is one); "
+                   "default " +
+                       usual)
+      ->check(one_of(kDeviceNames));
+  command
+      ->add_option("--gpu-mb", flags->gpu_mb,
+                   fmt::format("Most memory of the graphics card for panoramas, MB (default {:g})",
+                               kUsualGpu_mb))
+      ->check(CLI::Range(1.0, 1e7));
+}
+
+void use_device(const DeviceFlags& flags) {
+  choose_device(device_from_name(flags.device), flags.gpu_mb);
+  if (on_graphics_card()) fmt::print("device: {}\n", device_name());
 }
 
 void add_quality_flag(CLI::App* command, std::optional<int>* quality) {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "core/view/gpu/gpu_device.h"
 #include "render/view/measured_choice.h"
 #include "render/view/picture_format.h"
 #include "render/view/presets.h"
@@ -29,6 +30,15 @@ void add_connection_flags(CLI::App* command, ViewFlags* flags);
 
 // --budget-ms and --min-psnr-db, for rooms that a trade was measured on.
 void add_demand_flags(CLI::App* command, Demand* demand);
+
+// --device and --gpu-mb.
+struct DeviceFlags {
+  std::string device{};
+  double gpu_mb = kUsualGpu_mb;
+};
+void add_device_flags(CLI::App* command, const std::string& usual, DeviceFlags* flags);
+// Of all views from now on; names a graphics card that is used.
+void use_device(const DeviceFlags& flags);
 
 // --quality of pictures.
 void add_quality_flag(CLI::App* command, std::optional<int>* quality);

@@ -1,0 +1,113 @@
+// A graphics card, without a window: EGL without a surface and OpenGL ES 3.1, which the drivers of
+// NVIDIA, AMD, Intel and Mesa have.
+#pragma once
+
+#include <EGL/egl.h>
+#include <GLES3/gl31.h>
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+
+#include "core/base/error.h"
+
+namespace raywalk {
+
+// Why a card cannot do something; the processor does it then.
+class GpuError : public Error {
+ public:
+  using Error::Error;
+};
+
+class GpuContext {
+ public:
+  // The first device that has what is needed, a card before a program that stands in for one
+  // (Mesa's llvmpipe), which `software` allows. Throws GpuError where there is none.
+  static std::unique_ptr<GpuContext> open(bool software);
+  ~GpuContext();
+  GpuContext(const GpuContext&) = delete;
+  GpuContext& operator=(const GpuContext&) = delete;
+
+  // The driver's name of the device.
+  const std::string& name() const { return name_; }
+  bool is_software() const { return is_software_; }
+
+  // OpenGL may be used by the thread that holds one, by one at a time.
+  class Turn {
+   public:
+    explicit Turn(GpuContext* context);
+    ~Turn();
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+
+   private:
+    GpuContext* context_;
+    std::lock_guard<std::mutex> lock_;
+  };
+
+ private:
+  GpuContext() = default;
+  bool try_display(EGLDisplay display, bool software);
+
+  EGLDisplay display_ = EGL_NO_DISPLAY;
+  EGLContext context_ = EGL_NO_CONTEXT;
+  std::string name_;
+  bool is_software_ = false;
+  std::mutex mutex_;
+};
+
+// What follows is called during a Turn. Each throws GpuError where the card fails.
+
+// Throws what OpenGL reports of the calls before.
+void check_gpu(const char* what);
+
+// A compute program, `defines` before its text.
+class GpuProgram {
+ public:
+  GpuProgram(const std::string& defines, const std::string& text);
+  ~GpuProgram();
+  GpuProgram(const GpuProgram&) = delete;
+  GpuProgram& operator=(const GpuProgram&) = delete;
+
+  void use() const { glUseProgram(id_); }
+  GLint uniform(const char* name) const { return glGetUniformLocation(id_, name); }
+
+ private:
+  GLuint id_ = 0;
+};
+
+// Memory of the card that programs read or write.
+class GpuBuffer {
+ public:
+  GpuBuffer() = default;
+  ~GpuBuffer();
+  GpuBuffer(const GpuBuffer&) = delete;
+  GpuBuffer& operator=(const GpuBuffer&) = delete;
+
+  // Room for so many bytes; what it held is lost if it grows.
+  void reserve(std::size_t bytes);
+  void write(std::size_t at, std::span<const std::byte> bytes);
+  template <typename Value>
+  void write(std::span<const Value> values) {
+    reserve(std::max(values.size_bytes(), std::size_t{16}));
+    write(0, std::as_bytes(values));
+  }
+  void bind(GLuint binding) const;
+  // Calls `use` with what was written to the first bytes, when it is done.
+  template <typename Use>
+  void read(std::size_t bytes, const Use& use) const {
+    use(map(bytes));
+    unmap();
+  }
+
+ private:
+  const std::byte* map(std::size_t bytes) const;
+  void unmap() const;
+
+  GLuint id_ = 0;
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace raywalk

@@ -1,0 +1,88 @@
+#include "core/view/gpu/gpu_device.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <map>
+#include <mutex>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/files/words.h"
+#include "core/view/gpu/gpu_context.h"
+#include "core/view/gpu/gpu_mixing.h"
+#include "core/view/gpu/station_textures.h"
+
+namespace raywalk {
+namespace {
+
+// Panoramas are shared by the renderers of a room with the same gains.
+using SharedBy = std::pair<const Room*, bool>;
+
+struct Chosen {
+  std::mutex mutex;
+  // Not closed at the end of the program, when the driver's own data may be gone.
+  GpuContext* context = nullptr;
+  std::uint64_t most_bytes = 0;
+  std::map<SharedBy, std::weak_ptr<StationTextures>> stations;
+  bool warned = false;
+};
+
+Chosen& chosen() {
+  static auto* const chosen = new Chosen;
+  return *chosen;
+}
+
+}  // namespace
+
+Device device_from_name(const std::string& name) {
+  for (std::size_t i = 0; i < kDeviceNames.size(); ++i) {
+    if (name == kDeviceNames[i]) return static_cast<Device>(i);
+  }
+  throw UsageError(
+      fmt::format("device {} is unknown; use {}", excerpt(name), fmt::join(kDeviceNames, ", ")));
+}
+
+void choose_device(Device device, double gpu_mb) {
+  Chosen& now = chosen();
+  const std::lock_guard lock(now.mutex);
+  now.context = nullptr;
+  now.most_bytes = static_cast<std::uint64_t>(1e6 * gpu_mb);
+  if (device == Device::kCpu) return;
+  try {
+    now.context = GpuContext::open(device == Device::kGpu).release();
+  } catch (const GpuError& error) {
+    if (device == Device::kGpu) spdlog::warn("{}; the processor renders views", error.what());
+  }
+}
+
+bool on_graphics_card() {
+  const std::lock_guard lock(chosen().mutex);
+  return chosen().context != nullptr;
+}
+
+std::string device_name() {
+  const std::lock_guard lock(chosen().mutex);
+  return chosen().context == nullptr ? "the processor" : chosen().context->name();
+}
+
+std::unique_ptr<GpuMixing> make_gpu_mixing(const Room& room, bool gains) {
+  Chosen& now = chosen();
+  const std::lock_guard lock(now.mutex);
+  if (now.context == nullptr) return nullptr;
+  std::weak_ptr<StationTextures>& shared = now.stations[{&room, gains}];
+  std::shared_ptr<StationTextures> stations = shared.lock();
+  if (!stations) {
+    const GpuContext::Turn turn(now.context);
+    shared = stations = std::make_shared<StationTextures>(room, gains, now.most_bytes);
+  }
+  return std::make_unique<GpuMixing>(now.context, std::move(stations));
+}
+
+void warn_of_gpu(const std::string& reason) {
+  Chosen& now = chosen();
+  const std::lock_guard lock(now.mutex);
+  if (!std::exchange(now.warned, true)) spdlog::warn("{}; the processor renders views", reason);
+}
+
+}  // namespace raywalk
