@@ -35,7 +35,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-constexpr int kTradeFormatVersion = 6;
+constexpr int kTradeFormatVersion = 7;
 constexpr std::size_t kViews = 6;
 // The remap does the same work every time: where its upper quartile is above its least time by more
 // than this part, other programs were busy, and times are less certain.
@@ -47,6 +47,7 @@ struct Trade {
   HeldOutViews truth{};  // its room: the same, or without stations that were held out
   int width_px = 0;      // of the views
   std::vector<TradeSetting> settings{};
+  std::string card{};                            // that settings are measured on too; empty: none
   ordered_json presets = ordered_json::array();  // of trade.json
 };
 
@@ -83,7 +84,10 @@ Trade prepared(const Room& room, const TradeOptions& options) {
   prepare_report(options.report, room.directory());
   if (options.held_out > 0) trade.truth = held_out_views(room, options.held_out, kViews);
   trade.width_px = trade.truth.views.front().image.cols;
-  trade.settings = trade_sweep(options.centres, trade.width_px, thread_count());
+  choose_device(options.device, options.gpu_mb);
+  if (on_graphics_card()) trade.card = device_name();
+  trade.settings = trade_sweep(options.centres, trade.width_px, thread_count(),
+                               trade.card.empty() ? Device::kCpu : options.device);
   // Presets that are not in the sweep are added to it.
   for (const NamedOptions& preset : options.presets) {
     TradeSetting setting{"preset " + preset.name, preset.options, thread_count()};
@@ -146,7 +150,9 @@ ordered_json times_of_views(const TradeSetting& setting, const Trade& trade, Ren
 
 // The times, and the means of the scores.
 ordered_json measured(const TradeSetting& setting, const Trade& trade) {
+  choose_device(setting.device, trade.options.gpu_mb);
   Renderer renderer(trade.truth.room, setting.options);
+  choose_device(Device::kCpu);
   ordered_json result = times_of_views(setting, trade, &renderer);
   const std::vector<TrueView>& truths = trade.truth.views;
   std::vector<cv::Mat> images(truths.size());
@@ -176,8 +182,9 @@ std::string cpu_name() {
 
 // Everything that measurements depend on, except the settings.
 std::string fingerprint_of(const Trade& trade) {
-  std::string text = fmt::format("trade {} {} {} {}\n", trade.options.repetitions, thread_count(),
-                                 cpu_name(), room_fingerprint(trade.room));
+  std::string text =
+      fmt::format("trade {} {} {} {} {}\n", trade.options.repetitions, thread_count(), cpu_name(),
+                  trade.card, room_fingerprint(trade.room));
   for (const TrueView& view : trade.truth.views) {
     text += fmt::format("{} {} {} {} {} {} {}\n", view.name, view.viewpoint.x_m,
                         view.height_m.value_or(0.0), view.viewpoint.z_m, view.own_exposure,
@@ -247,7 +254,7 @@ ordered_json document_of(const Trade& trade, const std::vector<ordered_json>& ro
       {"distances_sha256", distances_sha256(trade.room)},
       {"truth", options.held_out > 0 ? fmt::format("one of {} stations, held out", options.held_out)
                                      : options.truth.string()},
-      {"machine", {{"threads", thread_count()}, {"cpu", cpu_name()}}},
+      {"machine", {{"threads", thread_count()}, {"cpu", cpu_name()}, {"gpu", trade.card}}},
       {"width_px", trade.width_px},
       {"remap_ms", median_of(rows, "remap_ms")},
       {"repetitions", options.repetitions},
@@ -276,13 +283,13 @@ std::string csv_of(const std::vector<ordered_json>& rows) {
   return text;
 }
 
-// What settings are chosen by: those on all threads.
+// What settings are chosen by: those of the processor on all threads.
 MeasuredSettings chosen_by(const Trade& trade, const std::vector<ordered_json>& rows) {
   MeasuredSettings measured{.distances_sha256 = distances_sha256(trade.room),
                             .width_px = trade.width_px};
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const TradeSetting& setting = trade.settings[i];
-    if (setting.threads != thread_count()) continue;
+    if (setting.threads != thread_count() || setting.device != Device::kCpu) continue;
     measured.choices.push_back({.name = setting.name,
                                 .options = setting.options,
                                 .ratio = number_in(rows[i], "ratio"),

@@ -8,6 +8,7 @@
 
 #include "core/evaluate/measured_settings.h"
 #include "core/room/room.h"
+#include "core/view/gpu/gpu_device.h"
 #include "core/view/view_options.h"
 
 namespace raywalk {
@@ -28,6 +29,9 @@ struct TradeOptions {
   // The central setting of every method that the room can be rendered in: the sweep varies it.
   std::vector<ViewOptions> centres{};
   std::vector<NamedOptions> presets{};  // measured beside the sweep, at the width of the truths
+  // Where it finds a graphics card, the settings are measured on it too.
+  Device device = Device::kCpu;
+  double gpu_mb = kUsualGpu_mb;
   TimeSource time_source = wall_time_s;
 };
 

@@ -21,7 +21,7 @@ export const report: Describe = (d) => {
   const speed = (setting: Json) => `${text(setting.psnr_db)} dB in ${text(setting.ms)} ms`;
   return {
     title: `Speed and accuracy of ${d.room}`,
-    subtitle: `${counted(settings, "setting")}, ${counted(d.views, "true viewpoint")}, ${d.width_px} pixels wide, ${counted(d.machine.threads, "thread")} of ${d.machine.cpu}`,
+    subtitle: `${counted(settings, "setting")}, ${counted(d.views, "true viewpoint")}, ${d.width_px} pixels wide, ${counted(d.machine.threads, "thread")} of ${d.machine.cpu}${d.machine.gpu ? `, and ${d.machine.gpu}` : ""}`,
     facts: facts(
       [`fastest: setting ${fastest.number}`, speed(fastest)],
       [`most accurate: setting ${best.number}`, speed(best)],
@@ -45,7 +45,7 @@ export const report: Describe = (d) => {
               settings,
               "ratio",
               "psnr_db",
-              (setting) => setting.method,
+              (setting) => (setting.device === "gpu" ? `${setting.method}, gpu` : setting.method),
               "points",
               nameOf,
             ),
@@ -98,7 +98,11 @@ function presets(list: Json[], settings: Json[]): Section | null {
 
 // The settings that differ from the central one of their method in one parameter.
 function singleParameters(d: Json, settings: Json[]): Section | null {
-  const keys: string[] = [...d.parameters.map((parameter: Json) => parameter.key), "threads"];
+  const keys: string[] = [
+    ...d.parameters.map((parameter: Json) => parameter.key),
+    "threads",
+    "device",
+  ];
   const tables = settings
     .filter((setting) => setting.name === setting.method)
     .map((centre) => {

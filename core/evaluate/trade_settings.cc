@@ -79,6 +79,7 @@ std::vector<Change> changes_of(ViewMethod method, int width_px) {
 ordered_json parameters_of(const TradeSetting& setting) {
   ordered_json parameters = swept_parameters_json(setting.options);
   parameters["threads"] = setting.threads;
+  parameters["device"] = setting.device == Device::kCpu ? "cpu" : "gpu";
   return parameters;
 }
 
@@ -91,7 +92,7 @@ std::size_t add_setting(const TradeSetting& setting, std::vector<TradeSetting>* 
 }
 
 std::vector<TradeSetting> trade_sweep(std::span<const ViewOptions> centres, int width_px,
-                                      int threads) {
+                                      int threads, Device device) {
   std::vector<TradeSetting> settings;
   for (const ViewOptions& options : centres) {
     settings.push_back({method_name(options.method), options, threads});
@@ -109,6 +110,12 @@ std::vector<TradeSetting> trade_sweep(std::span<const ViewOptions> centres, int 
       setting.name = name_of(setting, centre);
       add_setting(setting, &settings);
     }
+  }
+  for (std::size_t i = 0, count = settings.size(); device != Device::kCpu && i < count; ++i) {
+    if (settings[i].threads != threads) continue;
+    settings.push_back(settings[i]);
+    settings.back().device = device;
+    settings.back().name += ", gpu";
   }
   return settings;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/view/gpu/gpu_device.h"
 #include "core/view/view_options.h"
 
 namespace raywalk {
@@ -14,10 +15,11 @@ struct TradeSetting {
   std::string name{};     // "hlf-vd, cubic, stations 8", unique within a sweep
   ViewOptions options{};  // its width is that of the rendered image, pixels
   int threads = 1;        // at least 1
+  Device device = Device::kCpu;
 };
 
-// Every parameter by name: {"method": "hlf-vd", "k_deg": 76.0, ..., "threads": 2}. Two settings
-// are the same where these are equal.
+// Every parameter by name: {"method": "hlf-vd", "k_deg": 76.0, ..., "threads": 2, "device": "cpu"}.
+// Two settings are the same where these are equal.
 nlohmann::ordered_json parameters_of(const TradeSetting& setting);
 
 // Adds a setting unless one of the same parameters is there; its position in either case.
@@ -25,8 +27,9 @@ std::size_t add_setting(const TradeSetting& setting, std::vector<TradeSetting>* 
 
 // The central settings (one of each method), variations of one parameter at a time
 // (ViewParameter::sweep), and useful combinations (all for speed, all for accuracy, a balance):
-// about 25. Images are as wide as the truths, `width_px`; `threads` are all that may be used.
+// about 25. Images are as wide as the truths, `width_px`; `threads` are all that may be used. On
+// another `device` than the processor the same, threads apart, a second time.
 std::vector<TradeSetting> trade_sweep(std::span<const ViewOptions> centres, int width_px,
-                                      int threads);
+                                      int threads, Device device = Device::kCpu);
 
 }  // namespace raywalk

@@ -86,7 +86,7 @@ TEST_F(TradeTest, WritesTheDocumentedFiles) {
   const json all = traded();
   EXPECT_THAT(said_, AllOf(HasSubstr("PSNR"), HasSubstr("index.html")));
   EXPECT_EQ(files(), (std::set<std::string>{"index.html", "trade.csv", "trade.json"}));
-  EXPECT_EQ(all["format_version"], 6);
+  EXPECT_EQ(all["format_version"], 7);
   EXPECT_EQ(all["room"], room_.directory().string());
   EXPECT_EQ(all["truth"], truth_.string());
   EXPECT_EQ(all["distances"], "given");
@@ -98,20 +98,39 @@ TEST_F(TradeTest, WritesTheDocumentedFiles) {
   EXPECT_EQ(all["settings"][1]["number"], 2);
   EXPECT_EQ(all["parameters"][0]["key"], "method");
   EXPECT_EQ(all["parameters"][0]["default"], "hlf-vd");
-  EXPECT_EQ(
-      keys_of(all["settings"][0]),
-      (std::set<std::string>{"number",       "name",          "method",        "k_deg",
-                             "overlap_deg",  "width_px",      "interpolation", "stations_mixed",
-                             "station_fade", "distance_maps", "second_side",   "threads",
-                             "ms",           "ratio",         "remap_ms",      "remap_spread",
-                             "psnr_db",      "ws_psnr_db",    "ssim",          "fsim",
-                             "on_front"}));
+  EXPECT_EQ(keys_of(all["settings"][0]),
+            (std::set<std::string>{
+                "number",      "name",          "method",         "k_deg",        "overlap_deg",
+                "width_px",    "interpolation", "stations_mixed", "station_fade", "distance_maps",
+                "second_side", "threads",       "device",         "ms",           "ratio",
+                "remap_ms",    "remap_spread",  "psnr_db",        "ws_psnr_db",   "ssim",
+                "fsim",        "on_front"}));
   // An image half as wide as the truth is enlarged.
   const auto half = std::ranges::find(all["settings"], "hlf-vd, 32 px wide",
                                       [](const json& setting) { return setting["name"]; });
   ASSERT_NE(half, all["settings"].end());
   EXPECT_GT((*half)["psnr_db"], 10.0);
   EXPECT_LT((*half)["psnr_db"], all["settings"][1]["psnr_db"]);
+}
+
+// On what stands in for a card, if this machine has none. Views are chosen by the processor's
+// times.
+TEST_F(TradeTest, SettingsAreMeasuredOnACardToo) {
+  sweep({ViewMethod::kHlfVd});
+  const std::size_t on_processor = traded()["settings"].size();
+  options_.device = Device::kGpu;
+  const json all = traded();
+  EXPECT_NE(all["machine"]["gpu"], "");
+  std::map<std::string, json> settings;
+  for (const json& setting : all["settings"]) settings[setting["name"]] = setting;
+  EXPECT_EQ(settings.size(), 2 * on_processor - 1) << "one is of a single thread";
+  EXPECT_EQ(settings["hlf-vd"]["device"], "cpu");
+  EXPECT_EQ(settings["hlf-vd, gpu"]["device"], "gpu");
+  EXPECT_NEAR(settings["hlf-vd, gpu"]["psnr_db"].get<double>(),
+              settings["hlf-vd"]["psnr_db"].get<double>(), 0.02);
+  const auto measured = read_measured_settings(room_.directory());
+  ASSERT_TRUE(measured.has_value());
+  EXPECT_EQ(measured->choices.size(), on_processor - 1);
 }
 
 // No other setting is at least as fast and as good, and better in one.
@@ -306,7 +325,7 @@ std::map<std::string, std::set<std::string>> values(const std::vector<TradeSetti
 }
 
 TEST_F(TradeSweepTest, SettingsAreUnique) {
-  const std::vector<TradeSetting> sweep = trade_sweep(centres_, 64, 2);
+  const std::vector<TradeSetting> sweep = trade_sweep(centres_, 64, 2, Device::kGpu);
   std::set<std::string> parameters;
   for (const TradeSetting& setting : sweep) parameters.insert(parameters_of(setting).dump());
   EXPECT_EQ(parameters.size(), sweep.size());
@@ -314,7 +333,7 @@ TEST_F(TradeSweepTest, SettingsAreUnique) {
 }
 
 TEST_F(TradeSweepTest, EveryParameterIsVaried) {
-  const auto taken = values(trade_sweep(centres_, 64, 2));
+  const auto taken = values(trade_sweep(centres_, 64, 2, Device::kGpu));
   for (const auto& [parameter, all] : taken) EXPECT_GE(all.size(), 2U) << parameter;
   EXPECT_THAT(taken.at("stations_mixed"), SizeIs(5));
   EXPECT_THAT(taken.at("k_deg"), SizeIs(4));  // the central one too

@@ -220,14 +220,28 @@ def test_other_threads_go_on_while_a_view_is_rendered(room):
     assert turns > 20
 
 
-def test_a_graphics_card_or_what_stands_in_for_one_shows_the_same(room):
-    cpu = room.view(0.1, 0.2, method="two-sided", width_px=256)
+@pytest.mark.parametrize("method", ["initial", "hlf-vd", "two-sided"])
+def test_a_graphics_card_or_what_stands_in_for_one_shows_the_same(room, method):
+    cell = room.cells[0]
+    places = [
+        (cell.x_min_m + right * (cell.x_max_m - cell.x_min_m), cell.z_min_m + far * (cell.z_max_m - cell.z_min_m))
+        for right in (0.1, 0.35, 0.5, 0.95)
+        for far in (0.05, 0.4, 0.8)
+    ]
+
+    def views():
+        return list(room.path(np.array(places), method=method))
+
+    cpu = views()
     try:
         if raywalk.set_device("gpu") == "the processor":
             pytest.skip("no EGL here")
-        gpu = room.view(0.1, 0.2, method="two-sided", width_px=256)
+        gpu = views()
     finally:
         assert raywalk.set_device("cpu") == "the processor"
-    assert raywalk.metrics.psnr_db(gpu, cpu) > 45
+    assert min(raywalk.metrics.psnr_db(a, b) for a, b in zip(gpu, cpu)) > 45
+
+
+def test_another_device_is_refused():
     with pytest.raises(raywalk.UsageError, match="'tpu' is unknown; use cpu, gpu, auto"):
         raywalk.set_device("tpu")

@@ -19,6 +19,7 @@ namespace {
 struct TradeArguments {
   std::string room{};
   TradeOptions options{};
+  DeviceFlags device{};
   int threads = 0;
 };
 
@@ -41,6 +42,8 @@ void run(const TradeArguments& arguments) {
   options.report = report_of(options.report, arguments.room, "trade");
   for (const ViewMode& mode : view_modes({}, {}, room)) options.centres.push_back(mode.options);
   options.presets = presets_of(room);
+  options.device = device_from_name(arguments.device.device);
+  options.gpu_mb = arguments.device.gpu_mb;
   fmt::print("{}\n", trade(room, options));
 }
 
@@ -66,6 +69,7 @@ void add_trade(CLI::App* app) {
   command->add_option("--repetitions", options->repetitions, "How often every view is timed")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  add_device_flags(command, "cpu", &arguments->device);
   add_threads_option(command, &arguments->threads);
   command->footer(
       "Examples:\n  raywalk-render trade room.lf --truth gt.csv --report trade\n"

@@ -22,7 +22,8 @@ using SharedBy = std::pair<const Room*, bool>;
 struct Chosen {
   std::mutex mutex;
   // Not closed at the end of the program, when the driver's own data may be gone.
-  GpuContext* context = nullptr;
+  GpuContext* opened = nullptr;
+  GpuContext* context = nullptr;  // that views are mixed on: the same, or none
   std::uint64_t most_bytes = 0;
   std::map<SharedBy, std::weak_ptr<StationTextures>> stations;
   bool warned = false;
@@ -50,7 +51,11 @@ void choose_device(Device device, double gpu_mb) {
   now.most_bytes = static_cast<std::uint64_t>(1e6 * gpu_mb);
   if (device == Device::kCpu) return;
   try {
-    now.context = GpuContext::open(device == Device::kGpu).release();
+    const bool software = device == Device::kGpu;
+    if (now.opened == nullptr || (now.opened->is_software() && !software)) {
+      now.opened = GpuContext::open(software).release();
+    }
+    now.context = now.opened;
   } catch (const GpuError& error) {
     if (device == Device::kGpu) spdlog::warn("{}; the processor renders views", error.what());
   }
