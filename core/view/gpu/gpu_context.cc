@@ -149,6 +149,12 @@ GpuBuffer::~GpuBuffer() {
 
 void GpuBuffer::reserve(std::size_t bytes) {
   if (id_ != 0 && bytes <= bytes_) return;
+  GLint64 most = 0;
+  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most);
+  if (bytes > static_cast<std::uint64_t>(most)) {
+    throw GpuError(
+        fmt::format("the card takes at most {} MB of a picture's data", most / 1'000'000));
+  }
   if (id_ == 0) glGenBuffers(1, &id_);
   glBindBuffer(GL_SHADER_STORAGE_BUFFER, id_);
   glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(bytes), nullptr, GL_STREAM_DRAW);
