@@ -212,9 +212,10 @@ int GpuMixing::require_stations(const MixedView& view, int first, int columns) {
   for (; end < columns; ++end) {
     const GpuColumn& column = from.columns[static_cast<std::size_t>(end)];
     std::set<StationKey> more = wanted;
-    for (int i = 0; i < column.reads; ++i) {
-      more.insert(from.of_reads[static_cast<std::size_t>(column.first_read + i)]);
-    }
+    const auto reads = std::span(from.of_reads)
+                           .subspan(static_cast<std::size_t>(column.first_read),
+                                    static_cast<std::size_t>(column.reads));
+    more.insert(reads.begin(), reads.end());
     if (!from.fills.empty()) {
       for (std::uint64_t bits = from.fills[static_cast<std::size_t>(column.nearest)]; bits != 0;
            bits &= bits - 1) {
@@ -231,7 +232,8 @@ int GpuMixing::require_stations(const MixedView& view, int first, int columns) {
   const auto begin_read =
       static_cast<std::size_t>(from.columns[static_cast<std::size_t>(first)].first_read);
   const GpuColumn& last = from.columns[static_cast<std::size_t>(end - 1)];
-  const auto end_read = static_cast<std::size_t>(last.first_read + last.reads);
+  const auto end_read =
+      static_cast<std::size_t>(last.first_read) + static_cast<std::size_t>(last.reads);
   for (std::size_t i = begin_read; i < end_read; ++i) {
     from.reads[i].layer = stations_->layer(from.of_reads[i]);
   }
