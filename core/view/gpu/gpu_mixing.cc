@@ -13,7 +13,7 @@ namespace raywalk {
 namespace {
 
 constexpr std::size_t kMostFills = 64;  // stations to fill from, as in mixing.glsl
-constexpr std::uint32_t kMasked = 1, kEmpty = 2, kHasTrust = 4;
+constexpr std::uint32_t kMasked = 1, kEmpty = 2, kHasTrust = 4, kJudged = 8;
 constexpr std::uint32_t kNoImage = 15;  // of a column beside
 constexpr int kGroup = 8;               // invocations across and down
 
@@ -143,7 +143,11 @@ void GpuMixing::upload(const MixedView& view, const PanoramaPart& part) {
     column.captured = from.captured;
     column.flags = (from.any_masks ? kMasked : 0) | (from.sources.count == 0 ? kEmpty : 0) |
                    (from.trust != nullptr ? kHasTrust : 0);
+    if (view.options.interpolation == Interpolation::kCubic) column.flags |= kJudged;
     for (const ColumnRead& read : from.reads) {
+      if (view.exposure != nullptr && !view.exposure->is_one(read.line, read.station)) {
+        column.flags |= kJudged;
+      }
       GpuRead& gpu = to.reads.emplace_back();
       to.of_reads.emplace_back(read.line, read.station);
       gpu.to_eye[3] = read.share.reliable;
@@ -192,8 +196,8 @@ void GpuMixing::upload(const MixedView& view, const PanoramaPart& part) {
   }
   to.fills.assign(static_cast<std::size_t>(size.width), 0);
   for (int theta = 0; theta < size.width; ++theta) {
-    if (any_trust) {
-      std::copy_n(view.distances.trust(theta), rows,
+    if (const float* const trust = view.distances.trust(theta); any_trust && trust != nullptr) {
+      std::copy_n(trust, rows,
                   to.distances.begin() +
                       static_cast<std::ptrdiff_t>(pixels + static_cast<std::size_t>(theta) * rows));
     }

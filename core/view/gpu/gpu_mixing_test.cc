@@ -49,6 +49,13 @@ SyntheticRoomSpec sparse_maps() {
   return spec;
 }
 
+// Most distances are unreliable, but none in a part of the columns.
+SyntheticRoomSpec half_known() {
+  SyntheticRoomSpec spec = sparse_maps();
+  spec.stored_confidence = [](int u, int) { return static_cast<std::uint8_t>(u < 30 ? 255 : 0); };
+  return spec;
+}
+
 SyntheticRoomSpec compressed_room() {
   SyntheticRoomSpec spec = box_room(96);
   spec.form = {.kind = RayForm::Kind::kLossless};
@@ -65,6 +72,7 @@ const RoomCase kRooms[] = {
     {"masked", [] { return hiding(pillar_spec(128), false); }},
     {"moved", [] { return hiding(pillar_spec(128), true); }},
     {"sparse", sparse_maps},
+    {"half_known", half_known},
     {"compressed", compressed_room},
 };
 

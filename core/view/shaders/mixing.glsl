@@ -22,7 +22,8 @@ struct Column {
   int first_edge, edges;
   int unused_0, unused_1;
 };
-const uint kMasked = 1u, kEmpty = 2u, kHasTrust = 4u;  // kEmpty: no line serves it
+// kEmpty: no line serves it; kJudged: many samples are judged by each other.
+const uint kMasked = 1u, kEmpty = 2u, kHasTrust = 4u, kJudged = 8u;
 
 struct Read {
   vec4 to_eye;  // ahead, aside and up in the column's frame, metres; the share where reliable
@@ -133,6 +134,7 @@ vec4 sample_station(int layer, float u, float v) {
 // Of many, those count less that contradict the others (mean_of() in sampler.cc).
 vec4 kept[72];
 int kept_count;
+bool are_judged;
 #endif
 vec4 mixed_sum;
 
@@ -157,7 +159,7 @@ vec3 mixed_colour() {
   if (mixed_sum.a <= 0.0) return vec3(0.0);
   vec3 mean = mixed_sum.rgb / mixed_sum.a;
 #ifdef KEEP_SAMPLES
-  for (int step = 0; step < 2 && kept_count >= 6; ++step) {
+  for (int step = 0; step < 2 && are_judged && kept_count >= 6; ++step) {
     vec4 sum = vec4(0.0);
     for (int k = 0; k < kept_count; ++k) {
       vec3 d = (kept[k].rgb - mean) * (255.0 / 40.0);
@@ -312,6 +314,9 @@ void main() {
   int row = first_row + at.y;
   uint how = kRead;
   vec3 colour;
+#ifdef KEEP_SAMPLES
+  are_judged = (c.flags & kJudged) != 0u;
+#endif
   if (is_initial) {
     mix_initial(c, row);
     colour = mixed_colour();
