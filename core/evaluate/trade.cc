@@ -84,10 +84,7 @@ Trade prepared(const Room& room, const TradeOptions& options) {
   prepare_report(options.report, room.directory());
   if (options.held_out > 0) trade.truth = held_out_views(room, options.held_out, kViews);
   trade.width_px = trade.truth.views.front().image.cols;
-  choose_device(options.device, options.gpu_mb);
-  if (on_graphics_card()) trade.card = device_name();
-  trade.settings = trade_sweep(options.centres, trade.width_px, thread_count(),
-                               trade.card.empty() ? Device::kCpu : options.device);
+  trade.settings = trade_sweep(options.centres, trade.width_px, thread_count());
   // Presets that are not in the sweep are added to it.
   for (const NamedOptions& preset : options.presets) {
     TradeSetting setting{"preset " + preset.name, preset.options, thread_count()};
@@ -95,6 +92,11 @@ Trade prepared(const Room& room, const TradeOptions& options) {
     trade.presets.push_back({{"name", preset.name},
                              {"number", add_setting(setting, &trade.settings) + 1},
                              {"reason", preset.reason}});
+  }
+  choose_device(options.device, options.gpu_mb);
+  if (on_graphics_card()) {
+    trade.card = device_name();
+    repeat_on(options.device, thread_count(), &trade.settings);
   }
   return trade;
 }

@@ -92,7 +92,7 @@ std::size_t add_setting(const TradeSetting& setting, std::vector<TradeSetting>* 
 }
 
 std::vector<TradeSetting> trade_sweep(std::span<const ViewOptions> centres, int width_px,
-                                      int threads, Device device) {
+                                      int threads) {
   std::vector<TradeSetting> settings;
   for (const ViewOptions& options : centres) {
     settings.push_back({method_name(options.method), options, threads});
@@ -111,13 +111,17 @@ std::vector<TradeSetting> trade_sweep(std::span<const ViewOptions> centres, int 
       add_setting(setting, &settings);
     }
   }
-  for (std::size_t i = 0, count = settings.size(); device != Device::kCpu && i < count; ++i) {
-    if (settings[i].threads != threads) continue;
-    settings.push_back(settings[i]);
-    settings.back().device = device;
-    settings.back().name += ", gpu";
-  }
   return settings;
+}
+
+void repeat_on(Device device, int threads, std::vector<TradeSetting>* settings) {
+  const std::vector<TradeSetting> before = *settings;
+  for (TradeSetting setting : before) {
+    if (setting.threads != threads) continue;
+    setting.device = device;
+    setting.name += ", gpu";
+    settings->push_back(setting);
+  }
 }
 
 }  // namespace raywalk

@@ -27,9 +27,11 @@ std::size_t add_setting(const TradeSetting& setting, std::vector<TradeSetting>* 
 
 // The central settings (one of each method), variations of one parameter at a time
 // (ViewParameter::sweep), and useful combinations (all for speed, all for accuracy, a balance):
-// about 25. Images are as wide as the truths, `width_px`; `threads` are all that may be used. On
-// another `device` than the processor the same, threads apart, a second time.
+// about 25. Images are as wide as the truths, `width_px`; `threads` are all that may be used.
 std::vector<TradeSetting> trade_sweep(std::span<const ViewOptions> centres, int width_px,
-                                      int threads, Device device = Device::kCpu);
+                                      int threads);
+
+// Adds all settings on `threads` threads a second time, on a device other than the processor.
+void repeat_on(Device device, int threads, std::vector<TradeSetting>* settings);
 
 }  // namespace raywalk

@@ -325,7 +325,8 @@ std::map<std::string, std::set<std::string>> values(const std::vector<TradeSetti
 }
 
 TEST_F(TradeSweepTest, SettingsAreUnique) {
-  const std::vector<TradeSetting> sweep = trade_sweep(centres_, 64, 2, Device::kGpu);
+  std::vector<TradeSetting> sweep = trade_sweep(centres_, 64, 2);
+  repeat_on(Device::kGpu, 2, &sweep);
   std::set<std::string> parameters;
   for (const TradeSetting& setting : sweep) parameters.insert(parameters_of(setting).dump());
   EXPECT_EQ(parameters.size(), sweep.size());
@@ -333,7 +334,9 @@ TEST_F(TradeSweepTest, SettingsAreUnique) {
 }
 
 TEST_F(TradeSweepTest, EveryParameterIsVaried) {
-  const auto taken = values(trade_sweep(centres_, 64, 2, Device::kGpu));
+  std::vector<TradeSetting> sweep = trade_sweep(centres_, 64, 2);
+  repeat_on(Device::kGpu, 2, &sweep);
+  const auto taken = values(sweep);
   for (const auto& [parameter, all] : taken) EXPECT_GE(all.size(), 2U) << parameter;
   EXPECT_THAT(taken.at("stations_mixed"), SizeIs(5));
   EXPECT_THAT(taken.at("k_deg"), SizeIs(4));  // the central one too

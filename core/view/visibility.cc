@@ -303,7 +303,7 @@ const std::uint8_t* Visibility::occluded_as(int as, int theta, int line, bool be
 
 int Visibility::image_of(int theta, const std::uint8_t* rows) const {
   for (std::size_t i = 0; rows != nullptr && i < kMaxSources; ++i) {
-    if (!occluded_[i].empty() && rows == occluded_[i].data() + first(theta)) {
+    if (rows == occluded_[i].data() + first(theta)) {
       return static_cast<int>(i);
     }
   }

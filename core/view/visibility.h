@@ -91,7 +91,7 @@ class Visibility {
   // Of each row: 0 where the sources are read; else 1 + the index of a station to fill it from.
   const std::uint8_t* fill(int theta) const { return fill_.data() + first(theta); }
   // All that occluded() and fill() point into, [theta][phi]: an image for each source of a column,
-  // and that of fill(); a source's is empty or whole.
+  // and that of fill().
   static constexpr std::size_t kImages = kMaxSources + 1;
   std::span<const std::uint8_t> image(std::size_t i) const {
     return i < kMaxSources ? occluded_[i] : fill_;

@@ -1,6 +1,7 @@
 #include "core/view/gpu/gpu_device.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <map>
@@ -8,7 +9,6 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/files/words.h"
 #include "core/view/gpu/gpu_context.h"
 #include "core/view/gpu/gpu_mixing.h"
 #include "core/view/gpu/station_textures.h"

@@ -29,6 +29,7 @@ std::string device_name();
 
 // What mixes views of a room on the chosen card; null: the processor does. Renderers of one room
 // share its panoramas there, which are shown with the stations' gains or without.
+// Throws GpuError (gpu_context.h) where no panorama fits.
 std::unique_ptr<GpuMixing> make_gpu_mixing(const Room& room, bool gains);
 
 // Says once why the card did not do something, which the processor does then.

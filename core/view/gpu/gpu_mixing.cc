@@ -77,6 +77,13 @@ const Eigen::Vector3d& station_m(const Room& room, StationKey station) {
       .position_m;
 }
 
+StationKey key_of(const MapStation& map) { return {map.line, map.station}; }
+
+template <typename Use>
+void for_each_bit(std::uint64_t bits, const Use& use) {
+  for (; bits != 0; bits &= bits - 1) use(std::countr_zero(bits));
+}
+
 std::array<float, 4> four(const Eigen::Vector3d& v, float w) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z()), w};
 }
@@ -98,6 +105,7 @@ struct GpuMixing::Uploads {
   std::vector<float> distances;
   std::vector<std::uint8_t> occluded;
   std::vector<std::uint64_t> fills;  // of each column of the distances, bits of the stations
+  std::uint64_t shown_fills = 0;     // of the columns whose stations were required last
   std::size_t most_reads = 0;        // of a column
   GpuBuffer columns_there, reads_there, edges_there, distances_there, occluded_there, picture;
 };
@@ -190,8 +198,7 @@ void GpuMixing::upload(const MixedView& view, const PanoramaPart& part) {
   std::copy_n(view.distances.column(0), pixels, to.distances.begin());
   to.occluded.resize((Visibility::kImages * pixels + 3) / 4 * 4);
   for (std::size_t i = 0; i < Visibility::kImages; ++i) {
-    const auto image = view.visibility.image(i);
-    std::copy_n(image.begin(), std::min(image.size(), pixels),
+    std::copy_n(view.visibility.image(i).begin(), pixels,
                 to.occluded.begin() + static_cast<std::ptrdiff_t>(i * pixels));
   }
   to.fills.assign(static_cast<std::size_t>(size.width), 0);
@@ -212,23 +219,26 @@ void GpuMixing::upload(const MixedView& view, const PanoramaPart& part) {
 int GpuMixing::require_stations(const MixedView& view, int first, int columns) {
   Uploads& from = *uploads_;
   std::set<StationKey> wanted;
+  from.shown_fills = 0;
   int end = first;
   for (; end < columns; ++end) {
     const GpuColumn& column = from.columns[static_cast<std::size_t>(end)];
-    std::set<StationKey> more = wanted;
+    std::vector<StationKey> added;
+    const auto want = [&](StationKey station) {
+      if (wanted.insert(station).second) added.push_back(station);
+    };
     const auto reads = std::span(from.of_reads)
                            .subspan(static_cast<std::size_t>(column.first_read),
                                     static_cast<std::size_t>(column.reads));
-    more.insert(reads.begin(), reads.end());
-    if (!from.fills.empty()) {
-      for (std::uint64_t bits = from.fills[static_cast<std::size_t>(column.nearest)]; bits != 0;
-           bits &= bits - 1) {
-        const MapStation& map = view.fill.station(std::countr_zero(bits));
-        more.emplace(map.line, map.station);
-      }
+    std::ranges::for_each(reads, want);
+    const std::uint64_t fills =
+        from.fills.empty() ? 0 : from.fills[static_cast<std::size_t>(column.nearest)];
+    for_each_bit(fills, [&](int index) { want(key_of(view.fill.station(index))); });
+    if (wanted.size() > stations_->layers()) {
+      for (const StationKey& station : added) wanted.erase(station);
+      break;
     }
-    if (more.size() > stations_->layers()) break;
-    wanted = std::move(more);
+    from.shown_fills |= fills;
   }
   if (end == first) throw GpuError("the stations of a column do not fit into --gpu-mb");
   const std::vector<StationKey> stations(wanted.begin(), wanted.end());
@@ -293,18 +303,12 @@ void GpuMixing::render(const MixedView& view, const PanoramaPart& part, cv::Mat 
     end = require_stations(view, first, part.columns);
     stations_->bind(0);
     std::vector<std::array<float, 4>> fills(kMostFills);
-    for (int theta = first; theta < end && !from.fills.empty(); ++theta) {
-      const int nearest = from.columns[static_cast<std::size_t>(theta)].nearest;
-      for (std::uint64_t bits = from.fills[static_cast<std::size_t>(nearest)]; bits != 0;
-           bits &= bits - 1) {
-        const int index = std::countr_zero(bits);
-        const MapStation& map = view.fill.station(index);
-        const StationKey station{map.line, map.station};
-        fills[static_cast<std::size_t>(index)] =
-            four(station_m(view.room, station) - view.distances.eye().centre_m,
-                 static_cast<float>(stations_->layer(station)));
-      }
-    }
+    for_each_bit(from.shown_fills, [&](int index) {
+      const StationKey station = key_of(view.fill.station(index));
+      fills[static_cast<std::size_t>(index)] =
+          four(station_m(view.room, station) - view.distances.eye().centre_m,
+               static_cast<float>(stations_->layer(station)));
+    });
     glUniform4fv(program.at("fill_m"), static_cast<GLsizei>(fills.size()), fills.front().data());
     const int rows = part.rows.end - part.rows.begin;
     glUniform4i(program.at("part"), first, end - first, part.columns, rows);
