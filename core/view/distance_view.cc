@@ -80,47 +80,44 @@ int fill_unseen(std::span<float> inverse) {
 }  // namespace
 
 void DistanceView::compute(std::span<const MapStation> maps, const Eigen::Vector3d& viewpoint_m) {
-  read(maps);
-  opposite_ = this;
-  gather({viewpoint_m});
+  begin(maps, {viewpoint_m});
+  gather();
 }
 
-void DistanceView::compute_stereo(std::span<const MapStation> maps, const EyeCircle& circle,
-                                  DistanceView* left, DistanceView* right) {
-  left->read(maps);
-  right->maps_ = left->maps_;
-  right->map_m_ = left->map_m_;
+void DistanceView::begin_stereo(std::span<const MapStation> maps, const EyeCircle& circle,
+                                DistanceView* left, DistanceView* right) {
+  left->begin(maps, circle);
+  right->begin(maps, circle.opposite());
   left->opposite_ = right;
   right->opposite_ = left;
-  left->gather(circle);
-  right->drawn_.swap(left->drawn_);  // one eye after the other in the same memory
-  right->gather(circle.opposite());
-  left->drawn_.swap(right->drawn_);
 }
 
-void DistanceView::read(std::span<const MapStation> maps) {
-  maps_ = cache_.get(maps);
-  map_m_.clear();
-  for (const MapStation& map : maps) map_m_.push_back(map.position_m);
+void DistanceView::begin(std::span<const MapStation> maps, const EyeCircle& circle) {
+  stations_.assign(maps.begin(), maps.end());
+  opposite_ = this;
+  eye_ = circle;
+  size_ = {};
+  for (const MapStation& map : stations_) {
+    const PanoramaSize size = room_.distances(map.line).size();
+    if (size.width > size_.width) size_ = size;
+  }
+  tolerance_ = surface_tolerance_of(size_.width);
+  if (latitudes_.rows() != size_.height) latitudes_ = Latitudes(size_.height);
+  trust_ = trusts_.get(stations_);
+  unreliable_ = !std::ranges::all_of(trust_, [](const auto& map) { return map->everywhere(); });
 }
 
 std::vector<ColumnLookup> DistanceView::lookups(double theta_rad) const {
   const Eigen::Vector3d eye_m = eye_.position_m(theta_rad);
   std::vector<ColumnLookup> lookups;
   for (std::size_t i = 0; i < maps_.size(); ++i) {
-    lookups.emplace_back(*maps_[i], map_m_[i], eye_m, theta_rad);
+    lookups.emplace_back(*maps_[i], stations_[i].position_m, eye_m, theta_rad);
   }
   return lookups;
 }
 
-void DistanceView::gather(const EyeCircle& circle) {
-  eye_ = circle;
-  size_ = {};
-  for (const auto& map : maps_) {
-    if (map->size.width > size_.width) size_ = map->size;
-  }
-  tolerance_ = surface_tolerance_of(size_.width);
-  if (latitudes_.rows() != size_.height) latitudes_ = Latitudes(size_.height);
+void DistanceView::gather() {
+  maps_ = cache_.get(stations_);
   const std::size_t pixels = first(size_.width);
   inverse_.resize(pixels);
   drawn_.resize(pixels * maps_.size());
@@ -128,22 +125,11 @@ void DistanceView::gather(const EyeCircle& circle) {
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       float* const image = drawn_.data() + pixels * i;
       std::fill_n(image, pixels, kUnseen);
-      maps_[i]->points.draw(map_m_[i], eye_, size_, image);
+      maps_[i]->points.draw(stations_[i].position_m, eye_, size_, image);
     }
   });
   parallel_for(0, size_.width, 32, [&](int begin, int end) { close_and_refine(begin, end); });
-  std::vector<TrustedMap> trusted;
-  for (std::size_t i = 0; i < maps_.size(); ++i) trusted.push_back({&maps_[i]->trust, map_m_[i]});
-  unreliable_ =
-      std::ranges::any_of(trusted, [](const auto& map) { return !map.trust->everywhere(); });
-  if (unreliable_) {
-    // As the nearest map has it: of several unreliable maps the nearest surface is mostly wrong.
-    std::vector<float> seen = inverse_;
-    for (std::size_t i = 0; i < pixels; ++i) {
-      if (drawn_[i] >= 0.0f) seen[i] = drawn_[i];
-    }
-    smooth_.compute(seen, size_, eye_, trusted);
-  }
+  if (unreliable_) find_smooth(inverse_, std::span(drawn_).first(pixels));
   std::atomic<int> unseen = 0;
   parallel_for(0, size_.width, 32, [&](int begin, int end) {
     for (int theta = begin; theta < end; ++theta) {
@@ -154,6 +140,20 @@ void DistanceView::gather(const EyeCircle& circle) {
     }
   });
   unseen_share_ = unseen / static_cast<double>(pixels);
+}
+
+const SmoothDistances& DistanceView::find_smooth(std::vector<float> seen,
+                                                 std::span<const float> nearest) {
+  // As the nearest map has it: of several unreliable maps the nearest surface is mostly wrong.
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (nearest[i] >= 0.0f) seen[i] = nearest[i];
+  }
+  std::vector<TrustedMap> trusted;
+  for (std::size_t i = 0; i < trust_.size(); ++i) {
+    trusted.push_back({trust_[i].get(), stations_[i].position_m});
+  }
+  smooth_.compute(seen, size_, eye_, trusted);
+  return smooth_;
 }
 
 // Columns [begin, end): the nearest of what the maps drew, without cracks, read where it is.

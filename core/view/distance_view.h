@@ -29,7 +29,7 @@ namespace raywalk {
 class DistanceView {
  public:
   // The room must outlive the object.
-  explicit DistanceView(const Room& room) : cache_(room) {}
+  explicit DistanceView(const Room& room) : room_(room), trusts_(room), cache_(room) {}
   DistanceView(const DistanceView&) = delete;
   DistanceView& operator=(const DistanceView&) = delete;
 
@@ -37,10 +37,22 @@ class DistanceView {
   // parallel. Reusing an object for the next viewpoint reuses its memory, and maps that it has read
   // before.
   void compute(std::span<const MapStation> maps, const Eigen::Vector3d& viewpoint_m);
-  // Those of a view with two eyes, `left` on `circle`, `right` on its opposite. Each needs the
-  // other for what lies behind its columns' eyes and must outlive it.
-  static void compute_stereo(std::span<const MapStation> maps, const EyeCircle& circle,
-                             DistanceView* left, DistanceView* right);
+
+  // The same in two steps, between which all is known but the distances: a graphics card may gather
+  // these instead (core/view/gpu).
+  void begin(std::span<const MapStation> maps, const EyeCircle& circle);
+  void gather();
+  // The first step of a view with two eyes, `left` on `circle`, `right` on its opposite. Each needs
+  // the other for what lies behind its columns' eyes and must outlive it.
+  static void begin_stereo(std::span<const MapStation> maps, const EyeCircle& circle,
+                           DistanceView* left, DistanceView* right);
+  // The maps that distances are gathered from, nearest first.
+  std::span<const MapStation> maps() const { return stations_; }
+  // Whether any of them is unreliable, somewhere.
+  bool unreliable() const { return unreliable_; }
+  // Where distances can be relied on, and smooth ones, from what is `seen` ([theta][phi], negative
+  // where no map sees a surface) and from what the nearest map alone shows.
+  const SmoothDistances& find_smooth(std::vector<float> seen, std::span<const float> nearest);
 
   // Size of the largest map.
   PanoramaSize size() const { return size_; }
@@ -66,11 +78,9 @@ class DistanceView {
   std::size_t first(int theta) const {
     return static_cast<std::size_t>(theta) * static_cast<std::size_t>(size_.height);
   }
-  void read(std::span<const MapStation> maps);
-  // What the eyes of a circle see of maps_.
-  void gather(const EyeCircle& circle);
   void close_and_refine(int begin, int end);
 
+  const Room& room_;
   EyeCircle eye_;
   const DistanceView* opposite_ = nullptr;  // the view of the other eye; from one place this one
   PanoramaSize size_;
@@ -79,11 +89,13 @@ class DistanceView {
   Latitudes latitudes_;         // of size_.height rows
   std::vector<float> inverse_;  // [theta][phi]; negative while unseen
   std::vector<float> drawn_;    // [map][theta][phi]; negative where a map sees nothing
-  bool unreliable_ = false;     // whether any map is, somewhere; smooth_ then knows where
+  bool unreliable_ = false;     // smooth_ then knows where
   SmoothDistances smooth_;
+  MapCache<MapTrust> trusts_;
   MapCache<SurfaceMap> cache_;
-  std::vector<std::shared_ptr<const SurfaceMap>> maps_;  // of the view, nearest first
-  std::vector<Eigen::Vector3d> map_m_;                   // where they are
+  std::vector<MapStation> stations_;                     // of the view's maps, nearest first
+  std::vector<std::shared_ptr<const MapTrust>> trust_;   // of these
+  std::vector<std::shared_ptr<const SurfaceMap>> maps_;  // the same, for gather()
 };
 
 }  // namespace raywalk

@@ -31,6 +31,7 @@ class FillStations {
   FillStations(const Room& room, std::vector<MapStation> maps)
       : room_(&room), maps_(std::move(maps)) {}
 
+  std::span<const MapStation> maps() const { return maps_; }
   const MapStation& station(int index) const { return maps_[static_cast<std::size_t>(index)]; }
 
   // The station that shows a point of a view's distances, as an index, or kNone. Next to a

@@ -5,20 +5,6 @@
 namespace raywalk {
 namespace {
 
-std::vector<float> inverse_distances(const DistanceVolume& volume, int map) {
-  const auto rows = static_cast<std::size_t>(volume.size().height);
-  std::vector<float> inverse(static_cast<std::size_t>(volume.size().width) * rows);
-  for (int theta = 0; theta < volume.size().width; ++theta) {
-    const auto distance_m = volume.distance_column(map, theta);
-    const auto confidence = volume.confidence_column(map, theta);
-    float* const column = inverse.data() + static_cast<std::size_t>(theta) * rows;
-    for (std::size_t row = 0; row < rows; ++row) {
-      column[row] = stored_omega(distance_m[row], confidence[row]);
-    }
-  }
-  return inverse;
-}
-
 // The largest of a row and the one below it, in a column and the one beside it.
 RAYWALK_VECTOR_CLONES void find_nearest(const float* here, const float* beside, std::size_t rows,
                                         float* nearest) {
@@ -40,10 +26,22 @@ float stored_omega(float distance_m, std::uint8_t confidence) {
   return known ? omega : kUnknown;
 }
 
-SurfaceMap::SurfaceMap(const DistanceVolume& volume, int map)
-    : size(volume.size()), inverse(inverse_distances(volume, map)), points(inverse, size) {
-  trust.compute(volume, map);
+std::vector<float> inverse_distances(const DistanceVolume& volume, int map) {
+  const auto rows = static_cast<std::size_t>(volume.size().height);
+  std::vector<float> inverse(static_cast<std::size_t>(volume.size().width) * rows);
+  for (int theta = 0; theta < volume.size().width; ++theta) {
+    const auto distance_m = volume.distance_column(map, theta);
+    const auto confidence = volume.confidence_column(map, theta);
+    float* const column = inverse.data() + static_cast<std::size_t>(theta) * rows;
+    for (std::size_t row = 0; row < rows; ++row) {
+      column[row] = stored_omega(distance_m[row], confidence[row]);
+    }
+  }
+  return inverse;
 }
+
+SurfaceMap::SurfaceMap(const DistanceVolume& volume, int map)
+    : size(volume.size()), inverse(inverse_distances(volume, map)), points(inverse, size) {}
 
 OccluderMap::OccluderMap(const DistanceVolume& volume, int map) : size(volume.size()) {
   const std::vector<float> inverse = inverse_distances(volume, map);

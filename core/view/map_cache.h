@@ -13,7 +13,6 @@
 #include "core/room/room.h"
 #include "core/view/map_choice.h"
 #include "core/view/map_points.h"
-#include "core/view/smooth_distances.h"
 
 namespace raywalk {
 
@@ -21,15 +20,17 @@ namespace raywalk {
 // float; negative where it is unknown or its confidence is below kMinConfidence.
 float stored_omega(float distance_m, std::uint8_t confidence);
 
+// The inverse distances of a map, as stored_omega(), [theta][phi].
+std::vector<float> inverse_distances(const DistanceVolume& volume, int map);
+
 // A map whose points a view shows.
 struct SurfaceMap {
   SurfaceMap(const DistanceVolume& volume, int map);
   std::size_t bytes() const { return (inverse.size() + 3 * points.inverse.size()) * sizeof(float); }
 
   PanoramaSize size;
-  std::vector<float> inverse;  // as stored_omega(), [theta][phi]
+  std::vector<float> inverse;
   MapPoints points;
-  MapTrust trust;
 };
 
 // A map that tells what is occluded from its station.

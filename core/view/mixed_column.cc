@@ -28,7 +28,6 @@ void add_cut(const MixedView& view, std::size_t source, MixedColumn* column) {
 void add_reads(const MixedView& view, std::size_t source, MixedColumn* column) {
   const ColumnSource& of = column->sources.source[source];
   const int line = of.at.line;
-  column->occluded[source] = view.visibility.occluded(column->nearest, line, of.behind());
   const StationMix mix = station_mix(view.options);
   // Where distances are unreliable a single station would show things out of place: the two
   // neighbours are mixed by nearness.
@@ -83,7 +82,6 @@ void prepare_column(const MixedView& view, int u, MixedColumn* column) {
   c.right = static_cast<float>(at - std::floor(at + 0.5));
   c.other = wrapped_column(c.nearest + (c.right < 0.0f ? -1 : 1), width);
   c.trust = view.distances.trust(c.nearest);
-  c.edges = view.edges.column(c.nearest);
   for (std::size_t i = 0; i < c.sources.count; ++i) add_reads(view, i, column);
 }
 

@@ -26,7 +26,7 @@ struct MixedView {
 
   const Room& room;
   const ViewOptions& options;
-  const DistanceView& distances;
+  DistanceView& distances;
   const Visibility& visibility;
   const Edges& edges;
   const FillStations& fill;
@@ -58,12 +58,14 @@ struct MixedColumn {
   Eigen::Vector3d eye_m{0, 0, 0};
   int nearest = 0, other = 0;  // columns of the distances, on either side of it
   float right = 0.0f;          // how far right of the nearest one it is, -0.5 to 0.5
-  std::array<const std::uint8_t*, kMaxSources> occluded{};  // of the nearest one; null: nothing is
   const float* trust = nullptr;
+  // Of the nearest one, where the processor found them: what is occluded from each source, and
+  // edges.
+  std::array<const std::uint8_t*, kMaxSources> occluded{};
   std::span<const EdgePixel> edges{};
 };
 
-// Column `u` of the output; `column` lends its memory.
+// Column `u` of the output, but occluded and edges; `column` lends its memory.
 void prepare_column(const MixedView& view, int u, MixedColumn* column);
 
 }  // namespace raywalk

@@ -14,7 +14,7 @@
 #include "core/base/parallel.h"
 #include "core/geometry/panorama_pixels.h"
 #include "core/view/gpu/gpu_device.h"
-#include "core/view/gpu/gpu_mixing.h"
+#include "core/view/gpu/gpu_renderer.h"
 #include "core/view/read_ahead.h"
 #include "core/view/station_mixing.h"
 
@@ -88,41 +88,20 @@ class ProcessorMixing {
   PixelCounts counts_;
 };
 
-// Mixes eyes on a card; what it leaves undecided the processor does.
-void mix_on(GpuMixing* gpu, std::span<const MixedView> eyes, const PanoramaPart& part,
-            const cv::Mat& image, cv::Mat1b* unread, PixelCounts* counts) {
-  const int rows = part.rows.end - part.rows.begin;
+// Renders eyes on a card.
+void render_on(GpuRenderer* gpu, std::span<const MixedView> eyes, const PanoramaPart& part,
+               const cv::Mat& image, cv::Mat1b* unread, PixelCounts* counts) {
   cv::Mat1b how(image.size());
-  for (std::size_t eye = 0; eye < eyes.size(); ++eye) {
-    const int top = static_cast<int>(eye) * rows;
-    gpu->render(eyes[eye], part, image.rowRange(top, top + rows), how.rowRange(top, top + rows));
-  }
-  counts->empty = cv::countNonZero(how & kOfNoLine);
-  how &= static_cast<std::uint8_t>(~kOfNoLine);
-  const auto is = [](PixelRead read) { return static_cast<std::uint8_t>(read); };
-  *unread = how == is(PixelRead::kUnread);
-  ProcessorMixing rest(eyes, part, image, unread);
-  for (std::size_t eye = 0; eye < eyes.size(); ++eye) {
-    const int top = static_cast<int>(eye) * rows;
-    parallel_for(0, part.columns, StationMixing::kColumns, [&](int begin, int end) {
-      const cv::Rect block(begin, top, end - begin, rows);
-      cv::Mat1b undecided = how(block) == is(PixelRead::kUndecided), of_rows;
-      cv::reduce(undecided, of_rows, 1, cv::REDUCE_MAX);
-      std::vector<cv::Point> found;
-      cv::findNonZero(of_rows, found);
-      if (found.empty()) return;
-      const RowRun run{found.front().y, found.back().y + 1};
-      const cv::Rect again(begin, top + run.begin, end - begin, run.end - run.begin);
-      (*unread)(again) = 0;
-      how(again) = is(PixelRead::kLines);
-      rest.render(eye, begin, end - begin,
-                  {part.rows.begin + run.begin, part.rows.begin + run.end});
-    });
-  }
-  counts->filled = rest.counts().filled;
-  counts->all = static_cast<std::int64_t>(image.total());
-  counts->filled += cv::countNonZero(how == is(PixelRead::kFilled));
-  if (cv::countNonZero(*unread) == 0) unread->release();
+  gpu->render(eyes, part, image, how);
+  const auto are = [&](int mask, auto as) {
+    return cv::Mat1b((how & static_cast<std::uint8_t>(mask)) == static_cast<std::uint8_t>(as));
+  };
+  constexpr int kRead = kOfNoLine - 1;
+  counts->all += static_cast<std::int64_t>(image.total());
+  counts->filled += cv::countNonZero(are(kRead, PixelRead::kFilled));
+  counts->empty += cv::countNonZero(are(kOfNoLine, kOfNoLine));
+  const cv::Mat1b unseen = are(kRead, PixelRead::kUnread);
+  if (cv::countNonZero(unseen) > 0) *unread = unseen;
 }
 
 }  // namespace
@@ -159,7 +138,8 @@ std::vector<MapStation> PreparedView::choose_maps() {
 void PreparedView::prepare(const Viewpoint& viewpoint) {
   plan_eye(viewpoint, 0.0);
   if (options_.method == ViewMethod::kInitial) return;
-  distances_.compute(choose_maps(), plan_->eye().centre_m);
+  distances_.begin(choose_maps(), plan_->eye());
+  gathered_ = false;
 }
 
 void PreparedView::prepare_stereo(const Viewpoint& viewpoint, double eyes_apart_m,
@@ -169,7 +149,8 @@ void PreparedView::prepare_stereo(const Viewpoint& viewpoint, double eyes_apart_
   if (left->options_.method == ViewMethod::kInitial) return;
   const auto maps = left->choose_maps();
   right->fill_ = left->fill_;
-  DistanceView::compute_stereo(maps, left->plan_->eye(), &left->distances_, &right->distances_);
+  DistanceView::begin_stereo(maps, left->plan_->eye(), &left->distances_, &right->distances_);
+  left->gathered_ = right->gathered_ = false;
 }
 
 void PreparedView::look_at(const PanoramaPart& part, Visibility::Sources sources) {
@@ -185,20 +166,32 @@ void PreparedView::look_at(const PanoramaPart& part, Visibility::Sources sources
   const int end =
       static_cast<int>(std::ceil((part.first_column + part.columns) * per_output)) + kMargin;
   const int count = std::min(end - first, width);
-  visibility_.compute(distances_, {wrapped_column(first, width), count, fills_empty}, sources_,
-                      plan_->lines(), plan_->above_lines_m(), station_mix(options_), fill_);
-  edges_.compute(distances_, wrapped_column(first, width), count);
+  visibility_.plan(distances_, {wrapped_column(first, width), count, fills_empty}, sources_,
+                   plan_->lines(), plan_->above_lines_m(), station_mix(options_), fill_);
+}
+
+void PreparedView::gather() {
+  if (options_.method == ViewMethod::kInitial || gathered_) return;
+  distances_.gather();
+  gathered_ = true;
+}
+
+void PreparedView::see() {
+  if (options_.method == ViewMethod::kInitial) return;
+  visibility_.see();
+  edges_.compute(distances_, visibility_.columns().first, visibility_.columns().count);
 }
 
 void PreparedView::render(std::span<PreparedView* const> eyes, const PanoramaPart& part,
-                          GpuMixing* gpu, cv::Mat* image, cv::Mat1b* unread, PixelCounts* counts) {
+                          GpuRenderer* gpu, cv::Mat* image, cv::Mat1b* unread,
+                          PixelCounts* counts) {
   const PanoramaSize output = eyes.front()->output_;
   const int rows = part.rows.end - part.rows.begin;
   image->create(static_cast<int>(eyes.size()) * rows, part.columns, CV_8UC3);
   advise_huge_pages(*image);
   unread->release();
   std::vector<MixedView> mixed;
-  for (const PreparedView* eye : eyes) {
+  for (PreparedView* eye : eyes) {
     mixed.push_back({.room = eye->room_,
                      .options = eye->options_,
                      .distances = eye->distances_,
@@ -211,19 +204,19 @@ void PreparedView::render(std::span<PreparedView* const> eyes, const PanoramaPar
                      .rows = RowMap(output.height, eye->distances_.size().height),
                      .latitudes = Latitudes(output.height)});
   }
-  bool mixes_here = gpu == nullptr || gpu->gave_up();
-  if (!mixes_here) {
+  bool renders_here = gpu == nullptr || gpu->gave_up();
+  if (!renders_here) {
     try {
-      mix_on(gpu, mixed, part, *image, unread, counts);
+      render_on(gpu, mixed, part, *image, unread, counts);
     } catch (const GpuError& error) {
       warn_of_gpu(error.what());
       gpu->give_up();
-      unread->release();
-      *counts = {};
-      mixes_here = true;
+      renders_here = true;
     }
   }
-  if (mixes_here) {
+  if (renders_here) {
+    for (PreparedView* eye : eyes) eye->gather();
+    for (PreparedView* eye : eyes) eye->see();
     for (const MixedView& view : mixed) read_ahead(view, part);
     ProcessorMixing mixing(mixed, part, *image, unread);
     parallel_for(0, part.columns, StationMixing::kColumns, [&](int begin, int end) {

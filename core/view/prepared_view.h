@@ -18,7 +18,7 @@
 
 namespace raywalk {
 
-class GpuMixing;
+class GpuRenderer;
 
 class PreparedView {
  public:
@@ -32,29 +32,32 @@ class PreparedView {
         distances_(room),
         visibility_(room) {}
 
-  // Passes 1 and 2: plans a view and gathers its distances. Throws Error where the room cannot be
-  // rendered.
+  // Plans a view. Throws Error where the room cannot be rendered.
   void prepare(const Viewpoint& viewpoint);
   // The same of two eyes `eyes_apart_m` apart.
   static void prepare_stereo(const Viewpoint& viewpoint, double eyes_apart_m, PreparedView* left,
                              PreparedView* right);
 
-  // Of the columns of a part of the panorama: what stations see, and where distances have edges.
-  // `sources`: the lines of each column; none: those of the plan.
+  // Plans what the columns of a part of the panorama are read from. `sources`: the lines of each
+  // column; none: those of the plan.
   void look_at(const PanoramaPart& part, Visibility::Sources sources = {});
 
-  // The last passes, of several eyes at once, whose columns read nearly the same ones of the
+  // All that needs pixels, of several eyes at once, whose columns read nearly the same ones of the
   // stations: each eye's part below that of the one before, CV_8UC3, bgr. Marks in `unread`, of the
   // image's size and empty before, what could not be read; it stays empty where all was. On `gpu`,
   // if it is not null and does not fail.
-  static void render(std::span<PreparedView* const> eyes, const PanoramaPart& part, GpuMixing* gpu,
-                     cv::Mat* image, cv::Mat1b* unread, PixelCounts* counts);
+  static void render(std::span<PreparedView* const> eyes, const PanoramaPart& part,
+                     GpuRenderer* gpu, cv::Mat* image, cv::Mat1b* unread, PixelCounts* counts);
 
   const ViewPlan& plan() const { return *plan_; }
   PanoramaSize output() const { return output_; }
 
  private:
   void plan_eye(const Viewpoint& viewpoint, double eye_radius_m);
+  // The processor's passes before the last one: the distances, once for a viewpoint, and what is
+  // seen in the columns of the part.
+  void gather();
+  void see();
   // The maps that distances are gathered from, and those that show what no line sees.
   std::vector<MapStation> choose_maps();
 
@@ -64,6 +67,7 @@ class PreparedView {
   PanoramaSize output_;
   std::unique_ptr<ViewPlan> plan_;
   DistanceView distances_;
+  bool gathered_ = false;  // whether the processor has gathered them
   FillStations fill_;
   Visibility visibility_;
   Edges edges_;

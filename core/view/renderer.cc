@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/view/flat_view.h"
 #include "core/view/gpu/gpu_device.h"
-#include "core/view/gpu/gpu_mixing.h"
+#include "core/view/gpu/gpu_renderer.h"
 #include "core/view/picture_fill.h"
 #include "core/view/prepared_view.h"
 
@@ -72,7 +72,7 @@ Renderer::Renderer(const Room& room, const ViewOptions& options) : room_(room), 
   }
   if (options_.gains && !room_.gains().empty()) exposure_ = std::make_unique<Exposure>(room_);
   try {
-    gpu_ = make_gpu_mixing(room_, options_.gains);
+    gpu_ = make_gpu_renderer(room_, options_.gains);
   } catch (const GpuError& error) {
     warn_of_gpu(error.what());
   }

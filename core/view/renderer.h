@@ -25,7 +25,7 @@
 namespace raywalk {
 
 class Exposure;
-class GpuMixing;
+class GpuRenderer;
 class PreparedView;
 
 // How a view was rendered; shares are of all pixels of the rendered columns.
@@ -89,7 +89,7 @@ class Renderer {
   ViewOptions options_;
   int supersampling_ = 1;                     // rendered columns per output column
   std::unique_ptr<const Exposure> exposure_;  // null: all stations agree, or it is not wanted
-  std::unique_ptr<GpuMixing> gpu_;            // null: the processor mixes
+  std::unique_ptr<GpuRenderer> gpu_;          // null: the processor renders
   std::unique_ptr<PreparedView> eye_, right_eye_;
   cv::Mat part_;       // the part of the panorama that a flat picture shows
   cv::Mat oversized_;  // rendered picture before averaging

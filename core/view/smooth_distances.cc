@@ -107,7 +107,7 @@ cv::Mat1f pixels_of(const cv::Mat1f& cells, PanoramaSize size) {
 
 }  // namespace
 
-void MapTrust::compute(const DistanceVolume& volume, int map) {
+MapTrust::MapTrust(const DistanceVolume& volume, int map) {
   const PanoramaSize size = volume.size();
   cv::Mat1f columns(size.width, size.height);
   for (int theta = 0; theta < size.width; ++theta) {

@@ -19,7 +19,8 @@ namespace raywalk {
 // Trust in a distance map, varying smoothly over its directions.
 class MapTrust {
  public:
-  void compute(const DistanceVolume& volume, int map);
+  MapTrust(const DistanceVolume& volume, int map);
+  std::size_t bytes() const { return cells_.total() * sizeof(float); }
   // Whether the map is trusted in all directions, as exact maps are.
   bool everywhere() const { return everywhere_; }
   // Raises `trust`, from 0 to 1, in rows of a column at inverse distances `omega` of a view whose
@@ -46,6 +47,9 @@ class SmoothDistances {
   void compute(std::span<const float> omega, PanoramaSize size, const EyeCircle& eye,
                std::span<const TrustedMap> maps);
 
+  // Trust in all pixels, and the smooth inverse distances.
+  const cv::Mat1f& trust() const { return trust_; }
+  const cv::Mat1f& inverse() const { return omega_; }
   // Trust in the rows of a column, 0 to 1; null where all are 1.
   const float* trust(int theta) const {
     return unreliable_[static_cast<std::size_t>(theta)] == 0 ? nullptr : trust_[theta];

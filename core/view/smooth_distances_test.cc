@@ -26,9 +26,7 @@ MapTrust trust_in(const std::function<std::uint8_t(int u, int v)>& confidence) {
   spec.distance_every = 100;
   spec.stored_confidence = confidence;
   const TestRoom room(spec);
-  MapTrust trust;
-  trust.compute(room.room().distances(0), 0);
-  return trust;
+  return {room.room().distances(0), 0};
 }
 
 // In column `u`, at the horizon, of a view from the map's station.

@@ -56,8 +56,13 @@ void StationMixing::render(int first, int count, RowRun rows, cv::Mat image) {
   for (int i = 0; i < count; ++i) {
     Column& column = s.columns[static_cast<std::size_t>(i)];
     prepare_column(view_, (first + i) % view_.output.width, &column);
-    for (const std::uint8_t*& occluded : column.occluded) {
-      if (occluded == nullptr) occluded = s.nothing_occluded.data();
+    if (view_.is_initial()) continue;
+    column.edges = view_.edges.column(column.nearest);
+    for (std::size_t k = 0; k < column.sources.count; ++k) {
+      const ColumnSource& of = column.sources.source[k];
+      const std::uint8_t* const occluded =
+          view_.visibility.occluded(column.nearest, of.at.line, of.behind());
+      column.occluded[k] = occluded == nullptr ? s.nothing_occluded.data() : occluded;
     }
   }
   for (RowRun tile{rows.begin, 0}; tile.begin < rows.end; tile.begin = tile.end) {

@@ -153,17 +153,39 @@ class Visibility::Ring {
   std::vector<float> nearest_;  // of each bin, between two more
 };
 
-void Visibility::compute(const DistanceView& distances, Columns columns, const Sources& sources,
-                         std::span<const int> lines, double above_lines_m, StationMix mix,
-                         const FillStations& fill) {
+void Visibility::plan(const DistanceView& distances, Columns columns, const Sources& sources,
+                      std::span<const int> lines, double above_lines_m, StationMix mix,
+                      const FillStations& fill) {
   distances_ = &distances;
   fill_stations_ = &fill;
+  columns_ = columns;
+  lines_.assign(lines.begin(), lines.end());
   above_lines_m_ = above_lines_m;
   mix_ = mix;
-  fills_empty_ = columns.fills_empty;
   rows_ = distances.size().height;
+  const int width = distances.size().width;
+  sources_.resize(static_cast<std::size_t>(width));
+  parallel_for(0, columns.count, 16, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) plan_column((columns.first + i) % width, sources);
+  });
+}
+
+void Visibility::plan_column(int theta, const Sources& sources) {
+  Column& column = sources_[static_cast<std::size_t>(theta)];
+  column = {.sources = sources(theta_of_column(theta, distances_->size().width))};
+  for (std::size_t i = 0; i < column.sources.count; ++i) {
+    const RaySource& at = column.sources.source[i].at;
+    const auto stations = room_.distances(at.line).stations();
+    // The maps around the stations that are mixed, or the nearest of them.
+    const int nearest = at.station + (at.fraction < 0.5 ? 0 : 1);
+    const int before = stations.empty() ? 0 : maps_around(stations, nearest)[0];
+    column.first_map[i] = std::max(before - (kMapsOfSource - 2) / 2, 0);
+  }
+}
+
+void Visibility::see() {
   std::vector<MapStation> all;
-  for (const int line : lines) {
+  for (const int line : lines_) {
     for (int map = 0; map < room_.distances(line).maps(); ++map)
       all.push_back({.line = line, .map = map});
   }
@@ -172,34 +194,43 @@ void Visibility::compute(const DistanceView& distances, Columns columns, const S
   for (std::size_t i = 0; i < all.size(); ++i) {
     maps_[static_cast<std::size_t>(all[i].line)].push_back(kept[i]);
   }
-  const std::size_t pixels = first(distances.size().width);
-  for (auto& image : occluded_) image.resize(pixels);
-  fill_.resize(pixels);
-  sources_.resize(static_cast<std::size_t>(distances.size().width));
-  parallel_for(0, columns.count, 16, [&](int begin, int end) {
+  const int width = distances_->size().width;
+  for (auto& image : occluded_) image.resize(first(width));
+  fill_.resize(first(width));
+  parallel_for(0, columns_.count, 16, [&](int begin, int end) {
     Ring ring(rows_);
-    for (int i = begin; i < end; ++i) {
-      const int theta = (columns.first + i) % distances.size().width;
-      Column& column = sources_[static_cast<std::size_t>(theta)];
-      column = {.sources = sources(theta_of_column(theta, distances.size().width))};
-      compute_column(theta, &column, &ring);
-    }
+    for (int i = begin; i < end; ++i) see_column((columns_.first + i) % width, &ring);
   });
 }
 
-void Visibility::compute_column(int theta, Column* column, Ring* ring) {
-  const auto rows = static_cast<std::size_t>(rows_);
-  std::fill_n(fill_.data() + first(theta), rows, std::uint8_t{0});
-  for (std::size_t i = 0; i < column->sources.count; ++i) {
-    const RaySource& at = column->sources.source[i].at;
-    const auto stations = room_.distances(at.line).stations();
-    // The maps around the stations that are mixed, or the nearest of them.
-    const int nearest = at.station + (at.fraction < 0.5 ? 0 : 1);
-    const int before = stations.empty() ? 0 : maps_around(stations, nearest)[0];
-    column->first_map[i] = std::max(before - (kMapsOfSource - 2) / 2, 0);
-    if (index_of(*column, at.line, at.d_p_m < 0.0) == i) find_occluded(theta, *column, i, ring);
+void Visibility::see_column(int theta, Ring* ring) {
+  Column& column = sources_[static_cast<std::size_t>(theta)];
+  std::fill_n(fill_.data() + first(theta), static_cast<std::size_t>(rows_), std::uint8_t{0});
+  for (std::size_t i = 0; i < column.sources.count; ++i) {
+    const RaySource& at = column.sources.source[i].at;
+    if (index_of(column, at.line, at.d_p_m < 0.0) == i) find_occluded(theta, column, i, ring);
   }
-  find_fill(theta, column);
+  find_fill(theta, &column);
+}
+
+Visibility::SourceMaps Visibility::maps_of(int theta, std::size_t source) const {
+  const Column& column = sources_[static_cast<std::size_t>(theta)];
+  const RaySource& at = column.sources.source[source].at;
+  const bool behind = at.d_p_m < 0.0;
+  const int of_line = room_.volume(at.line).stations();
+  SourceMaps maps{.image = index_of(column, at.line, behind),
+                  .first_map = column.first_map[source],
+                  .by = occluders(theta, at.line, behind, at.station + (at.fraction < 0.5 ? 0 : 1))};
+  for (std::size_t i = 0; i < column.sources.count; ++i) {
+    const RaySource& same = column.sources.source[i].at;
+    if (index_of(column, same.line, same.d_p_m < 0.0) != maps.image) continue;
+    const StationWindow window = stations_mixed(same, of_line, mix_);
+    for (int station = window.first; station <= window.last; ++station) {
+      const StationOccluders by = occluders(theta, at.line, behind, station);
+      maps.wanted |= by.before | by.after;
+    }
+  }
+  return maps;
 }
 
 void Visibility::find_occluded(int theta, const Column& column, std::size_t source, Ring* ring) {
@@ -212,16 +243,7 @@ void Visibility::find_occluded(int theta, const Column& column, std::size_t sour
   }
   const auto& line = room_.grid().lines[static_cast<std::size_t>(at.line)];
   const auto stations = room_.distances(at.line).stations();
-  std::uint8_t wanted = 0;
-  for (std::size_t i = source; i < column.sources.count; ++i) {
-    const RaySource& same = column.sources.source[i].at;
-    if (index_of(column, same.line, same.d_p_m < 0.0) != source) continue;
-    const StationWindow window = stations_mixed(same, static_cast<int>(line.stations.size()), mix_);
-    for (int station = window.first; station <= window.last; ++station) {
-      const StationOccluders by = occluders(theta, at.line, at.d_p_m < 0.0, station);
-      wanted |= by.before | by.after;
-    }
-  }
+  const std::uint8_t wanted = maps_of(theta, source).wanted;
   const double theta_rad = theta_of_column(theta, distances_->size().width);
   const Eigen::Vector3d eye_m = distances_->eye().position_m(theta_rad);
   const Latitudes& latitudes = distances_->latitudes();
@@ -247,7 +269,7 @@ void Visibility::find_occluded(int theta, const Column& column, std::size_t sour
 
 void Visibility::find_fill(int theta, Column* column) {
   const bool any_source = column->sources.count > 0;
-  if (!any_source && !fills_empty_) {
+  if (!any_source && !columns_.fills_empty) {
     std::fill_n(fill_.data() + first(theta), rows_, kNoStation);
     return;
   }
@@ -255,9 +277,9 @@ void Visibility::find_fill(int theta, Column* column) {
   std::array<StationOccluders, kMaxSources> by{};
   std::array<const std::uint8_t*, kMaxSources> bits{};
   for (std::size_t i = 0; i < column->sources.count; ++i) {
-    const RaySource& at = column->sources.source[i].at;
-    bits[i] = occluded(theta, at.line, at.d_p_m < 0.0);
-    by[i] = occluders(theta, at.line, at.d_p_m < 0.0, at.station + (at.fraction < 0.5 ? 0 : 1));
+    const SourceMaps maps = maps_of(theta, i);
+    bits[i] = occluded_[maps.image].data() + first(theta);
+    by[i] = maps.by;
   }
   for (int row = 0; row < rows_; ++row) {
     const std::size_t pixel = first(theta) + static_cast<std::size_t>(row);
@@ -293,21 +315,16 @@ const std::uint8_t* Visibility::occluded(int theta, int line, bool behind) const
 }
 
 const std::uint8_t* Visibility::occluded_as(int as, int theta, int line, bool behind) const {
+  const int image = image_as(as, theta, line, behind);
+  return image < 0 ? nullptr : occluded_[static_cast<std::size_t>(image)].data() + first(theta);
+}
+
+int Visibility::image_as(int as, int theta, int line, bool behind) const {
   const Column& other = sources_[static_cast<std::size_t>(as)];
   const Column& column = sources_[static_cast<std::size_t>(theta)];
   const std::size_t i = index_of(column, line, behind), j = index_of(other, line, behind);
-  if (i == column.sources.count || j == other.sources.count) return nullptr;
-  if (column.first_map[i] != other.first_map[j]) return nullptr;
-  return occluded_[i].data() + first(theta);
-}
-
-int Visibility::image_of(int theta, const std::uint8_t* rows) const {
-  for (std::size_t i = 0; rows != nullptr && i < kMaxSources; ++i) {
-    if (rows == occluded_[i].data() + first(theta)) {
-      return static_cast<int>(i);
-    }
-  }
-  return -1;
+  if (i == column.sources.count || j == other.sources.count) return -1;
+  return column.first_map[i] == other.first_map[j] ? static_cast<int>(i) : -1;
 }
 
 StationOccluders Visibility::occluders(int theta, int line, bool behind, int station) const {

@@ -77,27 +77,41 @@ class Visibility {
   };
   void compute(const DistanceView& distances, Columns columns, const Sources& sources,
                std::span<const int> lines, double above_lines_m, StationMix mix,
-               const FillStations& fill);
+               const FillStations& fill) {
+    plan(distances, columns, sources, lines, above_lines_m, mix, fill);
+    see();
+  }
+  // The same in two steps: which maps tell, and what they do. A graphics card may do the second one
+  // (core/view/gpu).
+  void plan(const DistanceView& distances, Columns columns, const Sources& sources,
+            std::span<const int> lines, double above_lines_m, StationMix mix,
+            const FillStations& fill);
+  void see();
+
+  Columns columns() const { return columns_; }
+  std::span<const int> lines() const { return lines_; }
+  double above_lines_m() const { return above_lines_m_; }
+  // How the points of a column are seen from one of its sources.
+  struct SourceMaps {
+    std::size_t image = 0;    // of what is occluded from it: the first source of its line and side
+    int first_map = 0;        // of its line, which bit 0 tells of
+    std::uint8_t wanted = 0;  // bits of the maps that tell, of all sources with the image
+    StationOccluders by{};    // of its nearest station
+  };
+  SourceMaps maps_of(int theta, std::size_t source) const;
 
   const ColumnSources& sources(int theta) const {
     return sources_[static_cast<std::size_t>(theta)].sources;
   }
   // Of the source of a column on a line and side, for each row; null where the column has none.
   const std::uint8_t* occluded(int theta, int line, bool behind) const;
-  // The same of a column whose bits are those of column `as`; else null.
+  // The same of a column whose bits are those of column `as`; else null. And its image, or -1.
   const std::uint8_t* occluded_as(int as, int theta, int line, bool behind) const;
+  int image_as(int as, int theta, int line, bool behind) const;
   // What tells that a station of a source's line does not see a point.
   StationOccluders occluders(int theta, int line, bool behind, int station) const;
   // Of each row: 0 where the sources are read; else 1 + the index of a station to fill it from.
   const std::uint8_t* fill(int theta) const { return fill_.data() + first(theta); }
-  // All that occluded() and fill() point into, [theta][phi]: an image for each source of a column,
-  // and that of fill().
-  static constexpr std::size_t kImages = kMaxSources + 1;
-  std::span<const std::uint8_t> image(std::size_t i) const {
-    return i < kMaxSources ? occluded_[i] : fill_;
-  }
-  // The image that a column's rows, as occluded() returns them, are in; -1 for null.
-  int image_of(int theta, const std::uint8_t* rows) const;
   bool any_filled(int theta) const { return sources_[static_cast<std::size_t>(theta)].any_filled; }
 
  private:
@@ -112,7 +126,8 @@ class Visibility {
     return static_cast<std::size_t>(theta) * static_cast<std::size_t>(rows_);
   }
   std::size_t index_of(const Column& column, int line, bool behind) const;
-  void compute_column(int theta, Column* column, Ring* ring);
+  void plan_column(int theta, const Sources& sources);
+  void see_column(int theta, Ring* ring);
   void find_occluded(int theta, const Column& column, std::size_t source, Ring* ring);
   void find_fill(int theta, Column* column);
 
@@ -120,9 +135,10 @@ class Visibility {
   MapCache<OccluderMap> cache_;
   const DistanceView* distances_ = nullptr;
   const FillStations* fill_stations_ = nullptr;
+  Columns columns_;
+  std::vector<int> lines_;
   double above_lines_m_ = 0.0;
   StationMix mix_;
-  bool fills_empty_ = true;
   int rows_ = 0;
   std::vector<std::vector<std::shared_ptr<const OccluderMap>>> maps_;  // [line][map]
   std::vector<Column> sources_;                                        // of each column

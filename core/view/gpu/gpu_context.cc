@@ -10,7 +10,7 @@
 namespace raywalk {
 namespace {
 
-constexpr GLint kStorageBlocks = 6;  // that programs here bind
+constexpr GLint kStorageBlocks = 8;  // that programs here bind
 
 template <typename Function>
 Function extension(const char* name) {
@@ -117,9 +117,19 @@ void check_gpu(const char* what) {
                      : fmt::format("{} failed on the card (OpenGL error {:#x})", what, error));
 }
 
-GpuProgram::GpuProgram(const std::string& defines, const std::string& text) {
-  const std::string whole = "#version 310 es\n" + defines + text;
-  const char* const source = whole.c_str();
+const GpuProgram& GpuContext::program(const std::string& name, const std::string& defines,
+                                      std::initializer_list<const char*> texts) {
+  std::unique_ptr<GpuProgram>& program = programs_[name + defines];
+  if (!program) {
+    std::string whole = "#version 310 es\n" + defines;
+    for (const char* text : texts) whole += text;
+    program = std::make_unique<GpuProgram>(whole);
+  }
+  return *program;
+}
+
+GpuProgram::GpuProgram(const std::string& text) {
+  const char* const source = text.c_str();
   const GLuint shader = glCreateShader(GL_COMPUTE_SHADER);
   glShaderSource(shader, 1, &source, nullptr);
   glCompileShader(shader);
@@ -143,6 +153,16 @@ GpuProgram::GpuProgram(const std::string& defines, const std::string& text) {
 
 GpuProgram::~GpuProgram() { glDeleteProgram(id_); }
 
+void run_groups(int across, int down) {
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+  glDispatchCompute(static_cast<GLuint>(across), static_cast<GLuint>(down), 1);
+}
+
+void run(int across, int down) {
+  constexpr int kGroup = 8;
+  run_groups((across + kGroup - 1) / kGroup, (down + kGroup - 1) / kGroup);
+}
+
 GpuBuffer::~GpuBuffer() {
   if (id_ != 0) glDeleteBuffers(1, &id_);
 }
@@ -157,7 +177,9 @@ void GpuBuffer::reserve(std::size_t bytes) {
   }
   if (id_ == 0) glGenBuffers(1, &id_);
   glBindBuffer(GL_SHADER_STORAGE_BUFFER, id_);
-  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(bytes), nullptr, GL_STREAM_DRAW);
+  const std::vector<std::byte> zeros(bytes);
+  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(bytes), zeros.data(),
+               GL_STREAM_DRAW);
   check_gpu("a picture's data");
   bytes_ = bytes;
 }

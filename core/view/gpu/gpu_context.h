@@ -6,12 +6,15 @@
 #include <GLES3/gl31.h>
 
 #include <cstddef>
+#include <initializer_list>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <span>
 #include <string>
 
 #include "core/base/error.h"
+#include "core/geometry/sphere.h"
 
 namespace raywalk {
 
@@ -19,6 +22,33 @@ namespace raywalk {
 class GpuError : public Error {
  public:
   using Error::Error;
+};
+
+// What follows, but GpuContext itself, is used during a Turn. Each throws GpuError where the card
+// fails.
+
+// Throws what OpenGL reports of the calls before.
+void check_gpu(const char* what);
+
+// A compute program.
+class GpuProgram {
+ public:
+  explicit GpuProgram(const std::string& text);
+  ~GpuProgram();
+  GpuProgram(const GpuProgram&) = delete;
+  GpuProgram& operator=(const GpuProgram&) = delete;
+
+  void use() const { glUseProgram(id_); }
+  // While it is used.
+  void set(const char* name, int value) const { glUniform1i(at(name), value); }
+  void set(const char* name, bool value) const { glUniform1i(at(name), value ? 1 : 0); }
+  void set(const char* name, float value) const { glUniform1f(at(name), value); }
+  void set(const char* name, int x, int y) const { glUniform2i(at(name), x, y); }
+  void set(const char* name, PanoramaSize size) const { set(name, size.width, size.height); }
+  GLint at(const char* name) const { return glGetUniformLocation(id_, name); }
+
+ private:
+  GLuint id_ = 0;
 };
 
 class GpuContext {
@@ -33,6 +63,11 @@ class GpuContext {
   // The driver's name of the device.
   const std::string& name() const { return name_; }
   bool is_software() const { return is_software_; }
+
+  // The compute program of these texts, one after the other, `defines` before them: made once, and
+  // known by its name and `defines`. During a Turn.
+  const GpuProgram& program(const std::string& name, const std::string& defines,
+                            std::initializer_list<const char*> texts);
 
   // OpenGL may be used by the thread that holds one, by one at a time.
   class Turn {
@@ -56,27 +91,13 @@ class GpuContext {
   std::string name_;
   bool is_software_ = false;
   std::mutex mutex_;
+  std::map<std::string, std::unique_ptr<GpuProgram>> programs_;
 };
 
-// What follows is called during a Turn. Each throws GpuError where the card fails.
-
-// Throws what OpenGL reports of the calls before.
-void check_gpu(const char* what);
-
-// A compute program, `defines` before its text.
-class GpuProgram {
- public:
-  GpuProgram(const std::string& defines, const std::string& text);
-  ~GpuProgram();
-  GpuProgram(const GpuProgram&) = delete;
-  GpuProgram& operator=(const GpuProgram&) = delete;
-
-  void use() const { glUseProgram(id_); }
-  GLint uniform(const char* name) const { return glGetUniformLocation(id_, name); }
-
- private:
-  GLuint id_ = 0;
-};
+// Runs the program in use, after those before it, for so many groups of invocations, and for groups
+// of 8 x 8 that make up so many invocations.
+void run_groups(int across, int down);
+void run(int across, int down);
 
 // Memory of the card that programs read or write.
 class GpuBuffer {
@@ -86,7 +107,7 @@ class GpuBuffer {
   GpuBuffer(const GpuBuffer&) = delete;
   GpuBuffer& operator=(const GpuBuffer&) = delete;
 
-  // Room for so many bytes; what it held is lost if it grows.
+  // Room for so many bytes; if it grows, what it held is lost, and all are 0.
   void reserve(std::size_t bytes);
   void write(std::size_t at, std::span<const std::byte> bytes);
   template <typename Value>

@@ -10,22 +10,22 @@
 
 #include "core/base/error.h"
 #include "core/view/gpu/gpu_context.h"
-#include "core/view/gpu/gpu_mixing.h"
-#include "core/view/gpu/station_textures.h"
+#include "core/view/gpu/gpu_renderer.h"
+#include "core/view/gpu/room_textures.h"
 
 namespace raywalk {
 namespace {
 
-// Panoramas are shared by the renderers of a room with the same gains.
+// Textures are shared by the renderers of a room with the same gains.
 using SharedBy = std::pair<const Room*, bool>;
 
 struct Chosen {
   std::mutex mutex;
   // Not closed at the end of the program, when the driver's own data may be gone.
   GpuContext* opened = nullptr;
-  GpuContext* context = nullptr;  // that views are mixed on: the same, or none
+  GpuContext* context = nullptr;  // that views are rendered on: the same, or none
   std::uint64_t most_bytes = 0;
-  std::map<SharedBy, std::weak_ptr<StationTextures>> stations;
+  std::map<SharedBy, std::weak_ptr<RoomTextures>> textures;
   bool warned = false;
 };
 
@@ -71,17 +71,17 @@ std::string device_name() {
   return chosen().context == nullptr ? "the processor" : chosen().context->name();
 }
 
-std::unique_ptr<GpuMixing> make_gpu_mixing(const Room& room, bool gains) {
+std::unique_ptr<GpuRenderer> make_gpu_renderer(const Room& room, bool gains) {
   Chosen& now = chosen();
   const std::lock_guard lock(now.mutex);
   if (now.context == nullptr) return nullptr;
-  std::weak_ptr<StationTextures>& shared = now.stations[{&room, gains}];
-  std::shared_ptr<StationTextures> stations = shared.lock();
-  if (!stations) {
+  std::weak_ptr<RoomTextures>& shared = now.textures[{&room, gains}];
+  std::shared_ptr<RoomTextures> textures = shared.lock();
+  if (!textures) {
     const GpuContext::Turn turn(now.context);
-    shared = stations = std::make_shared<StationTextures>(room, gains, now.most_bytes);
+    shared = textures = std::make_shared<RoomTextures>(room, gains, now.most_bytes);
   }
-  return std::make_unique<GpuMixing>(now.context, std::move(stations));
+  return std::make_unique<GpuRenderer>(now.context, std::move(textures));
 }
 
 void warn_of_gpu(const std::string& reason) {

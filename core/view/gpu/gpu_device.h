@@ -1,4 +1,4 @@
-// The device that views are mixed on, chosen once for the whole program.
+// The device that views are rendered on, chosen once for the whole program.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace raywalk {
 
-class GpuMixing;
+class GpuRenderer;
 
 // kAuto: a graphics card, if there is one, else the processor. kGpu: the same, and where there is
 // no card what stands in for one (Mesa's llvmpipe); a warning where there is nothing.
@@ -27,10 +27,10 @@ void choose_device(Device device, double gpu_mb = kUsualGpu_mb);
 bool on_graphics_card();
 std::string device_name();
 
-// What mixes views of a room on the chosen card; null: the processor does. Renderers of one room
+// What renders views of a room on the chosen card; null: the processor does. Renderers of one room
 // share its panoramas there, which are shown with the stations' gains or without.
 // Throws GpuError (gpu_context.h) where no panorama fits.
-std::unique_ptr<GpuMixing> make_gpu_mixing(const Room& room, bool gains);
+std::unique_ptr<GpuRenderer> make_gpu_renderer(const Room& room, bool gains);
 
 // Says once why the card did not do something, which the processor does then.
 void warn_of_gpu(const std::string& reason);

@@ -1,8 +1,9 @@
-// The text of core/view/shaders/mixing.glsl, which the build turns into a string.
+// The texts of core/view/shaders, which the build turns into strings.
 #pragma once
 
 namespace raywalk {
 
-extern const char* const kMixingShader;
+extern const char *const kGeometryShader, *const kMapsShader, *const kDistancesShader,
+    *const kFillShader, *const kVisibilityShader, *const kEdgesShader, *const kMixingShader;
 
 }  // namespace raywalk

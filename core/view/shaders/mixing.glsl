@@ -1,12 +1,6 @@
 // Pass 4 on a graphics card: the samples of the stations, mixed (core/view/station_mixing.h), one
 // invocation per pixel. What is said there of weights, edges and fills holds here; names are the
-// same. Images of a view and of stations are indexed [theta][phi].
-//
-// A pixel that needs a search through distance maps is left to the processor (kUndecided).
-
-precision highp float;
-precision highp int;
-precision highp sampler2DArray;
+// same.
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -18,83 +12,50 @@ struct Column {
   float captured;      // its place in the stations, W to 2 W
   uint flags;
   uint beside;  // of each source 8 bits: its image in the columns to the left and right of nearest
-  vec4 eye_m;   // from the view's centre
-  int first_edge, edges;
-  int unused_0, unused_1;
 };
 // kEmpty: no line serves it; kJudged: many samples are judged by each other.
-const uint kMasked = 1u, kEmpty = 2u, kHasTrust = 4u, kJudged = 8u;
+const uint kMasked = 1u, kEmpty = 2u, kJudged = 4u;
 
 struct Read {
   vec4 to_eye;  // ahead, aside and up in the column's frame, metres; the share where reliable
   float unreliable, after_part;
   int layer;   // of `stations`
   int source;  // of the column
-  int image;   // of `occluded`; -1: nothing is occluded
+  int image;   // of `occluded`; -1: none
   uint before, after;
   int unused;
 };
 
-struct Edge {
-  int row;
-  float inverse[4];  // of the quarters: upper left, lower left, upper right, lower right
-  uint surface;      // of each quarter 4 bits: 1 + right, 1 + down
-};
-
-layout(std430, binding = 0) readonly buffer Columns { Column columns[]; };
-layout(std430, binding = 1) readonly buffer Reads { Read reads[]; };
-layout(std430, binding = 2) readonly buffer Edges { Edge edges[]; };
-// Inverse distances, 1/m, and how far they can be relied on, where columns have kHasTrust.
-layout(std430, binding = 3) readonly buffer Distances { float distances[]; };
-// Bytes, four images of what is occluded, and the stations to fill from.
-layout(std430, binding = 4) readonly buffer Occluded { uint occluded_words[]; };
-// bgr, and how the pixel was read in the highest byte.
-layout(std430, binding = 5) writeonly buffer Picture { uint picture[]; };
+// As visibility.glsl and edges.glsl write them.
+layout(std430, binding = 2) readonly buffer Occluded { uint occluded[]; };
+layout(std430, binding = 3) readonly buffer Fills { uint fills[]; };
+layout(std430, binding = 4) readonly buffer Quarters { vec4 quarters[]; };
+layout(std430, binding = 5) readonly buffer Columns { Column columns[]; };
+layout(std430, binding = 6) readonly buffer Reads { Read reads[]; };
+// bgr, and how the pixel was read in the highest byte. Before them bits of the stations that pixels
+// are filled from, whether they are there or not.
+layout(std430, binding = 7) buffer Picture { uint wanted_fills[2]; uint picture[]; };
 
 uniform sampler2DArray stations;  // x: row, y: column; rgb, and in a whether it may be used
-uniform ivec2 captured;           // width and height of the stations
-uniform ivec2 output_size, distance_size;
+uniform ivec2 output_size;
 uniform int first_column, first_row;  // of the output, where the picture begins
 uniform ivec4 part;  // of the picture: first column, their number; its width and height
 uniform bool is_initial, is_cubic;
-uniform float tolerance;    // surface_tolerance() of the distances
-uniform vec4 fill_m[64];    // of stations to fill from: position from the view's centre, layer
+uniform bool again;  // only what waits
+uniform int fill_layers[64];  // of the stations that are searched; -1: not there
 
-const float kPi = 3.14159265358979;
-const uint kRead = 0u, kFilled = 1u, kUnread = 2u, kUndecided = 3u, kOfNoLine = 4u;
+const uint kRead = 0u, kFilled = 1u, kUnread = 2u, kWaiting = 3u, kOfNoLine = 4u;
 const uint kNoStation = 255u, kReadUnseen = 254u, kOccludedInView = 0x80u;
-const int kImages = 4;
 
-float inverse_at(int theta, int row) { return distances[theta * distance_size.y + row]; }
-float trust_at(int theta, int row) {
-  return distances[distance_size.x * distance_size.y + theta * distance_size.y + row];
-}
-uint byte_of(int image, int theta, int row) {
-  int at = (image * distance_size.x + theta) * distance_size.y + row;
-  return occluded_words[at >> 2] >> (8 * (at & 3)) & 255u;
+uint occluded_at(int image, int theta, int row) {
+  if (image < 0) return 0u;  // the line is no source of that column
+  return occluded[theta * distance_size.y + row] >> (8 * image) & 255u;
 }
 
-// fast_atan2 (core/geometry/fast_math.h), so that every driver computes the same.
-float arc_tangent(float y, float x) {
-  float ax = abs(x), ay = abs(y);
-  float t = min(ax, ay) / max(max(ax, ay), 1.17549435e-38);
-  float t2 = t * t, t4 = t2 * t2;
-  float low = (0.999996112 - 0.333173681 * t2) + (0.198078155 - 0.132333417 * t2) * t4;
-  float high = (0.0796236641 - 0.0336042128 * t2) + 0.0068117906 * t4;
-  float angle = (low + high * t4 * t4) * t;
-  angle = ay > ax ? 0.5 * kPi - angle : angle;
-  angle = x < 0.0 ? kPi - angle : angle;
-  return y < 0.0 ? -angle : angle;
-}
-
-// Where a station sees the point at inverse distance w in a direction: pixels to the right of the
-// column, and the row.
-vec2 place_of(vec3 to_eye, float sin_phi, float cos_phi, float w) {
-  float ahead = cos_phi + w * to_eye.x, aside = w * to_eye.y, up = sin_phi + w * to_eye.z;
-  float turn = arc_tangent(aside, ahead);
-  float phi = arc_tangent(up, sqrt(ahead * ahead + aside * aside));
-  return vec2(turn * float(captured.x) / (2.0 * kPi),
-              (0.5 * kPi - phi) * float(captured.y) / kPi - 0.5);
+// Where a station sees a point: pixels to the right of the column, and the row.
+vec2 place_of(Seen seen) {
+  return vec2(seen.turn * float(captured.x) / (2.0 * kPi),
+              (0.5 * kPi - seen.phi) * float(captured.y) / kPi - 0.5);
 }
 
 vec4 catmull_rom(float t) {
@@ -203,8 +164,6 @@ vec2 tame(vec2 change) {  // columns jump behind a station
   return vec2(abs(change.x) > wild ? 0.0 : change.x, abs(change.y) > wild ? 0.0 : change.y);
 }
 
-float phi_of(float row, int rows) { return 0.5 * kPi - (row + 0.5) / float(rows) * kPi; }
-
 // The pixel from the stations of its lines.
 void mix_lines(Column c, int row_of_distances, float down) {
   // Places are interpolated between two rows of the distances.
@@ -214,23 +173,24 @@ void mix_lines(Column c, int row_of_distances, float down) {
   if (beyond) beside = r == 0 ? min(1, last) : r - 1;
   float w = inverse_between(c, r), w_beside = inverse_between(c, beside);
   float towards = abs(down) * same_surface(w, w_beside) * (beyond ? -1.0 : 1.0);
-  float phi = phi_of(float(r), distance_size.y), phi_beside = phi_of(float(beside), distance_size.y);
-  vec2 here = vec2(sin(phi), cos(phi)), there = vec2(sin(phi_beside), cos(phi_beside));
-  float doubt = (c.flags & kHasTrust) != 0u ? 1.0 - trust_at(c.nearest, r) : 0.0;
+  vec2 here = latitude_of(float(r), distance_size.y);
+  vec2 there = latitude_of(float(beside), distance_size.y);
+  float doubt = 1.0 - trust_at(c.nearest, r);
   float total = 0.0;
   for (int i = 0; i < c.reads; ++i) {
     Read read = reads[c.first_read + i];
-    total += weight_of(read, read.image < 0 ? 0u : byte_of(read.image, c.nearest, r), doubt);
+    total += weight_of(read, occluded_at(read.image, c.nearest, r), doubt);
   }
   begin_mixing();
   for (int i = 0; i < c.reads; ++i) {
     Read read = reads[c.first_read + i];
-    float weight =
-        part_of(weight_of(read, read.image < 0 ? 0u : byte_of(read.image, c.nearest, r), doubt), total);
+    float weight = part_of(weight_of(read, occluded_at(read.image, c.nearest, r), doubt), total);
     if (c.reads == 1) weight = 1.0;  // what it does not see is filled
     if (weight == 0.0) continue;
-    vec2 place = place_of(read.to_eye.xyz, here.x, here.y, w);
-    if (towards != 0.0) place += towards * tame(place_of(read.to_eye.xyz, there.x, there.y, w_beside) - place);
+    vec2 place = place_of(seen_from(read.to_eye.xyz, here, w));
+    if (towards != 0.0) {
+      place += towards * tame(place_of(seen_from(read.to_eye.xyz, there, w_beside)) - place);
+    }
     add_sample(read, weight, place, c.captured);
   }
 }
@@ -246,17 +206,19 @@ void mix_initial(Column c, int row) {
 
 // A quarter of a pixel of the distances, `offset` output pixels from the middle of a pixel; a: 1
 // where stations see its surface.
-vec4 quarter_colour(Column c, Edge edge, int quarter, int row, vec2 offset) {
+vec4 quarter_colour(Column c, int edge_row, int quarter, int row, vec2 offset) {
   float at = float(row) + offset.y;
   int r = clamp(int(floor((at + 0.5) * float(distance_size.y) / float(output_size.y))), 0,
                 distance_size.y - 1);
-  int surface = int(edge.surface >> (8 * quarter));
-  int right = (surface & 15) - 1, down = (surface >> 4 & 15) - 1;
+  int edge = c.nearest * distance_size.y + edge_row;
+  int surface = int(fills[edge] >> (16 + 4 * quarter));
+  int right = (surface & 3) - 1, down = (surface >> 2 & 3) - 1;
   int seen_row = clamp(r + down, 0, distance_size.y - 1);
   int seen_column = (c.nearest + right + distance_size.x) % distance_size.x;
-  float doubt = (c.flags & kHasTrust) != 0u ? 1.0 - trust_at(c.nearest, r) : 0.0;
-  float phi = phi_of(at, output_size.y), turn = offset.x / float(output_size.x) * 2.0 * kPi;
-  float w = edge.inverse[quarter], total = 0.0;
+  float doubt = 1.0 - trust_at(c.nearest, r);
+  float turn = offset.x / float(output_size.x) * 2.0 * kPi;
+  vec2 latitude = latitude_of(at, output_size.y);
+  float w = quarters[edge][quarter], total = 0.0;
   begin_mixing();
   for (int pass = 0; pass < 2; ++pass) {
     float sum = 0.0;
@@ -268,12 +230,12 @@ vec4 quarter_colour(Column c, Edge edge, int quarter, int row, vec2 offset) {
         image = int(other);
         theta = seen_column;
       }
-      float weight = weight_of(read, image < 0 ? 0u : byte_of(image, theta, seen_row), doubt);
+      float weight = weight_of(read, occluded_at(image, theta, seen_row), doubt);
       sum += weight;
       if (pass == 0 || part_of(weight, total) == 0.0) continue;
       vec3 to_eye = vec3(read.to_eye.x * cos(turn) + read.to_eye.y * sin(turn),
                          read.to_eye.y * cos(turn) - read.to_eye.x * sin(turn), read.to_eye.z);
-      add_sample(read, part_of(weight, total), place_of(to_eye, sin(phi), cos(phi), w),
+      add_sample(read, part_of(weight, total), place_of(seen_from(to_eye, latitude, w)),
                  c.captured + offset.x * float(captured.x) / float(output_size.x));
     }
     total = sum;
@@ -282,38 +244,51 @@ vec4 quarter_colour(Column c, Edge edge, int quarter, int row, vec2 offset) {
   return vec4(mixed_colour(), 1.0);
 }
 
-// The edge in a row of a column of the distances, or -1.
-int find_edge(Column c, int row) {
-  int begin = c.first_edge, end = c.first_edge + c.edges;
-  while (begin < end) {
-    int middle = (begin + end) / 2;
-    if (edges[middle].row < row) begin = middle + 1; else end = middle;
-  }
-  return begin < c.first_edge + c.edges && edges[begin].row == row ? begin : -1;
-}
-
-vec3 with_edge(Column c, Edge edge, int row, vec3 colour) {
+vec3 with_edge(Column c, int edge_row, int row, vec3 colour) {
   vec4 sum = vec4(0.0);
   float per_distance = float(output_size.y) / float(distance_size.y);
   if (per_distance < 1.5) {
     for (int quarter = 0; quarter < 4; ++quarter) {
       vec2 offset = vec2(quarter < 2 ? -0.25 : 0.25, (quarter & 1) == 0 ? -0.25 : 0.25);
-      sum += quarter_colour(c, edge, quarter, row, offset);
+      sum += quarter_colour(c, edge_row, quarter, row, offset);
     }
   } else {
-    bool upper = (float(row) + 0.5) / per_distance - 0.5 < float(edge.row);
-    sum = quarter_colour(c, edge, (c.right < 0.0 ? 0 : 2) + (upper ? 0 : 1), row, vec2(0.0));
+    bool upper = (float(row) + 0.5) / per_distance - 0.5 < float(edge_row);
+    int quarter = (c.right < 0.0 ? 0 : 2) + (upper ? 0 : 1);
+    sum = quarter_colour(c, edge_row, quarter, row, vec2(0.0));
   }
   return sum.a == 0.0 ? colour : 0.5 * (colour + sum.rgb / sum.a);
+}
+
+// The pixel from a station that was searched; sets how it was read.
+vec3 fill_colour(Column c, int station, float theta, int row, int r, inout uint how) {
+  uint bit = 1u << (station & 31);
+  if ((wanted_fills[station >> 5] & bit) == 0u) atomicOr(wanted_fills[station >> 5], bit);
+  how = kWaiting;
+  if (fill_layers[station] < 0) return vec3(0.0);
+  float w = inverse_at(c.nearest, r);
+  Seen seen = seen_by_fill(station, theta, latitude_of(float(row), output_size.y), w);
+  vec2 place = place_of(seen);
+  vec4 s = sample_station(fill_layers[station], place.x + c.captured, place.y);
+  how = kFilled;
+  if (s.a > 0.75) return s.rgb;
+  // What moved is shown where no other station sees the place.
+  float of_distances = theta_of(float(c.nearest), distance_size.x);
+  seen = seen_by_fill(station, of_distances, latitude_of(float(r), distance_size.y), w);
+  MapPlace map = map_places[fill_maps.x + station];
+  if (s.a > 0.25 && is_left_out(map, of_distances, seen)) return s.rgb;
+  how = kUnread;
+  return vec3(0.0);
 }
 
 void main() {
   ivec2 at = ivec2(gl_GlobalInvocationID.xy);
   if (at.x >= part.y || at.y >= part.w) return;
   Column c = columns[part.x + at.x];
-  int row = first_row + at.y;
+  int row = first_row + at.y, pixel = at.y * part.z + part.x + at.x;
+  if (again && (picture[pixel] >> 24 & 3u) != kWaiting) return;
   uint how = kRead;
-  vec3 colour;
+  vec3 colour = vec3(0.0);
 #ifdef KEEP_SAMPLES
   are_judged = (c.flags & kJudged) != 0u;
 #endif
@@ -325,30 +300,25 @@ void main() {
     float at_distances =
         (float(row) + 0.5) * float(distance_size.y) / float(output_size.y) - 0.5;
     int r = clamp(int(floor(at_distances + 0.5)), 0, distance_size.y - 1);
-    uint fill = byte_of(kImages, c.nearest, r);
-    bool from_lines = fill == 0u || fill == kReadUnseen;
-    if (fill == kNoStation) {
-      colour = vec3(0.0);
-      how = kUnread;
-    } else if (from_lines) {
+    uint fill = fills[c.nearest * distance_size.y + r];
+    int station = int(fill & 255u) - 1;
+    if (station < 0 || station + 1 == int(kReadUnseen)) {
+      station = -1;
       mix_lines(c, r, at_distances - float(r));
       colour = mixed_colour();
-      if ((c.flags & kMasked) != 0u && mixed_sum.a == 0.0) how = kUndecided;
-    } else {
-      vec4 station = fill_m[fill - 1u];
-      vec3 d = c.eye_m.xyz - station.xyz;
-      float phi = phi_of(float(row), output_size.y);
-      float theta = (float(part.x + at.x + first_column) + 0.5) / float(output_size.x) * 2.0 * kPi - kPi;
-      vec3 to_eye = vec3(d.x * sin(theta) + d.z * cos(theta), d.x * cos(theta) - d.z * sin(theta), d.y);
-      vec2 place = place_of(to_eye, sin(phi), cos(phi), inverse_at(c.nearest, r));
-      vec4 s = sample_station(int(station.w), place.x + c.captured, place.y);
-      colour = s.rgb;
-      how = s.a > 0.75 ? kFilled : s.a > 0.25 ? kUndecided : kUnread;
-      if (how == kUnread) colour = vec3(0.0);
+      if ((c.flags & kMasked) != 0u && mixed_sum.a == 0.0) {
+        station = find_fill(c.nearest, r);
+        how = kUnread;
+      }
+    } else if (station + 1 == int(kNoStation)) {
+      station = -1;
+      how = kUnread;
     }
-    int edge = c.reads == 0 ? -1 : find_edge(c, r);
-    if (edge >= 0) colour = with_edge(c, edges[edge], row, colour);
+    float theta = theta_of(float(part.x + at.x + first_column), output_size.x);
+    if (station >= 0) colour = fill_colour(c, station, theta, row, r, how);
+    bool has_edge = c.reads > 0 && (fill >> 8 & 1u) != 0u;
+    if (has_edge && how != kWaiting) colour = with_edge(c, r, row, colour);
   }
   if ((c.flags & kEmpty) != 0u) how |= kOfNoLine;
-  picture[at.y * part.z + part.x + at.x] = packed_colour(colour, how);
+  picture[pixel] = packed_colour(colour, how);
 }

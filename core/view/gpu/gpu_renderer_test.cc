@@ -1,5 +1,5 @@
 // Views on a graphics card, or on what stands in for one, beside those of the processor.
-#include "core/view/gpu/gpu_mixing.h"
+#include "core/view/gpu/gpu_renderer.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -16,7 +16,8 @@ namespace raywalk {
 namespace {
 
 constexpr double kLeastPsnr_db = 50.0;
-constexpr PlanPoint kViewpoints[] = {{0.0, 0.0},    {0.1, 0.2},    {-0.3, 0.25}, {0.45, -0.2},
+// None on a face of the pillar, of which rounding would decide what is seen.
+constexpr PlanPoint kViewpoints[] = {{0.0, 0.0},    {0.06, 0.2},   {-0.3, 0.25}, {0.45, -0.2},
                                      {-0.48, 0.1},  {0.2, -0.45},  {0.33, 0.31}, {-0.2, -0.4},
                                      {0.05, -0.07}, {-0.41, 0.44}, {0.5, 0.1},   {0.47, 0.47}};
 
@@ -159,7 +160,7 @@ TEST(GpuMemory, ARoomLargerThanTheCardsIsRenderedPartByPart) {
     all.push_back(renderer.render({-0.3, 0.1}).image);
     return all;
   };
-  EXPECT_EQ(largest_difference(views(100.0), views(6 * 0.033)), 0.0);
+  EXPECT_EQ(largest_difference(views(100.0), views(7 * 0.033)), 0.0);
 }
 
 TEST(GpuMemory, WithoutRoomForAColumnTheProcessorRenders) {

@@ -1,0 +1,300 @@
+#include "core/view/gpu/gpu_renderer.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <opencv2/core.hpp>
+#include <set>
+#include <vector>
+
+#include "core/base/parallel.h"
+#include "core/view/gpu/shader_text.h"
+
+namespace raywalk {
+namespace {
+
+constexpr std::size_t kMostFills = 64;  // stations to fill from, as in mixing.glsl
+constexpr std::size_t kFillWords = kMostFills / 32;
+constexpr std::uint32_t kMasked = 1, kEmpty = 2, kJudged = 4;
+constexpr std::uint32_t kNoImage = 15;  // of a column beside
+
+// As mixing.glsl declares them.
+struct GpuColumn {
+  std::int32_t first_read = 0, reads = 0;
+  std::int32_t nearest = 0, other = 0;
+  float right = 0.0f, captured = 0.0f;
+  std::uint32_t flags = 0, beside = 0;
+};
+struct GpuRead {
+  std::array<float, 4> to_eye{};
+  float unreliable = 0.0f, after_part = 0.0f;
+  std::int32_t layer = 0, source = 0, image = -1;
+  std::uint32_t before = 0, after = 0;
+  std::int32_t unused = 0;
+};
+static_assert(sizeof(GpuColumn) == 32 && sizeof(GpuRead) == 48);
+
+// Of each source, the images of what is occluded in the columns to the left and to the right of the
+// nearest one, where their bits mean the same.
+std::uint32_t images_beside(const MixedView& view, const MixedColumn& column) {
+  const int width = view.distances.size().width;
+  std::uint32_t images = 0;
+  for (std::size_t source = 0; source < column.sources.count; ++source) {
+    const ColumnSource& of = column.sources.source[source];
+    for (const int right : {0, 1}) {
+      const int theta = (column.nearest + (right == 0 ? width - 1 : 1)) % width;
+      const int image =
+          view.visibility.image_as(column.nearest, theta, of.at.line, of.behind());
+      images |= (image < 0 ? kNoImage : static_cast<std::uint32_t>(image))
+                << (8 * source + 4 * static_cast<std::size_t>(right));
+    }
+  }
+  return images;
+}
+
+const Eigen::Vector3d& station_m(const Room& room, ImageKey station) {
+  return room.grid()
+      .lines[static_cast<std::size_t>(station.first)]
+      .stations[static_cast<std::size_t>(station.second)]
+      .position_m;
+}
+
+GpuRead gpu_read(const MixedView& view, const MixedColumn& column, const ColumnRead& read) {
+  if (view.is_initial()) return {.to_eye = {0.0f, 0.0f, 0.0f, read.share.reliable}};
+  const ColumnSource& source = column.sources.source[read.source];
+  const Offset to_eye = offset_in_column(
+      column.eye_m - station_m(view.room, {read.line, read.station}), column.theta_rad);
+  return {.to_eye = {to_eye.ahead, to_eye.aside, to_eye.up, read.share.reliable},
+          .unreliable = read.share.unreliable,
+          .after_part = read.by.after_part,
+          .source = static_cast<std::int32_t>(read.source),
+          .image = view.visibility.image_as(column.nearest, column.nearest, source.at.line,
+                                            source.behind()),
+          .before = read.by.before,
+          .after = read.by.after};
+}
+
+GpuColumn gpu_column(const MixedView& view, const MixedColumn& column) {
+  GpuColumn gpu{.reads = static_cast<std::int32_t>(column.reads.size()),
+                .nearest = column.nearest,
+                .other = column.other,
+                .right = column.right,
+                .captured = column.captured};
+  const bool judged =
+      view.options.interpolation == Interpolation::kCubic ||
+      std::ranges::any_of(column.reads, [&](const ColumnRead& read) {
+        return view.exposure != nullptr && !view.exposure->is_one(read.line, read.station);
+      });
+  gpu.flags = (column.any_masks ? kMasked : 0) | (column.sources.count == 0 ? kEmpty : 0) |
+              (judged ? kJudged : 0);
+  if (!view.is_initial()) gpu.beside = images_beside(view, column);
+  return gpu;
+}
+
+}  // namespace
+
+struct GpuRenderer::Columns {
+  void prepare(const MixedView& view, const PanoramaPart& part);
+  // The stations of columns from `first` on, at most `most`; sets the end of these columns.
+  std::set<ImageKey> stations(int first, std::size_t most, int* end) const;
+
+  std::vector<MixedColumn> mixed;
+  std::vector<GpuColumn> columns;
+  std::vector<GpuRead> reads;
+  std::vector<ImageKey> of_reads;  // their stations
+  std::size_t most_reads = 0;      // of a column
+};
+
+struct GpuRenderer::OnCard {
+  explicit OnCard(GpuContext* context) : eyes{GpuView(context), GpuView(context)} {}
+  ViewMaps maps;
+  std::array<GpuView, 2> eyes;
+  GpuBuffer columns, reads, picture;
+};
+
+GpuRenderer::GpuRenderer(GpuContext* context, std::shared_ptr<RoomTextures> textures)
+    : context_(context),
+      textures_(std::move(textures)),
+      columns_(std::make_unique<Columns>()),
+      on_card_(std::make_unique<OnCard>(context)) {}
+
+GpuRenderer::~GpuRenderer() {
+  try {
+    const GpuContext::Turn turn(context_);
+    on_card_.reset();
+    textures_.reset();
+  } catch (const GpuError&) {  // the card is lost, and with it what it held
+  }
+}
+
+void GpuRenderer::render(std::span<const MixedView> eyes, const PanoramaPart& part, cv::Mat image,
+                         cv::Mat1b how) {
+  OnCard& card = *on_card_;
+  const bool is_initial = eyes.front().is_initial();
+  if (!is_initial) {
+    card.maps.plan(eyes.front());
+    for (std::size_t i = 0; i < eyes.size(); ++i) card.eyes[i].plan(eyes[i], &card.maps);
+  }
+  const GpuContext::Turn turn(context_);
+  if (!is_initial) {
+    card.maps.require(eyes.front(), textures_.get());
+    textures_->bind();
+    for (std::size_t i = 0; i < eyes.size(); ++i) card.eyes[i].gather(eyes[i], card.maps);
+    for (std::size_t i = 0; i < eyes.size(); ++i) {
+      card.eyes[i].see(eyes[i], card.maps, card.eyes[eyes.size() - 1 - i]);
+    }
+  }
+  const int rows = part.rows.end - part.rows.begin;
+  for (std::size_t i = 0; i < eyes.size(); ++i) {
+    const cv::Range of_eye(static_cast<int>(i) * rows, static_cast<int>(i + 1) * rows);
+    mix(eyes[i], card.eyes[i], part, image.rowRange(of_eye), how.rowRange(of_eye));
+  }
+}
+
+void GpuRenderer::Columns::prepare(const MixedView& view, const PanoramaPart& part) {
+  mixed.resize(static_cast<std::size_t>(part.columns));
+  columns.resize(mixed.size());
+  parallel_for(0, part.columns, 16, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      MixedColumn& column = mixed[static_cast<std::size_t>(i)];
+      prepare_column(view, (part.first_column + i) % view.output.width, &column);
+      columns[static_cast<std::size_t>(i)] = gpu_column(view, column);
+    }
+  });
+  of_reads.clear();
+  most_reads = 0;
+  for (std::size_t i = 0; i < mixed.size(); ++i) {
+    columns[i].first_read = static_cast<std::int32_t>(of_reads.size());
+    for (const ColumnRead& read : mixed[i].reads) of_reads.emplace_back(read.line, read.station);
+    most_reads = std::max(most_reads, mixed[i].reads.size());
+  }
+  reads.resize(of_reads.size());
+  parallel_for(0, part.columns, 16, [&](int begin, int end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      auto at = static_cast<std::size_t>(columns[i].first_read);
+      for (const ColumnRead& read : mixed[i].reads) reads[at++] = gpu_read(view, mixed[i], read);
+    }
+  });
+}
+
+std::set<ImageKey> GpuRenderer::Columns::stations(int first, std::size_t most, int* end) const {
+  std::set<ImageKey> all;
+  for (*end = first; *end < static_cast<int>(columns.size()); ++*end) {
+    const GpuColumn& column = columns[static_cast<std::size_t>(*end)];
+    std::vector<ImageKey> added;
+    for (int i = column.first_read; i < column.first_read + column.reads; ++i) {
+      const ImageKey& station = of_reads[static_cast<std::size_t>(i)];
+      if (all.insert(station).second) added.push_back(station);
+    }
+    if (all.size() <= most) continue;
+    for (const ImageKey& station : added) all.erase(station);
+    break;
+  }
+  if (*end == first) throw GpuError("the stations of a column do not fit into --gpu-mb");
+  return all;
+}
+
+const GpuProgram& GpuRenderer::mixing_program(const MixedView& view) {
+  constexpr std::size_t kMany = 6;  // samples that are judged by each other (sampler.cc)
+  const bool keep =
+      (view.options.interpolation == Interpolation::kCubic || view.exposure != nullptr) &&
+      columns_->most_reads >= kMany;
+  return context_->program("mixing", keep ? "#define KEEP_SAMPLES\n" : "",
+                           {kGeometryShader, kMapsShader, kFillShader, kMixingShader});
+}
+
+int GpuRenderer::mix_block(const MixedView& view, int first, const PanoramaPart& part,
+                           const GpuProgram& program) {
+  Columns& from = *columns_;
+  OnCard& card = *on_card_;
+  // One more may be needed to fill from.
+  const std::size_t most = textures_->most_stations() - (view.is_initial() ? 0 : 1);
+  int end = first;
+  const std::set<ImageKey> of_lines = from.stations(first, most, &end);
+  std::vector<ImageKey> stations(of_lines.begin(), of_lines.end());
+  textures_->require_stations(stations);
+  const auto read = [&](int column) {
+    return column == part.columns
+               ? from.reads.size()
+               : static_cast<std::size_t>(from.columns[static_cast<std::size_t>(column)].first_read);
+  };
+  for (std::size_t i = read(first); i < read(end); ++i) {
+    from.reads[i].layer = textures_->station_layer(from.of_reads[i]);
+  }
+  card.reads.write(
+      read(first) * sizeof(GpuRead),
+      std::as_bytes(std::span(from.reads).subspan(read(first), read(end) - read(first))));
+  const std::array<std::uint32_t, kFillWords> none{};
+  card.picture.write(0, std::as_bytes(std::span(none)));
+  const int rows = part.rows.end - part.rows.begin;
+  const auto fills = view.is_initial() ? std::span<const MapStation>() : view.fill.maps();
+  for (bool waiting = true, again = false; waiting; again = true) {
+    std::vector<GLint> layers(kMostFills, -1);
+    for (std::size_t i = 0; i < fills.size(); ++i) {
+      layers[i] = textures_->station_layer({fills[i].line, fills[i].station});
+    }
+    textures_->bind();
+    glUniform1iv(program.at("fill_layers"), static_cast<GLsizei>(kMostFills), layers.data());
+    glUniform4i(program.at("part"), first, end - first, part.columns, rows);
+    program.set("again", again);
+    run(end - first, rows);
+    waiting = false;
+    if (fills.empty()) break;
+    // Those that are used stay, those that are missing are uploaded as far as they fit.
+    std::array<std::uint32_t, kFillWords> wanted{};
+    card.picture.read(sizeof(wanted), [&](const std::byte* words) {
+      std::memcpy(wanted.data(), words, sizeof(wanted));
+    });
+    stations.resize(of_lines.size());
+    for (const bool there : {false, true}) {
+      for (std::size_t i = 0; i < fills.size(); ++i) {
+        const ImageKey station{fills[i].line, fills[i].station};
+        const bool is_wanted = (wanted[i / 32] >> (i % 32) & 1) != 0;
+        if (!is_wanted || (layers[i] >= 0) != there || of_lines.contains(station)) continue;
+        if (stations.size() == textures_->most_stations()) break;
+        stations.push_back(station);
+        waiting |= !there;
+      }
+    }
+    textures_->require_stations(stations);
+  }
+  return end;
+}
+
+void GpuRenderer::mix(const MixedView& view, const GpuView& eye, const PanoramaPart& part,
+                      cv::Mat image, cv::Mat1b how) {
+  Columns& from = *columns_;
+  OnCard& card = *on_card_;
+  from.prepare(view, part);
+  const GpuProgram& program = mixing_program(view);
+  program.use();
+  program.set("stations", static_cast<int>(RoomTextures::kStations));
+  eye.bind(view, card.maps, program);
+  program.set("output_size", view.output);
+  program.set("first_column", part.first_column);
+  program.set("first_row", part.rows.begin);
+  program.set("is_initial", view.is_initial());
+  program.set("is_cubic", view.options.interpolation == Interpolation::kCubic);
+  card.columns.write(std::span<const GpuColumn>(from.columns));
+  card.reads.reserve(std::max(from.reads.size(), std::size_t{1}) * sizeof(GpuRead));
+  constexpr std::size_t kHead = 4 * kFillWords;
+  const std::size_t bytes = kHead + 4 * image.total();
+  card.picture.reserve(bytes);
+  card.columns.bind(kColumnsBinding);
+  card.reads.bind(kReadsBinding);
+  card.picture.bind(kPictureBinding);
+  for (int first = 0; first < part.columns;) first = mix_block(view, first, part, program);
+  check_gpu("a picture");
+  card.picture.read(bytes, [&](const std::byte* pixels) {
+    const cv::Mat bgra(image.size(), CV_8UC4,
+                       const_cast<std::byte*>(pixels + kHead));  // NOLINT: it is only read
+    parallel_for(0, image.rows, 64, [&](int begin, int end) {
+      std::array<cv::Mat, 2> to{image.rowRange(begin, end), how.rowRange(begin, end)};
+      constexpr std::array<int, 8> kChannels{0, 0, 1, 1, 2, 2, 3, 3};
+      const cv::Mat of = bgra.rowRange(begin, end);
+      cv::mixChannels(&of, 1, to.data(), to.size(), kChannels.data(), 4);
+    });
+  });
+}
+
+}  // namespace raywalk
