@@ -36,7 +36,7 @@ struct ErrorCurves {
 inline constexpr double kNoError = 1e-20;
 void write_error_curves(const ErrorCurves& curves, const std::filesystem::path& file);
 
-// Writes the tables that docs/numerics.md shows into an existing directory, replacing those of the
+// Writes the tables that docs/measured.md shows into an existing directory, replacing those of the
 // same names. The output is deterministic. Throws Error if a file cannot be written.
 void write_model_errors(const std::filesystem::path& directory);
 
