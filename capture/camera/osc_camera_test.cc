@@ -15,8 +15,12 @@
 #include <utility>
 #include <vector>
 
+#include "capture/base/device_fault.h"
 #include "capture/base/manual_clock.h"
 #include "capture/base/test_fault.h"
+#include "capture/camera/check_picture.h"
+#include "capture/camera/osc_exposure.h"
+#include "core/files/exif.h"
 #include "core/files/test_directory.h"
 #include "simulator/rig/osc_server.h"
 
@@ -24,16 +28,22 @@ namespace raywalk::capture {
 namespace {
 
 using namespace simulator;
-using testing::HasSubstr;
 using Json = nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+std::string encoded(const std::string& extension, int width, int height,
+                    const cv::Scalar& colour = {30, 60, 90}) {
+  std::vector<unsigned char> bytes;
+  cv::imencode(extension, cv::Mat(height, width, CV_8UC3, colour), bytes);
+  return {bytes.begin(), bytes.end()};
+}
 
 // A grey picture as bright as its exposure: linear level 40 at gain 1.
 std::string grey_picture(const ExposureNow& exposure, int width_px) {
-  const cv::Mat image(width_px / 2, width_px, CV_8UC3,
-                      cv::Scalar::all(std::min(40.0 * exposure.gain, 255.0)));
-  std::vector<unsigned char> bytes;
-  cv::imencode(".jpg", image, bytes);
-  return {bytes.begin(), bytes.end()};
+  return encoded(".jpg", width_px, width_px / 2,
+                 cv::Scalar::all(std::min(40.0 * exposure.gain, 255.0)));
 }
 
 double level_of(const Picture& picture) {
@@ -291,7 +301,7 @@ TEST_F(OscCameraTest, FaultsOfAPictureAreReportedAndTheNextShotSucceeds) {
 TEST_F(OscCameraTest, APictureOfAnotherSizeIsReported) {
   shoot();
   width_px_ = 32;
-  expect_fault(FaultKind::kBadPicture, "32x16", [&] { shoot(); });
+  expect_fault(FaultKind::kBadPicture, "is 32x16, but this session's are 64x32", [&] { shoot(); });
 }
 
 TEST_F(OscCameraTest, AFullCardIsReported) {
@@ -368,6 +378,140 @@ TEST_F(OscCameraTest, APictureLostWhileMeasuringIsTakenAgain) {
   EXPECT_NO_THROW(camera_->prepare({}, ""));
   faults_.add({.kind = RigFault::kMissingPicture, .for_ms = 1e9});
   expect_fault(FaultKind::kMissingPicture, "took no picture", [&] { camera_->prepare({}, ""); });
+}
+
+// The lists of a Ricoh Theta, shortened; Insta360's lists start with 0, which means automatic.
+const Json kTheta = {
+    {"shutterSpeedSupport", {0, 0.001, 0.002, 0.004, 0.008, 0.01666666, 0.03333333, 0.125}},
+    {"isoSupport", {0, 100, 200, 400, 800, 1600}},
+    {"exposureCompensationSupport", {-2.0, -1.0, -0.3, 0.0, 0.3, 1.0, 2.0}},
+    {"whiteBalanceSupport", {"auto", "daylight", "_colorTemperature"}},
+    {"_colorTemperature", 4300}};
+const Json kAny = Json::object();
+
+TEST(OscExposure, TakesTheSupportedValueNearestByRatio) {
+  EXPECT_EQ(nearest_supported(kTheta, "shutterSpeed", 1.0 / 60.0), 0.01666666);
+  EXPECT_EQ(nearest_supported(kTheta, "shutterSpeed", 1e-9), 0.001) << "never 0, automatic";
+  EXPECT_EQ(nearest_supported(kTheta, "shutterSpeed", 1e9), 0.125);
+  EXPECT_EQ(nearest_supported(kTheta, "iso", 290), 400) << "290 is nearer to 200 by difference";
+  EXPECT_EQ(nearest_supported(kAny, "iso", 123), 123);
+  EXPECT_EQ(nearest_supported({{"isoSupport", {{"minIso", 50}}}}, "iso", 123), 123);
+  EXPECT_EQ(nearest_compensation(kTheta, 0.8), 1.0);
+  EXPECT_EQ(nearest_compensation(kTheta, -5.0), -2.0);
+  EXPECT_EQ(nearest_compensation(kAny, 0.8), 0.8);
+}
+
+TEST(OscExposure, ValuesThatAreNotGivenKeepTheMeasuredBrightness) {
+  struct Case {
+    double wanted_s;
+    int wanted_iso;
+    std::optional<ExifExposure> measured;
+    const Json& options;
+    ExifExposure chosen;
+  };
+  for (const Case& each : {Case{0.002, 0, ExifExposure{0.01, 200}, kAny, {0.002, 1000}},
+                           {0.0, 100, ExifExposure{0.01, 200}, kAny, {0.02, 100}},
+                           {0.5, 50, {}, kAny, {0.5, 50}},
+                           {0.0, 0, ExifExposure{0.008, 100}, kTheta, {0.008, 100}},
+                           // The shutter time compensates for an unsupported sensitivity.
+                           {0.0, 0, ExifExposure{0.016, 50}, kTheta, {0.008, 100}}}) {
+    ExposureSettings wanted;
+    wanted.shutter_s = each.wanted_s;
+    wanted.iso = each.wanted_iso;
+    const ExifExposure chosen = chosen_exposure(wanted, each.measured, each.options);
+    EXPECT_NEAR(chosen.shutter_s, each.chosen.shutter_s, 1e-9);
+    EXPECT_EQ(chosen.iso, each.chosen.iso);
+    if (!each.measured) continue;
+    expect_fault(FaultKind::kExposure, "camera.exposure.shutter_s",
+                 [&] { chosen_exposure(wanted, std::nullopt, each.options); });
+  }
+}
+
+TEST(OscExposure, LocksWhiteBalanceByTemperatureOrElseByDaylight) {
+  const ExifExposure exposure{0.01, 100};
+  const Json given = locking_options(exposure, 5130, kTheta);
+  EXPECT_EQ(given.at("whiteBalance"), "_colorTemperature");
+  EXPECT_EQ(given.at("_colorTemperature"), 5100) << "in steps of 100 K";
+  EXPECT_EQ(locking_options(exposure, 0, kTheta).at("_colorTemperature"), 4300);
+  const Json insta = {{"whiteBalanceSupport", {"auto", "daylight"}}};
+  EXPECT_EQ(locking_options(exposure, 0, insta).at("whiteBalance"), "daylight");
+  EXPECT_FALSE(locking_options(exposure, 0, insta).contains("_colorTemperature"));
+  EXPECT_THROW(locking_options(exposure, 5000, insta), DeviceFault);
+}
+
+TEST(OscExposure, NamesTheFirstOptionThatIsNotHeld) {
+  const Json set = {{"exposureProgram", 1}, {"iso", 100}, {"shutterSpeed", 0.01666666}};
+  const auto difference = [&set](const char* name, const Json& value) {
+    Json held = set;
+    held[name] = value;
+    return first_difference(set, held);
+  };
+  EXPECT_EQ(first_difference(set, set), "");
+  EXPECT_EQ(difference("shutterSpeed", 1.0 / 60.0), "") << "rounded";
+  EXPECT_EQ(difference("shutterSpeed", 0.02), "shutterSpeed is 0.02 instead of 0.01666666");
+  EXPECT_EQ(difference("iso", 0), "iso is 0 instead of 100");
+  EXPECT_EQ(difference("iso", nullptr), "iso is unknown instead of 100");
+  // A picture's own tags may differ by their rounding only.
+  EXPECT_EQ(first_difference(set, ExifExposure{1.0 / 60.0, 100}), "");
+  EXPECT_EQ(first_difference(set, ExifExposure{1.0 / 50.0, 100}),
+            "shutterSpeed is 0.02 instead of 0.01666666");
+  EXPECT_EQ(first_difference(set, ExifExposure{1.0 / 60.0, 125}), "iso is 125 instead of 100");
+}
+
+// --- Exif ----------------------------------------------------------------------------------------
+
+// The exposure time in units of 10 microseconds.
+std::string jpeg_with(double shutter_s, int iso) {
+  const auto time = static_cast<std::uint32_t>(std::lround(1e5 * shutter_s));
+  const std::string block =
+      exif_block({}, {rational_entry(EXIF_TAG_EXPOSURE_TIME, time, 100'000),
+                      short_entry(EXIF_TAG_ISO_SPEED_RATINGS, static_cast<std::uint16_t>(iso))});
+  return with_app1(encoded(".jpg", 32, 16), kExifIdentifier, block);
+}
+
+TEST(ExifExposure, IsReadBackFromFastToSlowAndNoneIfTheTagsAreMissing) {
+  for (const double shutter_s : {1.0 / 25000.0, 1.0 / 640.0, 1.0 / 60.0, 0.125, 0.4, 1.6, 60.0}) {
+    const auto exposure = exif_exposure(jpeg_with(shutter_s, 3200));
+    ASSERT_TRUE(exposure);
+    EXPECT_NEAR(exposure->shutter_s / shutter_s, 1.0, 0.01);
+    EXPECT_EQ(exposure->iso, 3200);
+  }
+  for (const std::string& bytes :
+       {encoded(".jpg", 32, 16), std::string(), std::string("<html></html>"), jpeg_with(0.01, 0)}) {
+    EXPECT_FALSE(exif_exposure(bytes));
+  }
+}
+
+void expect_refused(const std::string& bytes, const std::string& words) {
+  expect_fault(FaultKind::kBadPicture, words,
+               [&] { check_picture(bytes, {}, "camera, R0010001.JPG"); });
+}
+
+TEST(CheckPicture, TellsFormatAndSizeOfAWholePicture) {
+  const CheckedPicture jpeg = check_picture(encoded(".jpg", 64, 32), {64, 32}, "camera");
+  EXPECT_EQ(jpeg.extension, "jpg");
+  EXPECT_EQ(jpeg.size, (PanoramaSize{64, 32}));
+  const CheckedPicture png = check_picture(encoded(".png", 48, 24), {}, "camera");
+  EXPECT_EQ(png.extension, "png");
+  EXPECT_EQ(png.size, (PanoramaSize{48, 24}));
+}
+
+TEST(CheckPicture, NamesWhatWasSentInstead) {
+  expect_refused("", "camera, R0010001.JPG: the picture is empty");
+  expect_refused("<!DOCTYPE html><html></html>", "web page");
+  expect_refused("\n  <HTML>\n<body>Log in</body></HTML>", "web page");
+  expect_refused("{\"error\": {\"code\": \"disabledCommand\"}}", "disabledCommand");
+  expect_refused("GIF89a......", "JPEG or PNG");
+  expect_refused(encoded(".bmp", 8, 4), "JPEG or PNG");
+}
+
+TEST(CheckPicture, NoPrefixOfAPictureIsAccepted) {
+  for (const std::string extension : {".jpg", ".png"}) {
+    const std::string whole = encoded(extension, 64, 32);
+    for (std::size_t length = 1; length < whole.size(); ++length) {
+      expect_refused(whole.substr(0, length), "cut short");
+    }
+  }
 }
 
 }  // namespace

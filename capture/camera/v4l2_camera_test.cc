@@ -17,7 +17,6 @@
 
 #include "capture/base/manual_clock.h"
 #include "capture/base/test_fault.h"
-#include "capture/camera/v4l2_exposure.h"
 #include "capture/camera/video_device.h"
 
 namespace raywalk::capture {
@@ -261,11 +260,16 @@ ExposureSettings exposure_of(double shutter_s, std::vector<double> bracket_ev = 
 
 struct VideoRig {
   explicit VideoRig(const FakeVideo& fake = {}, const CameraConfig& config = streaming())
-      : camera(config, std::make_unique<FakeVideoDevice>(fake, &clock), &clock) {}
+      : device(new FakeVideoDevice(fake, &clock)),
+        camera(config, std::unique_ptr<VideoDevice>(device), &clock) {}
 
   Shot shoot() { return camera.shoot(clock.now()); }
+  std::string lock(const ExposureSettings& settings, const std::string& earlier = "") {
+    return camera.prepare(settings, earlier);
+  }
 
   ManualClock clock;
+  FakeVideoDevice* device;
   V4l2Camera camera;
 };
 
@@ -403,26 +407,19 @@ TEST(V4l2Camera, FaultsAreNoticedBeforeAnyMoveOrDuringTheSession) {
   }
 }
 
-TEST(V4l2Camera, EveryPictureCarriesTheLockedExposure) {
-  VideoRig rig({.sensor_exposure = 240});
-  const std::string locked = rig.camera.prepare({}, "");
-  const Picture picture = rig.shoot().pictures.at(0);
-  EXPECT_EQ(picture.exposure, locked);
-  EXPECT_NEAR(colour_of(picture)[1], 60.0, 2.0);
-}
-
 // The brightness of each picture shows that the sensor had changed before it was exposed.
 TEST(V4l2Camera, BracketIsOnePictureOfEachExposure) {
   VideoRig rig({.sensor_exposure = 200, .exposure_delay_frames = 3});
-  rig.camera.prepare(exposure_of(0.0, {-1.0, 0.0, 2.0}), "");
+  rig.lock(exposure_of(0.0, {-2.0, 0.0, 1.5}));
   for (int station = 0; station < 3; ++station) {
     rig.clock.sleep(milliseconds(1000));
     const Shot shot = rig.shoot();
     ASSERT_EQ(shot.pictures.size(), 3U);
-    for (const auto& [i, level] : {std::pair{0, 25.0}, {1, 50.0}, {2, 200.0}}) {
-      EXPECT_NEAR(colour_of(shot.pictures[i])[1], level, 2.0);
+    for (const auto& [i, exposure] : {std::pair{0, 50}, {1, 200}, {2, 566}}) {
+      EXPECT_NEAR(colour_of(shot.pictures[i])[1], exposure / 4.0, 2.0);
+      EXPECT_THAT(shot.pictures[i].exposure,
+                  HasSubstr("\"exposure_100us\":" + std::to_string(exposure)));
     }
-    EXPECT_THAT(shot.pictures[2].exposure, HasSubstr("\"exposure_100us\":800"));
   }
 }
 
@@ -444,41 +441,31 @@ TEST(V4l2Camera, YuyvKeepsItsColours) {
 
 // --- Exposure -----------------------------------------------------------------------------------
 
-struct ExposureRig {
-  explicit ExposureRig(const FakeVideo& fake = {}) : device(fake, &clock), exposure(&device) {}
-
-  std::string lock(const ExposureSettings& settings, const std::string& earlier = "") {
-    return exposure.lock(settings, earlier, [this] { ++measured; });
-  }
-
-  ManualClock clock;
-  FakeVideoDevice device;
-  V4l2Exposure exposure;
-  int measured = 0;
-};
-
 template <typename Call>
 void expect_exposure_fault(const std::string& words, const Call& call) {
   expect_fault(FaultKind::kExposure, words, call);
 }
 
 TEST(V4l2Exposure, LocksWhatIsGivenAndTheRestAsTheCameraMeasuredIt) {
-  ExposureRig rig({.sensor_exposure = 321});
-  EXPECT_EQ(rig.lock({}), R"({"exposure_100us":321,"gain":8,"white_balance_k":4600})");
-  EXPECT_EQ(rig.measured, 1);
-  EXPECT_EQ(rig.device.control(VideoControl::kExposureMode), 1);
-  EXPECT_EQ(rig.device.control(VideoControl::kAutoGain), 0);
-  EXPECT_EQ(rig.device.control(VideoControl::kAutoWhiteBalance), 0);
+  VideoRig rig({.sensor_exposure = 240});
+  const std::string locked = rig.lock({});
+  EXPECT_EQ(locked, R"({"exposure_100us":240,"gain":8,"white_balance_k":4600})");
+  EXPECT_EQ(rig.device->control(VideoControl::kExposureMode), 1);
+  EXPECT_EQ(rig.device->control(VideoControl::kAutoGain), 0);
+  EXPECT_EQ(rig.device->control(VideoControl::kAutoWhiteBalance), 0);
+  const Picture picture = rig.shoot().pictures.at(0);
+  EXPECT_EQ(picture.exposure, locked);
+  EXPECT_NEAR(colour_of(picture)[1], 60.0, 2.0);
   ExposureSettings given = exposure_of(0.02);
   given.white_balance_k = 5003;  // the camera has steps of 10
   EXPECT_EQ(rig.lock(given), R"({"exposure_100us":200,"gain":8,"white_balance_k":5000})");
 }
 
 TEST(V4l2Exposure, ResumedSessionIsSetAgainAndNotMeasured) {
-  ExposureRig rig({.sensor_exposure = 999});
+  VideoRig rig({.sensor_exposure = 999});
   const std::string earlier = R"({"exposure_100us":321,"gain":3,"white_balance_k":4700})";
   EXPECT_EQ(rig.lock({}, earlier), earlier);
-  EXPECT_EQ(rig.measured, 0);
+  EXPECT_LT(rig.clock.now().time_since_epoch(), milliseconds(1000)) << "it measured";
   for (const std::string other : {R"({"iso":100})", "nonsense", "[1]"}) {
     expect_exposure_fault("not settings of a V4L2 camera; resume with the camera",
                           [&] { rig.lock({}, other); });
@@ -486,58 +473,47 @@ TEST(V4l2Exposure, ResumedSessionIsSetAgainAndNotMeasured) {
 }
 
 TEST(V4l2Exposure, CameraWithoutControlsIsLeftAlone) {
-  ExposureRig rig({.controls = false});
+  VideoRig rig({.controls = false});
   EXPECT_EQ(rig.lock({}), "");
-  EXPECT_EQ(rig.exposure.confirm(), "");
+  EXPECT_EQ(rig.shoot().pictures.at(0).exposure, "");
   expect_exposure_fault("has no control for exposure_100us", [&] { rig.lock(exposure_of(0.02)); });
 }
 
 TEST(V4l2Exposure, NothingIsLockedIfTheLockIsOff) {
-  ExposureRig rig;
+  VideoRig rig;
   ExposureSettings settings;
   settings.lock = false;
   EXPECT_EQ(rig.lock(settings), "");
-  EXPECT_EQ(rig.device.control(VideoControl::kExposureMode), 3);
+  EXPECT_EQ(rig.device->control(VideoControl::kExposureMode), 3);
   settings.bracket_ev = {-1.0, 0.0};
   EXPECT_THROW(rig.lock(settings), UsageError);
 }
 
 TEST(V4l2Exposure, NamesUnsupportedSettings) {
-  ExposureRig rig;
+  VideoRig rig({.sensor_exposure = 200});
   expect_exposure_fault("takes exposure_100us from 1 to 5000, not 20000",
                         [&] { rig.lock(exposure_of(2.0)); });
+  // Of a bracket too, at the start.
+  for (const double ev : {-9.0, 5.0, 1e300}) {
+    expect_exposure_fault("cannot expose by", [&] { rig.lock(exposure_of(0.0, {0.0, ev})); });
+  }
   ExposureSettings settings;
   settings.iso = 100;
   EXPECT_THROW(rig.lock(settings), UsageError);
   for (const std::string control : {"exposure_mode", "auto_gain", "gain", "white_balance_k"}) {
-    ExposureRig stubborn({.refused_control = control});
+    VideoRig stubborn({.refused_control = control});
     expect_exposure_fault("refuses", [&] { stubborn.lock({}); });
   }
 }
 
-TEST(V4l2Exposure, BracketMultipliesTheExposureTimeWithinTheCamerasRange) {
-  ExposureRig rig({.sensor_exposure = 200});
-  rig.lock(exposure_of(0.0, {-2.0, 0.0, 1.5}));
-  for (const auto& [ev, exposure] : {std::pair{-2.0, 50}, {1.5, 566}, {0.0, 200}}) {
-    rig.exposure.bracket(ev);
-    EXPECT_EQ(rig.device.control(VideoControl::kExposure), exposure);
-    EXPECT_THAT(rig.exposure.confirm(),
-                HasSubstr("\"exposure_100us\":" + std::to_string(exposure)));
-  }
-  // Refused at the start.
-  for (const double ev : {-9.0, 5.0, 1e300}) {
-    expect_exposure_fault("cannot expose by", [&] { rig.lock(exposure_of(0.0, {0.0, ev})); });
-  }
-}
-
 TEST(V4l2Exposure, AChangeByAnotherProgramIsAFault) {
-  ExposureRig rig;
+  VideoRig rig;
   rig.lock({});
-  rig.device.set_control(VideoControl::kGain, 55);
-  expect_exposure_fault("has gain at 55 and not at the 8", [&] { rig.exposure.confirm(); });
-  rig.device.set_control(VideoControl::kGain, 8);
-  rig.device.set_control(VideoControl::kAutoWhiteBalance, 1);
-  expect_exposure_fault("has auto_white_balance at 1", [&] { rig.exposure.confirm(); });
+  rig.device->set_control(VideoControl::kGain, 55);
+  expect_exposure_fault("has gain at 55 and not at the 8", [&] { rig.shoot(); });
+  rig.device->set_control(VideoControl::kGain, 8);
+  rig.device->set_control(VideoControl::kAutoWhiteBalance, 1);
+  expect_exposure_fault("has auto_white_balance at 1", [&] { rig.shoot(); });
 }
 
 TEST(V4l2Device, WhatIsNoCameraIsNamed) {

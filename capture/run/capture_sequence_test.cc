@@ -3,36 +3,35 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <httplib.h>
 
 #include <map>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "capture/import/test_pictures.h"
 #include "capture/plan/test_plan.h"
 #include "capture/run/fake_camera.h"
 #include "capture/run/film_lines.h"
+#include "capture/run/place_rail.h"
 #include "capture/run/run_session.h"
-#include "capture/session/session_database.h"
-#include "capture/session/session_frames.h"
-#include "capture/session/session_status.h"
 #include "capture/session/test_session.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
-#include "core/files/test_directory.h"
 #include "simulator/rig/test_slider.h"
 
 namespace raywalk::capture {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
 
 // The attempt that captured a station, and the camera's shot at it; both from 1.
 struct Capture {
@@ -42,12 +41,9 @@ struct Capture {
 };
 
 // Two lines of three stations at 50, 300 and 550 mm with the simulated drive and a fake camera.
-class CaptureSequenceTest : public ::testing::Test {
+class CaptureSequenceTest : public SessionCase {
  protected:
   CaptureSequenceTest() {
-    capture_.directory = directory_ / "session";
-    capture_.plan = CapturePlan{};
-    capture_.plan.lines.push_back(test_line("x0", LineAxis::kX, 0.5, -0.25, 0.25, 3));
     capture_.plan.lines.push_back(test_line("z0", LineAxis::kZ, 0.5, -0.25, 0.25, 3));
     rules_.approach_mm = 10.0;
     use_slider({});
@@ -64,6 +60,13 @@ class CaptureSequenceTest : public ::testing::Test {
     CaptureSequence({&carriage, &camera_, session.get(), place_, clock()}, rules_)
         .run(capture_.plan);
   }
+  void film() {
+    capture_.config.run.mode = CaptureMode::kVideo;
+    const auto session = capture_.open();
+    Carriage carriage(slider_->driver(), clock(), limits_, motion_);
+    film_lines(capture_.plan, {&carriage, &camera_, session.get(), place_, clock()},
+               {.profile = {50.0, 200.0}, .approach_mm = 5.0, .still_ms = 1000.0});
+  }
   std::string paused_message() {
     try {
       run();
@@ -71,10 +74,6 @@ class CaptureSequenceTest : public ::testing::Test {
       return paused.what();
     }
     return "was not paused";
-  }
-  nlohmann::json status() {
-    SessionReader reader(capture_.directory);
-    return session_status(&reader);
   }
   // That the session holds exactly the pictures of these shots, in this order: each frame under its
   // station, attempt and exposure, taken and located there, with the size and checksum of its file;
@@ -90,11 +89,10 @@ class CaptureSequenceTest : public ::testing::Test {
                   planned(capture.station).rail_mm, 0.1)
           << capture.station;
     }
-    SessionReader reader(capture_.directory);
-    const SessionContents contents = reader.contents();
+    const SessionContents held = contents();
     std::vector<std::string> stored;
-    for (const SessionFrame& frame : contents.frames) {
-      const SessionStation& station = contents.station_of(frame);
+    for (const SessionFrame& frame : held.frames) {
+      const SessionStation& station = held.station_of(frame);
       const std::string bytes = read_file(capture_.directory / frame.file);
       stored.push_back(frame_text(station.name, station.shot->number, frame.exposure, bytes));
       EXPECT_EQ(frame.bytes, static_cast<std::int64_t>(bytes.size())) << frame.file;
@@ -103,7 +101,7 @@ class CaptureSequenceTest : public ::testing::Test {
       EXPECT_NEAR(frame.position_m.z_m, planned(station.name).position_m.z_m, 1e-4) << frame.file;
     }
     EXPECT_EQ(stored, expected);
-    const SessionVerification verification = verify_session(&reader);
+    const SessionVerification verification = capture_.verify();
     EXPECT_THAT(verification.faults, IsEmpty());
     EXPECT_THAT(verification.leftover, IsEmpty());
   }
@@ -144,8 +142,6 @@ class CaptureSequenceTest : public ::testing::Test {
     throw std::out_of_range(name);
   }
 
-  TestDirectory directory_;
-  TestCapture capture_;
   SoftLimits limits_{45.0, 600.0};
   MotionRules motion_;
   CaptureRules rules_;
@@ -156,27 +152,10 @@ class CaptureSequenceTest : public ::testing::Test {
   PlaceRail place_ = [this](const CaptureLine& line, int, int) { placed_.push_back(line.id); };
 };
 
-TEST_F(CaptureSequenceTest, CapturesEveryStationOnceLineByLine) {
+TEST_F(CaptureSequenceTest, CapturesEveryStationOnceLineByLineAndThenNothing) {
   run();
-  EXPECT_EQ(camera_.shots(), 6);
   EXPECT_THAT(placed_, ElementsAre("x0", "z0"));
-  expect_all();
   EXPECT_THAT(failures(), IsEmpty());
-}
-
-TEST_F(CaptureSequenceTest, ApproachesEveryStationFromBelowWithinTheLimits) {
-  use_slider({.backlash_mm = 0.5});
-  run();
-  const SessionContents contents = SessionReader(capture_.directory).contents();
-  for (const SessionStation& station : contents.stations) {
-    EXPECT_NEAR(station.shot->measured_mm, station.planned_mm, 0.1);
-  }
-  EXPECT_GE(slider_->lowest_mm(), 0.0);
-  EXPECT_NEAR(slider_->true_position_mm(), 549.5, 0.1);  // on the way up the play is ahead
-}
-
-TEST_F(CaptureSequenceTest, AFinishedSessionIsLeftAlone) {
-  run();
   const int moves = slider_->moves_commanded();
   run();
   EXPECT_EQ(slider_->moves_commanded(), moves);
@@ -184,12 +163,26 @@ TEST_F(CaptureSequenceTest, AFinishedSessionIsLeftAlone) {
   expect_all();
 }
 
-TEST_F(CaptureSequenceTest, ABadPictureIsShotAgain) {
-  camera_.faults = {{2, FaultKind::kBadPicture}, {3, FaultKind::kMissingPicture}};
+TEST_F(CaptureSequenceTest, ApproachesEveryStationFromBelowWithinTheLimits) {
+  use_slider({.backlash_mm = 0.5});
   run();
-  EXPECT_EQ(camera_.shots(), 8);
-  expect_all({{"x0_001", 3}});
-  EXPECT_THAT(failures(), ElementsAre("x0_001 1: bad-picture", "x0_001 2: missing-picture"));
+  const SessionContents held = contents();
+  for (const SessionStation& station : held.stations) {
+    EXPECT_NEAR(station.shot->measured_mm, station.planned_mm, 0.1);
+  }
+  EXPECT_GE(slider_->lowest_mm(), 0.0);
+  EXPECT_NEAR(slider_->true_position_mm(), 549.5, 0.1);  // on the way up the play is ahead
+}
+
+TEST_F(CaptureSequenceTest, ABadPictureOrOneOfAnotherSizeIsNotStoredButShotAgain) {
+  camera_.faults = {{2, FaultKind::kBadPicture}, {3, FaultKind::kMissingPicture}};
+  camera_.odd_sizes = {{5, {128, 64}}};
+  run();
+  EXPECT_EQ(camera_.shots(), 9);
+  expect_all({{"x0_001", 3}, {"x0_002", 2}});
+  EXPECT_THAT(failures(), ElementsAre("x0_001 1: bad-picture", "x0_001 2: missing-picture",
+                                      "x0_002 1: bad-picture"));
+  EXPECT_EQ(count("frame WHERE width_px = 64 AND height_px = 32"), 6);
 }
 
 TEST_F(CaptureSequenceTest, PausesAfterTheAllowedShotsAndResumesThere) {
@@ -213,18 +206,6 @@ TEST_F(CaptureSequenceTest, ACameraThatStaysBusyPausesAtOnce) {
   expect_frames({});
 }
 
-TEST_F(CaptureSequenceTest, APictureOfAnotherSizeIsNotStoredButShotAgain) {
-  camera_.odd_sizes = {{2, {128, 64}}};
-  run();
-  EXPECT_EQ(camera_.shots(), 7);
-  expect_all({{"x0_001", 2}});
-  EXPECT_THAT(failures(), ElementsAre("x0_001 1: bad-picture"));
-  SessionReader reader(capture_.directory);
-  EXPECT_EQ(reader.database().integer(
-                "SELECT count(*) FROM frame WHERE width_px = 64 AND height_px = 32"),
-            6);
-}
-
 TEST_F(CaptureSequenceTest, ThePictureOfAnotherKindThanTheFramesPausesAtTheFirstOfALine) {
   write_test_circles(directory_ / "circles.jpg");
   camera_.files = {{2, read_file(directory_ / "circles.jpg")},
@@ -235,7 +216,7 @@ TEST_F(CaptureSequenceTest, ThePictureOfAnotherKindThanTheFramesPausesAtTheFirst
   EXPECT_EQ(camera_.shots(), 4);  // not shot again
   camera_.files.clear();
   run();  // once the camera is set to stitch
-  EXPECT_EQ(status()["captured"], 6);
+  EXPECT_EQ(capture_.status()["captured"], 6);
 }
 
 TEST_F(CaptureSequenceTest, AnIncompleteBracketIsNotStoredButShotAgain) {
@@ -246,7 +227,7 @@ TEST_F(CaptureSequenceTest, AnIncompleteBracketIsNotStoredButShotAgain) {
   run();
   EXPECT_EQ(camera_.shots(), 8);
   expect_all({{"x0_000", 3}});
-  EXPECT_EQ(status()["faults"], (nlohmann::json{{"missing-picture", 2}}));
+  EXPECT_EQ(capture_.status()["faults"], (nlohmann::json{{"missing-picture", 2}}));
 }
 
 TEST_F(CaptureSequenceTest, PicturesThatStayOnTheCardLeaveTheStationExposed) {
@@ -255,8 +236,8 @@ TEST_F(CaptureSequenceTest, PicturesThatStayOnTheCardLeaveTheStationExposed) {
   run();
   EXPECT_EQ(camera_.shots(), 6);
   expect_frames({});
-  const SessionContents contents = SessionReader(capture_.directory).contents();
-  for (const SessionStation& station : contents.stations) {
+  const SessionContents held = contents();
+  for (const SessionStation& station : held.stations) {
     ASSERT_TRUE(station.shot && station.shot->on_card) << station.name;
     EXPECT_TRUE(station.shot->triggered_utc_us && station.shot->exposed_utc_us) << station.name;
     EXPECT_NEAR(station.shot->measured_mm, station.planned_mm, 0.1) << station.name;
@@ -275,7 +256,7 @@ TEST_F(CaptureSequenceTest, AFullDiskPausesBeforeTheSliderMoves) {
   rules_.least_free_bytes = 1e18;
   EXPECT_THAT(paused_message(), AllOf(HasSubstr("station x0_000"), HasSubstr("free some")));
   EXPECT_EQ(camera_.shots(), 0);
-  EXPECT_EQ(status()["lines"][0]["attempts"], 0);
+  EXPECT_EQ(capture_.status()["lines"][0]["attempts"], 0);
 }
 
 TEST_F(CaptureSequenceTest, AClockThatIsSetBackPauses) {
@@ -285,25 +266,18 @@ TEST_F(CaptureSequenceTest, AClockThatIsSetBackPauses) {
   clock()->shift_wall(-std::chrono::hours(2));
   EXPECT_THAT(paused_message(), HasSubstr("clock"));
   EXPECT_THAT(failures(), ElementsAre("x0_002 1: bad-picture"));
-  EXPECT_EQ(status()["lines"][0]["attempts"], 3);
+  EXPECT_EQ(capture_.status()["lines"][0]["attempts"], 3);
   expect_frames({{"x0_000", 1, 1}, {"x0_001", 1, 2}});
 }
 
 TEST_F(CaptureSequenceTest, OwnTimeExcludesWhatTheDevicesTake) {
   run();
   // Simulated time passes only while the fakes work.
-  EXPECT_NEAR(status()["times"]["own_ms"].get<double>(), 0.0, motion_.poll_ms + 1.0);
-  EXPECT_NEAR(status()["times"]["exposing_ms"].get<double>(), 400.0, 1e-6);
+  EXPECT_NEAR(capture_.status()["times"]["own_ms"].get<double>(), 0.0, motion_.poll_ms + 1.0);
+  EXPECT_NEAR(capture_.status()["times"]["exposing_ms"].get<double>(), 400.0, 1e-6);
 }
 
 TEST_F(CaptureSequenceTest, FilmsEachLineWithAJournalOfThePass) {
-  capture_.config.run.mode = CaptureMode::kVideo;
-  const auto film = [&] {
-    const auto session = capture_.open();
-    Carriage carriage(slider_->driver(), clock(), limits_, motion_);
-    film_lines(capture_.plan, {&carriage, &camera_, session.get(), place_, clock()},
-               {.profile = {50.0, 200.0}, .approach_mm = 5.0, .still_ms = 1000.0});
-  };
   film();
   EXPECT_EQ(camera_.films(), 2);
   EXPECT_FALSE(camera_.is_filming());
@@ -316,15 +290,11 @@ TEST_F(CaptureSequenceTest, FilmsEachLineWithAJournalOfThePass) {
 }
 
 TEST_F(CaptureSequenceTest, AStallWhileFilmingEndsTheFilmAndKeepsNoJournal) {
-  capture_.config.run.mode = CaptureMode::kVideo;
   slider_->faults.add({.kind = RigFault::kStall, .after_ms = 6000.0});
-  const auto session = capture_.open();
-  Carriage carriage(slider_->driver(), clock(), limits_, motion_);
-  EXPECT_THROW(film_lines(capture_.plan, {&carriage, &camera_, session.get(), place_, clock()},
-                          {.profile = {50.0, 200.0}}),
-               Paused);
+  EXPECT_THROW(film(), Paused);
+  EXPECT_EQ(camera_.films(), 1);
   EXPECT_FALSE(camera_.is_filming());
-  EXPECT_FALSE(session->has_journal("x0"));
+  EXPECT_FALSE(capture_.open()->has_journal("x0"));
 }
 
 TEST(RunSession, OfASessionThatIsFilmedNeedsNoDevice) {
@@ -344,6 +314,75 @@ TEST(RunSession, OfASessionThatIsFilmedNeedsNoDevice) {
   EXPECT_THAT(run_session(config, {.session = directory / "hall"}),
               AllOf(HasSubstr("all 4 lines are filmed"), HasSubstr("--video")));
 }
+
+// --- Placing the rail ----------------------------------------------------------------------------
+
+const CaptureLine kLine = test_line("z1", LineAxis::kZ, 0.5, -0.75, 0.25, 7);
+
+// A rig that answers requests to place the rail with the given status.
+class RigServer {
+ public:
+  explicit RigServer(int status) {
+    server_.Post("/rig/place",
+                 [this, status](const httplib::Request& request, httplib::Response& reply) {
+                   request_ = request.body;
+                   reply.status = status;
+                   reply.set_content("no such line", "text/plain");
+                 });
+    port_ = server_.bind_to_any_port("127.0.0.1");
+    thread_ = std::thread([this] { server_.listen_after_bind(); });
+    while (!server_.is_running()) std::this_thread::yield();
+  }
+  ~RigServer() {
+    server_.stop();
+    thread_.join();
+  }
+  RunConfig config() const {
+    RunConfig config;
+    config.place_url = "http://127.0.0.1:" + std::to_string(port_) + "/rig/place";
+    return config;
+  }
+  const std::string& request() const { return request_; }
+
+ private:
+  httplib::Server server_;
+  std::thread thread_;
+  int port_ = 0;
+  std::string request_;
+};
+
+TEST(PlacementText, SaysWhereBothEndsOfTheLineBelong) {
+  EXPECT_THAT(
+      placement_text(kLine, 4, 5),
+      AllOf(HasSubstr("z1 (4 of 5)"), HasSubstr("50.0 mm belongs at x = +0.500 m, z = -0.750 m"),
+            HasSubstr("towards +z"), HasSubstr("z = +0.750 m at 1550.0 mm")));
+}
+
+TEST(PlaceRail, SendsTheLineToARigThatPlacesItself) {
+  const RigServer rig(200);
+  place_rail(rig.config(), false, kLine, 1, 1);
+  const auto request = nlohmann::json::parse(rig.request());
+  EXPECT_EQ(request["line"], "z1");
+  EXPECT_EQ(request["placement"], 1);
+  EXPECT_EQ(request["start_m"], nlohmann::json({0.5, -0.75}));
+  EXPECT_EQ(request["end_m"], nlohmann::json({0.5, 0.75}));
+}
+
+TEST(PlaceRail, ARefusalOfTheRigIsAnErrorWithItsAnswer) {
+  const RigServer rig(404);
+  const std::string error = error_of([&] { place_rail(rig.config(), false, kLine, 1, 1); });
+  EXPECT_THAT(error, AllOf(HasSubstr("z1"), HasSubstr("404"), HasSubstr("no such line")));
+}
+
+TEST(PlaceRail, ARigThatIsOffIsAnError) {
+  RunConfig config;
+  config.place_url = "http://127.0.0.1:1/rig/place";
+  config.place_timeout_ms = 500.0;
+  const std::string error = error_of([&] { place_rail(config, false, kLine, 1, 1); });
+  EXPECT_THAT(error, AllOf(HasSubstr("127.0.0.1:1"), HasSubstr("run.place_timeout_ms")));
+}
+
+TEST(PlaceRail, YesDoesNotAskTheOperator) { place_rail({}, true, kLine, 1, 1); }
 
 }  // namespace
 }  // namespace raywalk::capture

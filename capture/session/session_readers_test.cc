@@ -1,11 +1,16 @@
 // What status, verify and export say of a session.
 #include <gmock/gmock.h>
 
+#include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <vector>
 
-#include "capture/session/session_frames.h"
-#include "capture/session/session_status.h"
+#include "capture/plan/line_selection.h"
+#include "capture/session/merge_sessions.h"
 #include "capture/session/test_session.h"
 #include "core/files/atomic_output.h"
 #include "core/files/csv.h"
@@ -14,29 +19,23 @@
 namespace raywalk::capture {
 namespace {
 
+namespace fs = std::filesystem;
 using testing::AllOf;
+using testing::ContainsRegex;
 using testing::ElementsAre;
 using testing::EndsWith;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
-
-namespace fs = std::filesystem;
+using testing::SizeIs;
 
 // 15 stations: 4 lines of a cell, and one for validation.
 class SessionReadersTest : public SessionCase {
  protected:
   SessionReadersTest() : SessionCase(test_plan(true)) {}
 
-  nlohmann::json status() {
-    SessionReader reader(capture_.directory);
-    return session_status(&reader);
-  }
-  std::string next_step() { return status()["next_step"]; }
-  SessionVerification verify() {
-    SessionReader reader(capture_.directory);
-    return verify_session(&reader);
-  }
+  nlohmann::json status() const { return capture_.status(); }
+  std::string next_step() const { return status()["next_step"]; }
   std::string write(const ExportOptions& options) {
     SessionReader reader(capture_.directory);
     return export_session(&reader, options);
@@ -153,9 +152,9 @@ TEST_F(SessionReadersTest, StatusNamesEachStepOfAFilm) {
 
 TEST_F(SessionReadersTest, VerifyListsFilesOfNoStationWithoutAFault) {
   capture_.capture_missing(capture_.open().get());
-  EXPECT_THAT(verify().leftover, IsEmpty());
+  EXPECT_THAT(capture_.verify().leftover, IsEmpty());
   std::ofstream(capture_.directory / "frames/x0_001_a2.jpg") << "left";
-  const SessionVerification verification = verify();
+  const SessionVerification verification = capture_.verify();
   EXPECT_TRUE(verification.is_whole());
   EXPECT_EQ(verification.frames, 15);
   EXPECT_EQ(verification.bytes,
@@ -169,17 +168,17 @@ TEST_F(SessionReadersTest, StationsOfLostFramesCanBeGivenUpAndCapturedAgain) {
   std::ofstream(capture_.directory / "frames/x0_002.jpg") << "other";
   EXPECT_THAT(status_text(status()), AllOf(HasSubstr("13 of 15 stations captured, 2 lost"),
                                            HasSubstr("lost: frames/x0_0"), HasSubstr("--give-up")));
-  EXPECT_THAT(give_up_lost_stations(verify(), capture_.directory, &capture_.clock),
+  EXPECT_THAT(give_up_lost_stations(capture_.verify(), capture_.directory, &capture_.clock),
               HasSubstr("2 stations given up"));
-  EXPECT_TRUE(verify().is_whole());
-  EXPECT_EQ(verify().frames, 13);
+  EXPECT_TRUE(capture_.verify().is_whole());
+  EXPECT_EQ(capture_.verify().frames, 13);
   const std::unique_ptr<Session> session = capture_.open();
   EXPECT_TRUE(session->is_captured("x0_000"));
   EXPECT_FALSE(session->is_captured("x0_001"));
   capture_.capture_missing(session.get());
-  EXPECT_TRUE(verify().is_whole());
-  EXPECT_EQ(verify().frames, 15);
-  EXPECT_THAT(verify().leftover, ElementsAre("frames/x0_002.jpg"));
+  EXPECT_TRUE(capture_.verify().is_whole());
+  EXPECT_EQ(capture_.verify().frames, 15);
+  EXPECT_THAT(capture_.verify().leftover, ElementsAre("frames/x0_002.jpg"));
 }
 
 TEST_F(SessionReadersTest, ExportWritesAGridWithItsCellAndGroundTruth) {
@@ -245,6 +244,225 @@ TEST_F(SessionReadersTest, ExportOfFisheyePicturesHasToBeAskedFor) {
   capture_.capture_missing(capture_.open().get());
   EXPECT_THAT(refusal({}), AllOf(HasSubstr("raywalk-calibrate"), HasSubstr("--unstitched")));
   EXPECT_NO_THROW(write({.unstitched = true}));
+}
+
+// Checks docs/session.md against a real session: every column is explained, every example runs.
+class SessionDocsTest : public SessionCase {
+ protected:
+  SessionDocsTest() : SessionCase(test_plan()) {
+    const std::unique_ptr<Session> session = capture_.open();
+    session->record_event("run-started", "a slider, a camera");
+    session->record_event("merged", "x0: 3 stations of monday");
+    session->fail_attempt(session->begin_attempt("x0_000", 50.0), "stall", "it stood still");
+    capture_.capture_missing(session.get());
+    const JournalSample samples[] = {{capture_.clock.wall_now(), 50.0},
+                                     {capture_.clock.wall_now() + std::chrono::seconds(1), 70.0}};
+    session->record_journal("x0", samples);
+  }
+
+  std::vector<std::string> queries() const {
+    std::vector<std::string> queries;
+    const std::regex block("```sql\n([^`]*)```");
+    for (std::sregex_iterator i(docs_.begin(), docs_.end(), block), end; i != end; ++i) {
+      queries.push_back((*i)[1]);
+    }
+    return queries;
+  }
+
+  // Table -> the names in backquotes in the first cell of its rows.
+  std::map<std::string, std::set<std::string>> documented_columns() const {
+    std::map<std::string, std::set<std::string>> columns;
+    std::string table;
+    std::istringstream lines(docs_);
+    const std::regex word("`([a-z0-9_]+)`");
+    for (std::string line; std::getline(lines, line);) {
+      std::smatch heading;
+      if (std::regex_match(line, heading, std::regex("### `([a-z_]+)`"))) table = heading[1];
+      if (line.starts_with("## ")) table.clear();
+      if (table.empty() || !line.starts_with("| `")) continue;
+      const std::string cell = line.substr(0, line.find(" | "));
+      for (std::sregex_iterator i(cell.begin(), cell.end(), word), end; i != end; ++i) {
+        columns[table].insert((*i)[1]);
+      }
+    }
+    return columns;
+  }
+
+  std::string docs_ = read_file(RAYWALK_DOCS "/session.md");
+};
+
+TEST_F(SessionDocsTest, EveryExampleReturnsRows) {
+  SqliteConnection connection = open_session_to_read(capture_.directory);
+  ASSERT_THAT(queries(), SizeIs(9));
+  for (const std::string& query : queries()) {
+    SqliteStatement statement(&connection, query);
+    EXPECT_TRUE(statement.step()) << query;
+    EXPECT_FALSE(statement.is_null(0)) << query;
+  }
+}
+
+TEST_F(SessionDocsTest, ExplainsExactlyTheExistingColumns) {
+  SqliteConnection connection = open_session_to_read(capture_.directory);
+  SqliteStatement row(&connection,
+                      "SELECT sqlite_master.name, columns.name FROM sqlite_master, "
+                      "pragma_table_info(sqlite_master.name) AS columns "
+                      "WHERE sqlite_master.type IN ('table', 'view')");
+  std::map<std::string, std::set<std::string>> columns;
+  while (row.step()) columns[row.text(0)].insert(row.text(1));
+  EXPECT_EQ(documented_columns(), columns);
+}
+
+TEST_F(SessionDocsTest, ExplainsEveryKeyOfTheStatus) {
+  const nlohmann::json status = capture_.status();
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : status.items()) keys.push_back(key);
+  for (const auto& [key, value] : status["lines"][0].items()) keys.push_back(key);
+  for (const auto& [key, value] : status["times"].items()) keys.push_back(key);
+  const std::string section = docs_.substr(docs_.find("## `status --json`"));
+  for (const std::string& key : keys) {
+    EXPECT_THAT(section, ContainsRegex("`" + key + "(\\[\\])?`"));
+  }
+}
+
+class MergeSessionsTest : public ::testing::Test {
+ protected:
+  // Captures lines of the test plan, or of `plan`, in a session; `hour` orders the sessions.
+  void capture(const std::string& name, const std::vector<std::string>& lines, int hour,
+               int stations = 1000, const CapturePlan& plan = test_plan(true)) {
+    TestCapture rig{.directory = root_ / name};
+    rig.plan = select_lines(plan, rig.config.camera, lines);
+    rig.clock.sleep(duration_from_ms(3.6e6 * hour));
+    rig.off_mm = 0.01 * hour;
+    const auto session = rig.open();
+    session->record_event("run-started", "the rig of " + name);
+    rig.capture_missing(session.get(), stations);
+  }
+  MergeOptions options(const std::vector<std::string>& names) const {
+    MergeOptions options{.sessions = {}, .out = root_ / "hall"};
+    for (const std::string& name : names) options.sessions.push_back(root_ / name);
+    return options;
+  }
+  std::string merge(const MergeOptions& options) { return merge_sessions(options, &clock_); }
+  std::string refusal(const MergeOptions& options) {
+    const std::string message = error_of([&] { merge(options); });
+    EXPECT_FALSE(fs::exists(options.out));
+    return message;
+  }
+  std::string events() {
+    SessionReader session(root_ / "hall");
+    std::string text;
+    SqliteStatement row =
+        session.query("SELECT kind || ' ' || text FROM event ORDER BY id", "event");
+    while (row.step()) text += row.text(0) + "\n";
+    return text;
+  }
+
+  TestDirectory root_;
+  ManualClock clock_{};
+};
+
+TEST_F(MergeSessionsTest, SessionsOfSomeLinesBecomeTheSessionOfThePlan) {
+  capture("monday", {"x0", "z1"}, 1);
+  capture("tuesday", {"x1", "z0", "v0"}, 2);
+  EXPECT_THAT(merge(options({"tuesday", "monday"})),
+              HasSubstr("hall: 15 frames and 5 lines of 2 sessions"));
+  SessionReader merged(root_ / "hall");
+  EXPECT_TRUE(verify_session(&merged).is_whole());
+  std::vector<std::string> stations;
+  const SessionContents contents = merged.contents();
+  for (const SessionStation& station : contents.stations) {
+    EXPECT_TRUE(station.shot) << station.name;
+    stations.push_back(station.name);
+  }
+  EXPECT_EQ(stations.front(), "x0_000");
+  EXPECT_EQ(stations.back(), "v0_002");
+  // As one run would have left it: complete for the same configuration, and in the order of time.
+  TestCapture rig{.directory = root_ / "hall", .plan = test_plan(true)};
+  rig.clock.sleep(duration_from_ms(3.6e6 * 10));
+  EXPECT_EQ(rig.open()->exposure(), "");
+  SqliteStatement row = merged.query(
+      "SELECT count(*), sum(begun_utc_us < (SELECT begun_utc_us FROM attempt AS before WHERE "
+      "before.id = attempt.id - 1)), min(measured_mm - commanded_mm), max(measured_mm - "
+      "commanded_mm) FROM attempt",
+      "attempts");
+  ASSERT_TRUE(row.step());
+  EXPECT_EQ(row.integer(0, 0, 100), 15);
+  EXPECT_EQ(row.integer(1, 0, 100), 0);
+  EXPECT_NEAR(row.real(2, 0.0, 1.0), 0.01, 1e-9);
+  EXPECT_NEAR(row.real(3, 0.0, 1.0), 0.02, 1e-9);
+  EXPECT_THAT(events(),
+              AllOf(HasSubstr("run-started monday: the rig of monday\n"
+                              "run-started tuesday: the rig of tuesday\n"),
+                    HasSubstr("merged x0: 3 stations of " + (root_ / "monday").string())));
+  EXPECT_EQ(fs::hard_link_count(root_ / "hall" / "frames" / "x0_000.jpg"), 2u);
+}
+
+TEST_F(MergeSessionsTest, ALineCapturedAgainReplacesTheOlderOneIfAsked) {
+  capture("whole", {}, 1);
+  capture("again", {"z0"}, 2);
+  EXPECT_THAT(refusal(options({"again", "whole"})),
+              AllOf(HasSubstr("line z0 is captured in " + (root_ / "whole").string()),
+                    HasSubstr("later, in " + (root_ / "again").string()), HasSubstr("--replace")));
+  MergeOptions replacing = options({"again", "whole"});
+  replacing.replace = true;
+  EXPECT_THAT(merge(replacing), HasSubstr("z0 of again replaces that of whole"));
+  const auto is_of = [&](const std::string& frame, const std::string& session) {
+    return fs::equivalent(root_ / "hall" / "frames" / frame, root_ / session / "frames" / frame);
+  };
+  EXPECT_TRUE(is_of("z0_001.jpg", "again"));
+  EXPECT_TRUE(is_of("z1_001.jpg", "whole"));
+  EXPECT_THAT(events(), HasSubstr("in place of that of " + (root_ / "whole").string()));
+}
+
+TEST_F(MergeSessionsTest, MissingAndUnfinishedLinesAreNamed) {
+  capture("monday", {"x0", "z0"}, 1, 4);  // one station of z0
+  capture("tuesday", {"z1"}, 2);
+  EXPECT_THAT(refusal(options({"monday", "tuesday"})),
+              AllOf(HasSubstr("2 lines of the plan: x1, v0"),
+                    HasSubstr("not finished: z0 (1 of 3)"), HasSubstr("--partial")));
+  MergeOptions partial = options({"monday", "tuesday"});
+  partial.partial = true;
+  EXPECT_THAT(merge(partial), HasSubstr("missing: x1, v0"));
+  // What is missing is merged into it later.
+  capture("wednesday", {"x1", "v0", "z0"}, 3);
+  MergeOptions rest = options({"hall", "wednesday"});
+  rest.replace = true;
+  rest.out = root_ / "complete";
+  EXPECT_THAT(merge(rest), HasSubstr("15 frames and 5 lines"));
+}
+
+TEST_F(MergeSessionsTest, OtherPlansCamerasAndPlacesAreRefused) {
+  capture("monday", {"x0"}, 1);
+  CapturePlan other = test_plan(true);
+  other.lines[1].stations[0].position_m.x_m += 0.01;
+  capture("other", {"x1"}, 2, 1000, other);
+  EXPECT_THAT(refusal(options({"monday", "other"})), HasSubstr("different plans"));
+  TestCapture rig{.directory = root_ / "card"};
+  rig.config.camera.kind = CameraKind::kGpio;
+  rig.plan = select_lines(test_plan(true), rig.config.camera, {"x1"});
+  rig.open();
+  EXPECT_THAT(refusal(options({"monday", "card"})), HasSubstr("the camera is osc and gpio"));
+  EXPECT_THAT(refusal(options({"monday", "monday"})), HasSubstr("given twice"));
+  MergeOptions onto = options({"monday"});
+  onto.out = root_ / "monday";
+  EXPECT_THAT(error_of([&] { merge(onto); }), HasSubstr("exists"));
+}
+
+TEST_F(MergeSessionsTest, AStoppedMergeGoesOnAndForeignFilesStay) {
+  capture("monday", {}, 1);
+  const fs::path partial = root_ / "hall.partial";
+  fs::create_directories(partial / "frames");
+  write_file_atomically(partial / "frames" / "x0_000.jpg", "half of another merge");
+  write_file_atomically(partial / "frames" / "y9_000.jpg", "left over");
+  write_file_atomically(partial / "session.db", "torn");
+  write_file_atomically(partial / "notes.txt", "mine");
+  EXPECT_THAT(refusal(options({"monday"})), HasSubstr("notes.txt"));
+  fs::remove(partial / "notes.txt");
+  merge(options({"monday"}));
+  SessionReader merged(root_ / "hall");
+  EXPECT_TRUE(verify_session(&merged).is_whole());
+  EXPECT_FALSE(fs::exists(root_ / "hall" / "frames" / "y9_000.jpg"));
+  EXPECT_FALSE(fs::exists(partial));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +16,8 @@
 #include "capture/plan/capture_plan.h"
 #include "capture/session/session.h"
 #include "capture/session/session_database.h"
+#include "capture/session/session_frames.h"  // IWYU pragma: export
+#include "capture/session/session_status.h"
 #include "core/base/test_error.h"  // IWYU pragma: export
 #include "core/files/test_directory.h"
 
@@ -100,6 +103,15 @@ struct TestCapture {
       shot.pictures.push_back(test_picture(fmt::format("{} {}", station, i)));
     }
     return shot;
+  }
+
+  nlohmann::json status() const {
+    SessionReader reader(directory);
+    return session_status(&reader);
+  }
+  SessionVerification verify() const {
+    SessionReader reader(directory);
+    return verify_session(&reader);
   }
 
   void capture(Session* session, const CaptureStation& station) {

@@ -1,5 +1,5 @@
-// The tables of session.db. docs/session.md explains every column; session_docs_test.cc of capture
-// checks that the two agree.
+// The tables of session.db. docs/session.md explains every column; session_readers_test.cc of
+// capture checks that the two agree.
 #pragma once
 
 namespace raywalk {
