@@ -172,8 +172,7 @@ TEST_F(DriveServerTest, PortOrNameInUseIsAnError) {
   }
 }
 
-// --- The driver
-// -----------------------------------------------------------------------------------
+// --- The driver ---------------------------------------------------------------------------------
 
 // What no shipped map has: state in input registers, low word first, an active-low flag.
 constexpr const char* kVariants = "variants.yaml";

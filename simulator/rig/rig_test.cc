@@ -4,38 +4,56 @@
 #include <gtest/gtest.h>
 #include <httplib.h>
 
+#include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
+#include <string>
 
 #include "capture/base/manual_clock.h"
-#include "core/base/error.h"
+#include "capture/config/capture_config.h"
+#include "capture/plan/capture_plan.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/csv.h"
 #include "core/files/image_file.h"
+#include "core/files/lens_file.h"
 #include "core/files/test_directory.h"
+#include "core/files/test_yaml_keys.h"
+#include "simulator/rig/rail.h"
+#include "simulator/rig/rig_config.h"
+#include "simulator/rig/rig_optics.h"
 
 namespace raywalk::simulator {
 namespace {
 
+namespace fs = std::filesystem;
 using namespace capture;
-
 using nlohmann::json;
-using ::testing::HasSubstr;
+using testing::AllOf;
+using testing::HasSubstr;
 
-constexpr const char* kMap = RAYWALK_CONFIGS "/sliders/generic.yaml";
 constexpr MotionBounds kRigBounds{100.0, 200.0, 200.0};
+
+RailSettings perfect() {
+  RailSettings settings;
+  settings.placing_spread_mm = settings.direction_spread_deg = settings.tilt_spread_deg = 0.0;
+  settings.sag_mm = settings.bow_mm = settings.attitude_spread_deg = settings.vibration_mm = 0.0;
+  return settings;
+}
 
 // Writes a capture's configuration of one cell of 1 m with five stations to a line, at 100, 350,
 // ... 1100 mm on the rail, without overhang; returns a rig for it.
-RigConfig small_rig(const std::filesystem::path& directory,
-                    const std::filesystem::path& register_map) {
+RigConfig small_rig(const std::filesystem::path& directory) {
   write_file_atomically(directory / "capture.yaml",
                         "grid:\n  spacing_mm: 250\n  overhang_mm: 0\n"
-                        "slider:\n  device: unused\n  register_map: " +
-                            register_map.string() +
-                            "\n  low_limit_mm: 0\n  high_limit_mm: 1200\n"
-                            "  first_station_mm: 100\n"
-                            "camera:\n  osc:\n    url: http://127.0.0.1:1\n");
+                        "slider:\n  device: unused\n"
+                        "  register_map: " RAYWALK_CONFIGS
+                        "/sliders/generic.yaml\n"
+                        "  low_limit_mm: 0\n  high_limit_mm: 1200\n  first_station_mm: 100\n"
+                        "camera:\n  osc:\n    url: http://127.0.0.1:1\n");
   RigConfig config;
   config.capture_config = directory / "capture.yaml";
   config.scene.scene.file = "empty";
@@ -48,7 +66,7 @@ RigConfig small_rig(const std::filesystem::path& directory,
 
 class RigTest : public ::testing::Test {
  protected:
-  RigTest() : config_(small_rig(directory_.path(), kMap)) {}
+  RigTest() : config_(small_rig(directory_.path())) {}
 
   std::unique_ptr<Rig> rig() { return std::make_unique<Rig>(config_, directory_ / "rig", &clock_); }
   void home(Rig* rig) {
@@ -82,11 +100,6 @@ class RigTest : public ::testing::Test {
     const auto reply = httplib::Client(rig.camera_url()).Post(path, body, "application/json");
     return reply ? reply->status : -1;
   }
-  void without_rail_errors() {
-    RailSettings& rail = config_.rail;
-    rail.placing_spread_mm = rail.direction_spread_deg = rail.tilt_spread_deg = 0.0;
-    rail.sag_mm = rail.bow_mm = rail.attitude_spread_deg = rail.vibration_mm = 0.0;
-  }
 
   const TestDirectory directory_;
   ManualClock clock_;
@@ -94,7 +107,7 @@ class RigTest : public ::testing::Test {
 };
 
 TEST_F(RigTest, CameraSeesTheRoomFromTheTruePoseOfTheCarriage) {
-  without_rail_errors();
+  config_.rail = perfect();
   config_.truth.distance_every = 2;
   const auto rig = this->rig();
   home(rig.get());
@@ -124,7 +137,7 @@ TEST_F(RigTest, CameraSeesTheRoomFromTheTruePoseOfTheCarriage) {
 }
 
 TEST_F(RigTest, DisplacedRailShowsInTruthAndPicture) {
-  without_rail_errors();
+  config_.rail = perfect();
   cv::Mat straight, displaced;
   for (const double spread_mm : {0.0, 30.0}) {
     config_.rail.placing_spread_mm = spread_mm;
@@ -258,6 +271,451 @@ TEST_F(RigTest, InvalidConfigurationsAreRefused) {
   config_.faults.clear();
   config_.capture_config = directory_ / "missing.yaml";
   EXPECT_THROW(rig(), UsageError);
+}
+
+// --- The rail ------------------------------------------------------------------------------------
+
+constexpr Duration kLong = std::chrono::hours(1);
+
+// Two lines of 1 m through the origin, stations at 100 to 1100 mm on the rail.
+CapturePlan cross_plan() {
+  CapturePlan plan;
+  for (const LineAxis axis : {LineAxis::kX, LineAxis::kZ}) {
+    CaptureLine line{axis == LineAxis::kX ? "x0" : "z0", axis, 0.0, false, {}};
+    for (int i = 0; i <= 10; ++i) {
+      const double along_m = -0.5 + 0.1 * i;
+      CaptureStation station;
+      station.position_m = axis == LineAxis::kX ? PlanPoint{along_m, 0.0} : PlanPoint{0.0, along_m};
+      station.rail_mm = 100.0 + 100.0 * i;
+      line.stations.push_back(station);
+    }
+    plan.lines.push_back(line);
+  }
+  return plan;
+}
+
+constexpr RailSpan kSpan{0.0, 1200.0};
+
+TEST(RailTest, SagsBetweenItsSupportsAndBowsToTheLeft) {
+  RailSettings settings = perfect();
+  settings.sag_mm = 2.0;
+  settings.bow_mm = 1.0;
+  const Rail rail(settings, cross_plan(), kSpan);
+  const auto at = [&](const char* line, double mm) {
+    return rail.carriage_pose(line, mm, kLong).position_m;
+  };
+  EXPECT_NEAR(at("x0", 0.0).y(), 0.0, 1e-12);
+  EXPECT_NEAR(at("x0", 600.0).y(), -0.002, 1e-12);
+  EXPECT_NEAR(at("x0", 300.0).y(), -0.0015, 1e-12) << "(1 - 0.5^2) of it at a quarter of the span";
+  EXPECT_NEAR(at("x0", 600.0).z(), 0.001, 1e-12);
+  EXPECT_NEAR(at("z0", 600.0).x(), -0.001, 1e-12);
+}
+
+// Along x the camera's right side points along the rail, along z its front does.
+TEST(RailTest, CameraTurnsWithTheRail) {
+  RailSettings settings = perfect();
+  settings.direction_spread_deg = settings.tilt_spread_deg = 1.0;
+  settings.sag_mm = 4.0;
+  settings.bow_mm = 3.0;
+  const Rail rail(settings, cross_plan(), kSpan);
+  for (const double mm : {50.0, 300.0, 600.0, 1100.0}) {
+    for (const std::string line : {"x0", "z0"}) {
+      const CameraPose pose = rail.carriage_pose(line, mm, kLong);
+      const Eigen::Vector3d tangent = (rail.carriage_pose(line, mm + 0.01, kLong).position_m -
+                                       rail.carriage_pose(line, mm - 0.01, kLong).position_m)
+                                          .normalized();
+      const Eigen::Vector3d own =
+          line == "x0" ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitZ();
+      EXPECT_LT((world_from_camera(pose.attitude) * own - tangent).norm(), 2e-5) << line << mm;
+    }
+  }
+}
+
+TEST(RailTest, PlacingsHaveTheGivenSpreadAndAreRepeatable) {
+  RailSettings settings = perfect();
+  settings.placing_spread_mm = 3.0;
+  settings.attitude_spread_deg = 0.5;
+  const CapturePlan plan = cross_plan();
+  double position = 0.0, yaw = 0.0;
+  constexpr int kSeeds = 1000;
+  for (settings.seed = 1; settings.seed <= kSeeds; ++settings.seed) {
+    const CameraPose pose = Rail(settings, plan, kSpan).carriage_pose("z0", 600.0, kLong);
+    position += pose.position_m.squaredNorm() / 3.0 / kSeeds;
+    yaw += pose.attitude.yaw_rad * pose.attitude.yaw_rad / kSeeds;
+  }
+  EXPECT_NEAR(std::sqrt(position), 0.003, 0.0002);
+  EXPECT_NEAR(degrees_from_radians(std::sqrt(yaw)), 0.5, 0.05);
+  settings.seed = 7;
+  const Rail rail(settings, plan, kSpan), again(settings, plan, kSpan);
+  EXPECT_EQ(rail.carriage_pose("x0", 600.0, kLong).position_m,
+            again.carriage_pose("x0", 600.0, kLong).position_m);
+  EXPECT_NE(rail.carriage_pose("x0", 600.0, kLong).position_m,
+            rail.carriage_pose("z0", 600.0, kLong).position_m);
+}
+
+// The ends are turned by half the twist, in opposite directions.
+TEST(RailTest, TwistTurnsTheCameraAroundTheRail) {
+  RailSettings settings = perfect();
+  settings.twist_deg = 2.0;
+  const Rail rail(settings, cross_plan(), kSpan);
+  for (const double share : {-1.0, -0.5, 0.0, 1.0}) {
+    for (const std::string line : {"x0", "z0"}) {
+      const CameraPose pose = rail.carriage_pose(line, 600.0 + 600.0 * share, kLong);
+      // Clockwise along x takes the top to the back, along z to the right.
+      const Eigen::Vector3d up = world_from_camera(pose.attitude) * Eigen::Vector3d::UnitY();
+      const double turned_rad = radians_from_degrees(share);
+      const Eigen::Vector3d expected =
+          line == "x0" ? Eigen::Vector3d(0, std::cos(turned_rad), -std::sin(turned_rad))
+                       : Eigen::Vector3d(std::sin(turned_rad), std::cos(turned_rad), 0);
+      EXPECT_LT((up - expected).norm(), 1e-12) << line << share;
+    }
+  }
+}
+
+TEST(RailTest, JitterHasTheGivenSpreadAndIsFixedPerStation) {
+  RailSettings settings = perfect();
+  settings.jitter_mm = 0.7;
+  settings.jitter_deg = 0.1;
+  double squared_m2 = 0.0, squared_rad2 = 0.0;
+  int stations = 0;
+  for (settings.seed = 1; settings.seed <= 100; ++settings.seed) {
+    const CapturePlan plan = cross_plan();
+    const Rail rail(settings, plan, kSpan);
+    for (const CaptureLine& line : plan.lines) {
+      for (const CaptureStation& station : line.stations) {
+        const CameraPose pose = rail.carriage_pose(line.id, station.rail_mm, kLong);
+        const Eigen::Vector3d planned_m(station.position_m.x_m, 0.0, station.position_m.z_m);
+        squared_m2 += (pose.position_m - planned_m).squaredNorm();
+        const Attitude& turned = pose.attitude;
+        squared_rad2 += turned.yaw_rad * turned.yaw_rad + turned.pitch_rad * turned.pitch_rad +
+                        turned.roll_rad * turned.roll_rad;
+        ++stations;
+        // A second picture, offset by the backlash, has the same jitter.
+        const CameraPose again = rail.carriage_pose(line.id, station.rail_mm + 0.02, kLong);
+        EXPECT_NEAR((again.position_m - pose.position_m).norm(), 2e-5, 1e-12);
+        EXPECT_EQ(again.attitude.yaw_rad, turned.yaw_rad);
+      }
+    }
+  }
+  // 6,600 deviates: their spread is known to 0.9 %.
+  EXPECT_NEAR(std::sqrt(squared_m2 / (3 * stations)), 7e-4, 2.5e-5);
+  EXPECT_NEAR(degrees_from_radians(std::sqrt(squared_rad2 / (3 * stations))), 0.1, 3.5e-3);
+}
+
+TEST(RailTest, VibrationDecays) {
+  RailSettings settings = perfect();
+  settings.vibration_mm = 1.0;
+  settings.vibration_decay_ms = 100.0;
+  const Rail rail(settings, cross_plan(), kSpan);
+  double largest_at_once = 0.0;
+  for (int i = 0; i <= 10; ++i) {
+    const double mm = 100.0 + 100.0 * i;
+    const Eigen::Vector3d rest_m = rail.carriage_pose("x0", mm, kLong).position_m;
+    const auto off_mm = [&](std::optional<Duration> still_for) {
+      return 1e3 * (rail.carriage_pose("x0", mm, still_for).position_m - rest_m).norm();
+    };
+    largest_at_once = std::max(largest_at_once, off_mm(Duration::zero()));
+    EXPECT_LE(off_mm(duration_from_ms(300.0)), std::sqrt(2.0) * std::exp(-3.0));
+    EXPECT_LT(off_mm(duration_from_ms(1500.0)), 1e-5);
+    EXPECT_EQ(off_mm(std::nullopt), off_mm(Duration::zero()));
+  }
+  EXPECT_GT(largest_at_once, 0.7);
+}
+
+TEST(RailTest, UnknownLineAndEmptySpanAreErrors) {
+  const Rail rail(perfect(), cross_plan(), kSpan);
+  EXPECT_TRUE(rail.has_line("x0"));
+  EXPECT_FALSE(rail.has_line("x1"));
+  EXPECT_THROW(rail.carriage_pose("x1", 0.0, kLong), Error);
+  EXPECT_THROW(Rail(perfect(), cross_plan(), {5.0, 5.0}), Error);
+}
+
+// --- The configuration ---------------------------------------------------------------------------
+
+constexpr const char* kShipped = RAYWALK_CONFIGS "/simulated-rig.yaml";
+
+RigConfig parsed(const std::string& yaml) {
+  const TestDirectory directory;
+  write_file_atomically(directory / "rig.yaml", yaml);
+  return read_rig_config(directory / "rig.yaml");
+}
+
+void expect_refused(const std::string& yaml, const std::string& message) {
+  EXPECT_THAT(error_of([&] { parsed("capture_config: capture.yaml\n" + yaml); }),
+              AllOf(HasSubstr("rig.yaml"), HasSubstr(message)));
+}
+
+TEST(RigConfigTest, ShippedFileHoldsEveryKeyWithItsDefault) {
+  RigConfig defaults;
+  auto values = rig_schema(&defaults).values();
+  std::set<std::string> known;
+  for (const auto& entry : values) known.insert(entry.first);
+  std::set<std::string> held = keys_of_yaml(kShipped);
+  EXPECT_EQ(held, known);
+  RigConfig shipped = read_rig_config(kShipped);
+  EXPECT_EQ(shipped.capture_config.filename(), "capture-osc.yaml");
+  EXPECT_TRUE(std::filesystem::exists(shipped.capture_config));
+  shipped.capture_config.clear();
+  EXPECT_EQ(rig_schema(&shipped).values(), values);
+}
+
+TEST(RigConfigTest, FaultsAreReadInTheirOrder) {
+  const RigConfig shipped = read_rig_config(kShipped);
+  ASSERT_EQ(shipped.faults.size(), 4U);
+  EXPECT_EQ(shipped.faults[0].kind, RigFault::kStall);
+  EXPECT_EQ(shipped.faults[0].at_station, "x0_002");
+  EXPECT_EQ(shipped.faults[0].after_ms, 100.0);
+  EXPECT_EQ(shipped.faults[1].at_request, 500);
+  EXPECT_EQ(shipped.faults[2].at_picture, 3);
+  EXPECT_EQ(shipped.faults[3].at_s, 60.0);
+  EXPECT_EQ(shipped.faults[3].amount, 2.5);
+}
+
+TEST(RigConfigTest, EveryGroupIsRead) {
+  const RigConfig config = parsed(
+      "capture_config: sub/capture.yaml\nscene:\n  seed: 7\n  file: hall\n  x_m: 3\n"
+      "slider:\n  backlash_mm: 0.5\n  tcp_port: 1502\nrail:\n"
+      "  sag_mm: 3\n  jitter_mm: 0.7\nlink:\n  late: 0.02\ncamera:\n  layout: dual-fisheye\n"
+      "  lens: lenses/mine.yaml\n  vignetting: 0.3\n  noise_levels: 2\ndolly:\n"
+      "  visible: true\ntruth:\n  views: 5\n");
+  EXPECT_THAT(config.capture_config.string(), ::testing::EndsWith("/sub/capture.yaml"));
+  EXPECT_EQ(config.scene.seed, 7);
+  EXPECT_EQ(config.scene.scene.file, "hall");
+  EXPECT_EQ(config.scene.scene.middle_m.x(), 3.0);
+  EXPECT_EQ(config.slider.backlash_mm, 0.5);
+  EXPECT_EQ(config.tcp_port, 1502);
+  EXPECT_EQ(config.rail.sag_mm, 3.0);
+  EXPECT_EQ(config.rail.jitter_mm, 0.7);
+  EXPECT_EQ(config.link.late, 0.02);
+  EXPECT_EQ(config.camera.layout, FrameKind::kDualFisheye);
+  EXPECT_THAT(config.camera.lens.string(), ::testing::EndsWith("/lenses/mine.yaml"));
+  EXPECT_TRUE(config.camera.lens.has_parent_path());
+  EXPECT_EQ(config.camera.light.vignetting, 0.3);
+  EXPECT_EQ(config.camera.sensor.noise_levels, 2.0);
+  EXPECT_TRUE(config.dolly.visible);
+  EXPECT_EQ(config.truth.views, 5);
+}
+
+TEST(RigConfigTest, MistakesAreNamed) {
+  EXPECT_THROW(parsed("scene:\n  seed: 1\n"), UsageError);
+  expect_refused("slider:\n  backlash: 1\n", ":3: unknown key 'slider.backlash'");
+  expect_refused("slider:\n  power_on_mm: -30\n", "between the switches");
+  expect_refused("link:\n  late: 0.6\n  lost: 0.6\n", "more than 1");
+  expect_refused("camera:\n  width_px: 66\n", "multiple of 4");
+  expect_refused("truth:\n  width_px: 66\n", "multiple of 4");
+  expect_refused("camera:\n  vignetting: 0.2\n", "'camera.layout: dual-fisheye'");
+  expect_refused("camera:\n  lens: lens.yaml\n", "'camera.layout: dual-fisheye'");
+  expect_refused("dolly:\n  reach_deg: 80\n", "dolly.reach_deg");
+  expect_refused("scene:\n  grid:\n    cells_x: 2\n", "unknown key");
+  expect_refused("faults:\n  - kind: stal\n    at_s: 1\n", "did you mean 'stall'");
+  expect_refused("faults:\n  - kind: stall\n", "faults[0] needs exactly one of at_request");
+  expect_refused("faults:\n  - kind: stall\n    at_s: 1\n    at_station: x0_001\n", "exactly one");
+}
+
+// --- The rehearsal and the lenses that are shipped ----------------------------------------------
+
+const fs::path kConfigs = RAYWALK_CONFIGS;
+
+// Largest distance in pixels between the images of the same direction in two lenses, up to 90
+// degrees off the axis.
+double largest_difference_px(const FisheyeLens& a, const FisheyeLens& b) {
+  double largest = 0.0;
+  for (double t = 0.0; t <= kHalfPi; t += 0.1) {
+    for (double around = 0.0; around < kTwoPi; around += 0.3) {
+      const Eigen::Vector3d direction(std::sin(t) * std::cos(around),
+                                      std::sin(t) * std::sin(around), std::cos(t));
+      const PixelPosition at_a = *project(a, direction), at_b = *project(b, direction);
+      largest = std::max(largest, std::hypot(at_a.u - at_b.u, at_a.v - at_b.v));
+    }
+  }
+  return largest;
+}
+
+void expect_inside(const FisheyeLens& lens, PanoramaSize picture) {
+  for (double around = 0.0; around < kTwoPi; around += 0.1) {
+    const double t = 0.999 * lens.largest_angle_rad;
+    const PixelPosition rim = *project(
+        lens, {std::sin(t) * std::cos(around), std::sin(t) * std::sin(around), std::cos(t)});
+    EXPECT_GE(rim.u, -0.5);
+    EXPECT_GE(rim.v, -0.5);
+    EXPECT_LE(rim.u, picture.width - 0.5);
+    EXPECT_LE(rim.v, picture.height - 0.5);
+  }
+}
+
+TEST(ShippedLensesTest, AllAreReadAndOverlapAllAround) {
+  int files = 0;
+  for (const auto& entry : fs::directory_iterator(kConfigs / "lenses")) {
+    SCOPED_TRACE(entry.path());
+    const DualFisheyeCamera camera = read_lens_file(entry.path());
+    const DualFisheyeLayout& layout = camera.layout;
+    for (const FisheyeLens& lens : {layout.front, layout.back}) {
+      EXPECT_GT(lens.largest_angle_rad, radians_from_degrees(94.0));
+      EXPECT_LE(lens.centre.u, camera.picture.width);
+    }
+    EXPECT_LT((layout.front_position_m + layout.back_position_m).norm(), 1e-12)
+        << "the origin is half way between the lenses";
+    ++files;
+  }
+  EXPECT_EQ(files, 5);
+}
+
+// The starting values must be far enough from the truth to test a calibration, and as close as a
+// user's would be.
+TEST(ShippedLensesTest, RehearsalStartsSomePixelsFromTheTrueLenses) {
+  const DualFisheyeCamera truth = read_lens_file(kConfigs / "lenses/simulated.yaml");
+  const DualFisheyeCamera start = read_lens_file(kConfigs / "lenses/dual-fisheye.yaml");
+  EXPECT_EQ(truth.picture, start.picture);
+  for (const auto& [a, b] : {std::pair{truth.layout.front, start.layout.front},
+                             std::pair{truth.layout.back, start.layout.back}}) {
+    EXPECT_GT(largest_difference_px(a, b), 4.0);
+    EXPECT_LT(largest_difference_px(a, b), 15.0);
+    expect_inside(a, truth.picture);
+  }
+}
+
+TEST(ShippedRehearsalTest, RigAndCaptureConfigurationsMatch) {
+  const RigConfig rig = read_rig_config(kConfigs / "rehearsal-rig.yaml");
+  const CaptureConfig capture = read_capture_config(kConfigs / "rehearsal-capture.yaml");
+  EXPECT_TRUE(fs::equivalent(rig.capture_config, kConfigs / "rehearsal-capture.yaml"));
+  EXPECT_EQ(capture.camera.frames, rig.camera.layout);
+  EXPECT_EQ(capture.camera.width_px, rig.camera.width_px);
+  EXPECT_EQ(capture.camera.height_px, rig.camera.width_px / 2);
+  const PanoramaSize frame{capture.camera.width_px, capture.camera.height_px};
+  EXPECT_TRUE(RigOptics(rig.camera, frame, rig.dolly, 1.0, 1).lenses());
+  EXPECT_EQ(plan_capture(capture).lines.size(), 5U);
+}
+
+// Errors typical of rails placed by hand: lines up to 20 mm and 1.5 degrees off, stations by about
+// as much. Offsets along the line do not count, as they do not affect the grid.
+TEST(ShippedRehearsalTest, LinesHaveErrorsTypicalOfManualPlacement) {
+  const RigConfig rig = read_rig_config(kConfigs / "rehearsal-rig.yaml");
+  const CapturePlan plan = plan_capture(read_capture_config(kConfigs / "rehearsal-capture.yaml"));
+  const Rail rail(rig.rail, plan, {rig.slider.low_switch_mm, rig.slider.high_switch_mm});
+  double farthest_m = 0.0, most_turned_rad = 0.0;
+  for (const CaptureLine& line : plan.lines) {
+    for (const CaptureStation& station : line.stations) {
+      const CameraPose pose = rail.carriage_pose(line.id, station.rail_mm, std::chrono::hours(1));
+      const Eigen::Vector3d off_m =
+          pose.position_m - Eigen::Vector3d(station.position_m.x_m, 0.0, station.position_m.z_m);
+      const double across_m = line.axis == LineAxis::kX ? off_m.z() : off_m.x();
+      farthest_m = std::max(farthest_m, std::hypot(across_m, off_m.y()));
+      for (const double angle :
+           {pose.attitude.yaw_rad, pose.attitude.pitch_rad, pose.attitude.roll_rad}) {
+        most_turned_rad = std::max(most_turned_rad, std::abs(angle));
+      }
+    }
+  }
+  EXPECT_GT(farthest_m, 0.012);
+  EXPECT_LT(farthest_m, 0.022);
+  EXPECT_GT(degrees_from_radians(most_turned_rad), 0.8);
+  EXPECT_LT(degrees_from_radians(most_turned_rad), 1.6);
+}
+
+// --- Its optics ---------------------------------------------------------------------------------
+
+constexpr PanoramaSize kFrame{160, 80};
+constexpr double kFloor_m = 1.2;
+
+const VirtualRoom& empty_room() {
+  static const VirtualRoom room = [] {
+    VirtualRoomSettings settings;
+    settings.scene.file = "empty";
+    return VirtualRoom(settings);
+  }();
+  return room;
+}
+
+RigCameraSettings dual_fisheye() {
+  RigCameraSettings camera;
+  camera.layout = FrameKind::kDualFisheye;
+  return camera;
+}
+
+RigOptics optics_of(const RigCameraSettings& camera, const DollySettings& dolly = {}) {
+  return {camera, kFrame, dolly, kFloor_m, 1};
+}
+
+cv::Mat picture_of(const RigCameraSettings& camera, const DollySettings& dolly = {},
+                   std::uint64_t number = 1) {
+  ExposureNow exposure;
+  exposure.number = number;
+  const RigOptics optics = optics_of(camera, dolly);
+  return optics.picture(optics.scene(empty_room(), {}), exposure);
+}
+
+double mean_of(const cv::Mat& picture) { return cv::mean(picture)[1]; }
+
+TEST(RigOpticsTest, SeesThroughTheLensesOfItsFileAtItsOwnSize) {
+  const TestDirectory directory;
+  DualFisheyeCamera lens;
+  lens.picture = {1600, 800};
+  lens.layout = simple_dual_fisheye(lens.picture);
+  lens.layout.front.centre.u += 40.0;
+  lens.layout.back.k[0] = 0.02;
+  write_lens_file(directory / "lens.yaml", lens);
+  RigCameraSettings camera = dual_fisheye();
+  const cv::Mat simple = picture_of(camera);
+  camera.lens = directory / "lens.yaml";
+  const RigOptics optics = optics_of(camera);
+  EXPECT_NEAR(optics.lenses()->front.centre.u, simple_dual_fisheye(kFrame).front.centre.u + 4.0,
+              1e-9);
+  EXPECT_EQ(optics.lenses()->back.k[0], 0.02);
+  EXPECT_GT(cv::norm(picture_of(camera), simple, cv::NORM_INF), 30.0);
+  EXPECT_FALSE(optics_of({}).lenses());
+}
+
+TEST(RigOpticsTest, LensFilesOfOtherLayoutsAreRefused) {
+  const TestDirectory directory;
+  DualFisheyeCamera lens;
+  lens.picture = {1600, 900};
+  lens.layout = simple_dual_fisheye({1600, 800});
+  RigCameraSettings camera = dual_fisheye();
+  camera.lens = directory / "lens.yaml";
+  const auto expect_refused = [&](const std::string& message) {
+    EXPECT_THAT(error_of([&] { optics_of(camera); }),
+                AllOf(HasSubstr("lens.yaml"), HasSubstr(message)));
+  };
+  expect_refused("not a file");
+  write_lens_file(camera.lens, lens);
+  expect_refused("1600 x 900");
+  lens.picture = {1600, 800};
+  lens.two_files = true;
+  write_lens_file(camera.lens, lens);
+  expect_refused("two files");
+}
+
+TEST(RigOpticsTest, LensesHaveVignettingAndDifferentGain) {
+  RigCameraSettings camera = dual_fisheye();
+  const cv::Mat even = picture_of(camera);
+  camera.light.lens_gain_ev = -1.0;
+  const cv::Mat darker_back = picture_of(camera);
+  EXPECT_EQ(cv::norm(even.colRange(0, 80), darker_back.colRange(0, 80), cv::NORM_INF), 0.0);
+  EXPECT_LT(mean_of(darker_back.colRange(80, 160)), 0.85 * mean_of(even.colRange(80, 160)));
+  camera.light = {0.5, 0.0};
+  const cv::Mat vignetted = picture_of(camera);
+  const cv::Rect middle(36, 36, 8, 8), rim(36, 2, 8, 4);
+  EXPECT_NEAR(mean_of(vignetted(middle)), mean_of(even(middle)), 2.0);
+  EXPECT_LT(mean_of(vignetted(rim)), 0.85 * mean_of(even(rim)));
+}
+
+TEST(RigOpticsTest, LightDriftsSlowlyAndWithinItsBounds) {
+  double largest = 0.0, largest_step = 0.0;
+  for (int seed = 1; seed <= 5; ++seed) {
+    for (std::uint64_t picture = 1; picture <= 400; ++picture) {
+      const double here = exposure_drift(picture, seed);
+      largest = std::max(largest, std::abs(here));
+      largest_step = std::max(largest_step, std::abs(exposure_drift(picture + 1, seed) - here));
+    }
+  }
+  EXPECT_GT(largest, 0.8);
+  EXPECT_LE(largest, 1.0);
+  EXPECT_LT(largest_step, 0.12);
+  RigCameraSettings camera;
+  EXPECT_EQ(mean_of(picture_of(camera, {}, 1)), mean_of(picture_of(camera, {}, 30)));
+  camera.exposure_drift_ev = 0.5;
+  EXPECT_GT(std::abs(mean_of(picture_of(camera, {}, 1)) - mean_of(picture_of(camera, {}, 30))),
+            2.0);
 }
 
 }  // namespace

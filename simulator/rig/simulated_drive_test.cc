@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <random>
 
@@ -181,16 +180,6 @@ TEST_F(SimulatedDriveTest, FeedbackFaultsDoNotMoveTheCarriage) {
   expect_at(1.0, false, 0.0);
   faults_.clear();
   expect_at(0.0);
-}
-
-TEST_F(SimulatedDriveTest, InvalidCommandsAreRefused) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(drive->move_to(nan, kDriveBounds));
-  for (const MotionBounds& bounds :
-       {MotionBounds{0.0, 200.0, 200.0}, {100.0, -1.0, 200.0}, {100.0, 200.0, nan}}) {
-    EXPECT_FALSE(drive->move_to(1.0, bounds));
-  }
-  EXPECT_EQ(drive->truth().moves, 0);
 }
 
 double log_uniform(std::mt19937* random, double min, double max) {

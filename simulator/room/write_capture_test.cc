@@ -3,26 +3,31 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <set>
 
-#include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/csv.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 #include "core/geometry/eye_circle.h"
+#include "core/geometry/line_gaps.h"
+#include "core/panorama/srgb.h"
 #include "simulator/room/sensor.h"
 #include "simulator/room/stations.h"
 #include "simulator/room/truth.h"
+#include "simulator/room/virtual_room.h"
 
 namespace raywalk::simulator {
 namespace {
 
 namespace fs = std::filesystem;
-using ::testing::HasSubstr;
+using testing::HasSubstr;
 
 constexpr PanoramaSize kSize{64, 32};
 
@@ -79,7 +84,7 @@ class WriteCaptureTest : public ::testing::Test {
 
 std::unique_ptr<const VirtualRoom> WriteCaptureTest::room_;
 
-TEST_F(WriteCaptureTest, FramesAreRenderedFromTheTruePosesWithSensorNoise) {
+TEST_F(WriteCaptureTest, FramesWithSensorNoiseAndDistancesAreFromTheTruePoses) {
   EXPECT_THAT(write(1, 2), HasSubstr("20 panoramas of 64 x 32 on 4 lines, 1 true views, 13"));
   for (const char* name : {"x0_000", "x0_002", "z1_004"}) {
     const RoomStation seen = station(name);
@@ -90,13 +95,8 @@ TEST_F(WriteCaptureTest, FramesAreRenderedFromTheTruePosesWithSensorNoise) {
               0.0)
         << name;
     EXPECT_GT(largest_difference(frame, panorama), 0.0) << "gain and noise show";
+    expect_distances(name, seen.true_pose);
   }
-}
-
-TEST_F(WriteCaptureTest, DistanceMapsAreFromTheTruePosesInMillimetres) {
-  write(1, 2);
-  expect_distances("x0_002", station("x0_002").true_pose);
-  expect_distances("z1_004", station("z1_004").true_pose);
   expect_distances("gt_centre", {});
   EXPECT_FALSE(fs::exists(out_ / "dist/x0_001.png")) << "every second station";
 }
@@ -205,6 +205,325 @@ TEST(ThinStructuresTest, SlopesAreNotThin) {
   cv::Mat map = wall();
   for (int v = 100; v < 180; ++v) map.row(v).setTo(3.0 / (1.0 + 0.05 * (v - 100)));
   EXPECT_EQ(cv::countNonZero(thin_structures(map)), 0);
+}
+
+// --- The sensor ----------------------------------------------------------------------------------
+
+cv::Mat grey(int level) { return cv::Mat(200, 300, CV_8UC3, cv::Scalar::all(level)); }
+
+struct Statistics {
+  double mean;
+  double deviation;
+};
+
+Statistics statistics_of(const cv::Mat& image) {
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(image.reshape(1), mean, deviation);
+  return {mean[0], deviation[0]};
+}
+
+// Rounding to whole levels adds a variance of 1/12.
+double with_rounding(double variance) { return std::sqrt(variance + 1.0 / 12.0); }
+
+TEST(SensorTest, PerfectSensorChangesNothing) {
+  cv::Mat ramp(1, 256, CV_8UC3);
+  for (int i = 0; i < 256; ++i) ramp.at<cv::Vec3b>(0, i) = cv::Vec3b::all(static_cast<uchar>(i));
+  const cv::Mat out = apply_sensor(ramp, {}, 1.0, 1);
+  EXPECT_TRUE(std::equal(ramp.datastart, ramp.dataend, out.datastart));
+}
+
+// The standard error of the mean of 180,000 values is 0.24 % of their deviation, that of the
+// deviation 0.17 %.
+// Shot noise grows with the square root of brightness.
+TEST(SensorTest, NoiseHasTheGivenMeanAndDeviation) {
+  struct Case {
+    double noise_levels, shot_noise;
+    int level;
+  };
+  for (const Case& each :
+       {Case{1.0, 0.0, 120}, {3.0, 0.0, 120}, {8.0, 0.0, 120}, {1.0, 0.2, 40}, {1.0, 0.2, 160}}) {
+    const SensorSettings sensor{.noise_levels = each.noise_levels, .shot_noise = each.shot_noise};
+    const double variance = each.noise_levels * each.noise_levels + each.shot_noise * each.level;
+    const Statistics found = statistics_of(apply_sensor(grey(each.level), sensor, 1.0, 5));
+    EXPECT_NEAR(found.mean, each.level, 0.012 * std::sqrt(variance));
+    EXPECT_NEAR(found.deviation, with_rounding(variance), 0.01 * std::sqrt(variance));
+  }
+}
+
+TEST(SensorTest, ChannelsAndNeighboursAreIndependent) {
+  SensorSettings sensor;
+  sensor.noise_levels = 6.0;
+  cv::Mat noise;
+  apply_sensor(grey(128), sensor, 1.0, 7).convertTo(noise, CV_32F);
+  noise -= cv::Scalar::all(128.0);
+  const cv::Mat values = noise.reshape(1);
+  const double variance = values.dot(values) / static_cast<double>(values.total());
+  for (const int step : {1, 2, 3, 6}) {  // within a pixel, across channels, neighbouring pixels
+    const cv::Mat a = values.colRange(0, values.cols - step);
+    const cv::Mat b = values.colRange(step, values.cols);
+    EXPECT_NEAR(a.dot(b) / static_cast<double>(a.total()) / variance, 0.0, 0.015) << step;
+  }
+}
+
+TEST(SensorTest, LightOfEachPixelMultipliesItsGain) {
+  cv::Mat light(200, 300, CV_32FC1, cv::Scalar::all(0.5));
+  light.colRange(150, 300).setTo(1.0);
+  const cv::Mat out = apply_sensor(grey(200), {}, 0.8, 1, light);
+  const double half = srgb_level_from_linear(0.4 * linear_from_srgb_level(200));
+  const double whole = srgb_level_from_linear(0.8 * linear_from_srgb_level(200));
+  EXPECT_NEAR(statistics_of(out.colRange(0, 150)).mean, half, 0.5);
+  EXPECT_NEAR(statistics_of(out.colRange(150, 300)).mean, whole, 0.5);
+  EXPECT_THROW(apply_sensor(grey(200), {}, 1.0, 1, light.rowRange(0, 100)), Error);
+}
+
+// Else the same noise in every frame would look like texture of the scene.
+TEST(SensorTest, KeyChoosesTheNoise) {
+  SensorSettings sensor;
+  sensor.noise_levels = 4.0;
+  const cv::Mat first = apply_sensor(grey(90), sensor, 1.0, 1);
+  EXPECT_EQ(cv::norm(first, apply_sensor(grey(90), sensor, 1.0, 1), cv::NORM_INF), 0.0);
+  EXPECT_GT(cv::norm(first, apply_sensor(grey(90), sensor, 1.0, 2), cv::NORM_L2) /
+                std::sqrt(first.total() * 3.0),
+            4.0);
+}
+
+TEST(SensorTest, GainMultipliesLightAndClipsAtWhite) {
+  for (const int level : {20, 100, 150}) {
+    const double out = statistics_of(apply_sensor(grey(level), {}, 1.5, 1)).mean;
+    const double expected = srgb_level_from_linear(1.5 * linear_from_srgb_level(level));
+    EXPECT_NEAR(out, expected, 0.5);
+  }
+  EXPECT_EQ(statistics_of(apply_sensor(grey(240), {}, 2.0, 1)).mean, 255.0);
+}
+
+TEST(SensorTest, RefusesOtherImagesAndGains) {
+  EXPECT_THROW(apply_sensor(cv::Mat(4, 4, CV_8UC1), {}, 1.0, 1), Error);
+  EXPECT_THROW(apply_sensor(grey(1), {}, 0.0, 1), Error);
+  EXPECT_THROW(apply_sensor(grey(1), {}, std::nan(""), 1), Error);
+}
+
+TEST(ToneTest, CurveRisesAndBendsAtHighlights) {
+  EXPECT_EQ(level_from_light(-1.0F), 0.0F);
+  EXPECT_NEAR(level_from_light(0.5F), 187.5F, 0.1F);  // sRGB's level of a half
+  for (int i = 1; i <= 400; ++i) {
+    EXPECT_GE(level_from_light(0.01F * static_cast<float>(i)),
+              level_from_light(0.01F * static_cast<float>(i - 1)));
+  }
+  EXPECT_LT(level_from_light(1.0F), 250.0F);
+  EXPECT_NEAR(level_from_light(100.0F), 255.0F, 0.5F);
+}
+
+constexpr PanoramaSize kFrame{404, 202};
+
+// Both lenses' axes go through the centre of a pixel.
+DualFisheyeLayout layout() {
+  DualFisheyeLayout layout = simple_dual_fisheye(kFrame);
+  layout.front.centre = {100.0, 100.0};
+  layout.back.centre = {302.0, 100.0};
+  return layout;
+}
+
+float at_angle(const cv::Mat& light, const FisheyeLens& lens, double share_of_rim) {
+  const double t = share_of_rim * lens.largest_angle_rad;
+  const PixelPosition pixel = *project(lens, {std::sin(t), 0.0, std::cos(t)});
+  return light.at<float>(cvRound(pixel.v), cvRound(pixel.u));
+}
+
+TEST(LensLightTest, VignettingIncreasesTowardsTheRim) {
+  const auto lenses = layout();
+  const cv::Mat light = lens_light(lenses, kFrame, {0.4, 0.0});
+  for (const FisheyeLens& lens : {lenses.front, lenses.back}) {
+    EXPECT_FLOAT_EQ(at_angle(light, lens, 0.0), 1.0F);
+    EXPECT_NEAR(at_angle(light, lens, 0.5), 1.0 - 0.4 * 0.5 * (0.25 + 0.0625), 0.004);
+    EXPECT_NEAR(at_angle(light, lens, 0.99), 0.6, 0.02);
+    for (int tenths = 1; tenths < 10; ++tenths) {
+      EXPECT_LT(at_angle(light, lens, 0.1 * tenths), at_angle(light, lens, 0.1 * (tenths - 1)));
+    }
+  }
+  EXPECT_EQ(light.at<float>(0, 0), 1.0F);
+}
+
+// --- Stations ------------------------------------------------------------------------------------
+
+// The detection of lines and cells used for rooms finds the planned ones, with the same names.
+TEST(PlanLinesTest, PlannedGridIsDetected) {
+  const GridSettings settings{.cell_side_m = 0.6, .cells_x = 3, .cells_z = 2, .spacing_mm = 100.0};
+  const std::vector<PlannedLine> lines = plan_lines(settings);
+  std::vector<StationPose> stations;
+  for (const PlannedLine& line : lines) {
+    for (const double along_m : line.along_m) {
+      stations.push_back({line.id, line.position_m(along_m), ""});
+    }
+  }
+  const Grid grid = find_grid(stations, {});
+  ASSERT_EQ(grid.lines.size(), lines.size());
+  EXPECT_EQ(grid.cells.size(), 6U);
+  for (std::size_t i = 0; i < grid.lines.size(); ++i) {
+    EXPECT_EQ(grid.lines[i].id, lines[i].id);
+    EXPECT_EQ(grid.lines[i].stations.front().file, lines[i].id);
+    EXPECT_NEAR(median_spacing_m(grid.lines[i]), 0.1, 1e-12);
+  }
+  // 25 % of 6 steps, rounded down: one step at each end.
+  EXPECT_NEAR(lines[0].along_m.front(), -0.9 - 0.1, 1e-12);
+}
+
+TEST(PlanLinesTest, SpacingIsRoundedToWholeStepsAndDefaultsToAFortieth) {
+  GridSettings grid;
+  EXPECT_EQ(plan_lines(grid)[0].along_m.size(), 61U);
+  grid.spacing_mm = 300.0;  // a cell of 1 m takes 3 steps
+  grid.overhang_share = 0.0;
+  EXPECT_EQ(plan_lines(grid)[0].along_m.size(), 4U);
+  grid.spacing_mm = 5000.0;
+  EXPECT_EQ(plan_lines(grid)[0].along_m.size(), 2U);
+  grid.spacing_mm = 0.1;
+  EXPECT_THROW(plan_lines(grid), UsageError);
+}
+
+TEST(PlanLinesTest, LinesMayShareTheirCrossingsOrBeASingleOne) {
+  GridSettings grid{.spacing_mm = 250.0, .overhang_share = 0.0, .shared_crossings = true};
+  EXPECT_EQ(plan_lines(grid)[0].along_m.size(), 5U);
+  EXPECT_EQ(plan_lines(grid)[2].along_m.size(), 3U);
+  grid.cells_x = 0;
+  grid.cells_z = 4;
+  const std::vector<PlannedLine> lines = plan_lines(grid);
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_EQ(lines[0].along_m.size(), 17U);
+  EXPECT_EQ(lines[0].position_m(lines[0].along_m[0]), Eigen::Vector3d(0, 0, -2));
+}
+
+TEST(RoomStationsTest, StationsLieOnTheGridUnderUniqueNames) {
+  VirtualRoomSettings settings;
+  settings.grid.cell_side_m = 2.0;
+  settings.grid.spacing_mm = 500.0;
+  const auto stations = room_stations(settings);
+  ASSERT_EQ(stations.size(), 4U * 7U);
+  std::set<std::string> names;
+  for (const RoomStation& station : stations) {
+    names.insert(station.name);
+    EXPECT_EQ(station.nominal.position_m.y(), 0.0);
+    EXPECT_EQ(station.true_pose.position_m, station.nominal.position_m);
+    EXPECT_EQ(station.true_pose.attitude.yaw_rad, 0.0);
+    EXPECT_EQ(station.gain, 1.0);
+  }
+  EXPECT_EQ(names.size(), stations.size());
+  // The back line starts at its left overhang.
+  EXPECT_EQ(stations[0].name, "x0_000");
+  EXPECT_EQ(stations[0].nominal.position_m, Eigen::Vector3d(-1.5, 0, -1.0));
+  EXPECT_EQ(stations[6].number, 6);
+}
+
+TEST(RoomStationsTest, JitterAndGainHaveTheGivenDeviation) {
+  VirtualRoomSettings settings;
+  settings.grid.cells_x = settings.grid.cells_z = 4;
+  settings.grid.spacing_mm = 5.0;
+  settings.pose = {2.0, 0.1};
+  settings.sensor.gain_spread = 0.05;
+  const auto stations = room_stations(settings);
+  ASSERT_GT(stations.size(), 5000U);
+  double position = 0.0, attitude = 0.0, gain = 0.0, mean_gain = 0.0;
+  const auto count = static_cast<double>(stations.size());
+  for (const RoomStation& station : stations) {
+    position +=
+        (station.true_pose.position_m - station.nominal.position_m).squaredNorm() / 3.0 / count;
+    const Attitude& a = station.true_pose.attitude;
+    attitude +=
+        (a.yaw_rad * a.yaw_rad + a.pitch_rad * a.pitch_rad + a.roll_rad * a.roll_rad) / 3.0 / count;
+    gain += (station.gain - 1.0) * (station.gain - 1.0) / count;
+    mean_gain += station.gain / count;
+  }
+  EXPECT_NEAR(std::sqrt(position), 0.002, 0.00005);
+  EXPECT_NEAR(degrees_from_radians(std::sqrt(attitude)), 0.1, 0.0025);
+  EXPECT_NEAR(std::sqrt(gain), 0.05, 0.002);
+  EXPECT_NEAR(mean_gain, 1.0, 0.003);
+}
+
+// --- True views ----------------------------------------------------------------------------------
+
+VirtualRoom room_around(const GridSettings& grid, int seed = 1, const std::string& more = "") {
+  return {{.seed = seed, .grid = grid}, parse_scene("include: [empty]\n" + more, "a scene")};
+}
+
+TEST(TruthViewpointsTest, LieInsideTheCellsUnderUniqueNames) {
+  const VirtualRoom room = room_around({.cell_side_m = 0.4, .cells_x = 3});
+  const auto viewpoints = truth_viewpoints(room, 40);
+  ASSERT_EQ(viewpoints.size(), 40U);
+  std::set<std::string> names;
+  for (const TruthViewpoint& viewpoint : viewpoints) {
+    names.insert(viewpoint.name);
+    EXPECT_LE(std::abs(viewpoint.position_m.x()), 0.6 + 1e-12);
+    EXPECT_LE(std::abs(viewpoint.position_m.z()), 0.2 + 1e-12);
+    EXPECT_EQ(viewpoint.position_m.y(), 0.0);
+  }
+  EXPECT_EQ(names.size(), viewpoints.size());
+}
+
+TEST(TruthViewpointsTest, CellsInWhichSomethingStandsArePassedOver) {
+  constexpr const char* kColumn =
+      "solids:\n  - {box: [-0.15, -1.3, -0.15, 0.15, 1.3, 0.15], at: [0.4, 0, 0], material: "
+      "tiles}\n";
+  const VirtualRoom room = room_around({.cell_side_m = 0.4, .cells_x = 3}, 1, kColumn);
+  for (const TruthViewpoint& viewpoint : truth_viewpoints(room, 20)) {
+    EXPECT_GT((viewpoint.position_m - Eigen::Vector3d(0.4, 0, 0)).norm(), 0.15) << viewpoint.name;
+  }
+  constexpr const char* kFull = "solids:\n  - {box: [-1, -1.3, -1, 1, 1.3, 1], material: tiles}\n";
+  EXPECT_THROW(truth_viewpoints(room_around({}, 1, kFull), 1), Error);
+}
+
+TEST(TruthViewpointsTest, OneLiesOnAStationAndOneBetweenTwo) {
+  for (int seed = 0; seed < 5; ++seed) {
+    int on = 0, between = 0;
+    for (const TruthViewpoint& viewpoint : truth_viewpoints(room_around({}, seed), 12)) {
+      const double x_steps = viewpoint.position_m.x() * 40, z_steps = viewpoint.position_m.z() * 40;
+      if (viewpoint.name == "line_left_on") {
+        ++on;
+        EXPECT_NEAR(viewpoint.position_m.x(), -0.5, 1e-12);
+        EXPECT_NEAR(z_steps, std::round(z_steps), 1e-9);
+      }
+      if (viewpoint.name == "line_front_between") {
+        ++between;
+        EXPECT_NEAR(viewpoint.position_m.z(), 0.5, 1e-12);
+        EXPECT_NEAR(std::abs(x_steps - std::round(x_steps)), 0.5, 1e-9);
+      }
+    }
+    EXPECT_EQ(on, 1);
+    EXPECT_EQ(between, 1);
+  }
+}
+
+TEST(TruthViewpointsTest, AlongASingleLineTheyLieBetweenItsStations) {
+  const auto viewpoints = truth_viewpoints(
+      room_around({.cells_x = 0, .cells_z = 3, .spacing_mm = 1000.0, .overhang_share = 0.0}), 6);
+  ASSERT_EQ(viewpoints.size(), 6U);
+  for (std::size_t i = 0; i < viewpoints.size(); ++i) {
+    const Eigen::Vector3d& at_m = viewpoints[i].position_m;
+    EXPECT_LT(std::abs(at_m.z()), 1.5);
+    EXPECT_EQ(at_m.x() == 0.0, i % 2 == 0) << viewpoints[i].name;
+    EXPECT_LE(std::abs(at_m.x()), 0.1);
+    const double from_station = std::remainder(at_m.z() - 0.5, 1.0);
+    EXPECT_GT(std::abs(from_station), 0.25);
+  }
+}
+
+TEST(TruthViewpointsTest, TableIsRead) {
+  const TestDirectory directory;
+  write_file_atomically(directory / "views.csv", "name,x,z,y\na,0.1,-0.2,0.05\nb,0,0,0\n");
+  const auto viewpoints = read_truth_viewpoints(directory / "views.csv");
+  ASSERT_EQ(viewpoints.size(), 2U);
+  EXPECT_EQ(viewpoints[0].name, "a");
+  EXPECT_EQ(viewpoints[0].position_m, Eigen::Vector3d(0.1, 0.05, -0.2));
+}
+
+TEST(TruthViewpointsTest, BadTablesAreRefusedByLine) {
+  const TestDirectory directory;
+  const auto expect_refused = [&](const std::string& text, const std::string& message) {
+    write_file_atomically(directory / "views.csv", text);
+    EXPECT_THAT(error_of([&] { read_truth_viewpoints(directory / "views.csv"); }),
+                HasSubstr(message));
+  };
+  expect_refused("name,x,z\n", "no viewpoints");
+  expect_refused("name,x,z\na,0,0\na,1,0\n", "views.csv:3");
+  expect_refused("name,x,z\n../a,0,0\n", "is not a valid file name");
+  expect_refused("name,x,z\na,0,one\n", "views.csv:2");
 }
 
 }  // namespace
