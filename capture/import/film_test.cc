@@ -313,10 +313,9 @@ constexpr double kApproach_mm = 5.0;
 
 // A filmed session of one line, eleven stations 40 mm apart. Its film starts at an unknown time
 // before the carriage does.
-class ImportFilmTest : public testing::Test {
+class ImportFilmTest : public SessionCase {
  protected:
   void SetUp() override {
-    capture_.directory = directory_ / "session";
     capture_.config.run.mode = CaptureMode::kVideo;
     capture_.plan.lines = {test_line("x0", LineAxis::kX, 0.5, -0.2, 0.04, 11)};
     pass_ = pass_over(capture_.plan.lines[0], 30.0);
@@ -347,11 +346,8 @@ class ImportFilmTest : public testing::Test {
   std::string error_of_import(const FilmImportOptions& options = {}) {
     return error_of([&] { import(options); });
   }
-  SessionContents contents() { return SessionReader(capture_.directory).contents(); }
 
   static constexpr double kFilmStart_s = 27.813;
-  TestDirectory directory_;
-  TestCapture capture_;
   const fs::path film_ = directory_ / "film.avi";
   TestPass pass_{};  // over the line that is filmed
 };

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <optional>
 #include <random>
 
 #include "capture/import/card_pictures.h"
@@ -412,10 +411,9 @@ TEST(MatchPicturesProperty, TheMatchIsCorrectOrRefused) {
 
 // Four lines of five stations, captured with a camera that keeps its pictures on its card and whose
 // clock is a little over two hours ahead.
-class ImportPicturesTest : public testing::Test {
+class ImportPicturesTest : public SessionCase {
  protected:
   void SetUp() override {
-    capture_.directory = directory_ / "session";
     capture_.plan.lines.clear();
     for (const std::string id : {"x0", "x1", "z0", "z1"}) {
       const LineAxis axis = id[0] == 'x' ? LineAxis::kX : LineAxis::kZ;
@@ -453,11 +451,8 @@ class ImportPicturesTest : public testing::Test {
   std::string error_of_import() {
     return error_of([&] { import(); });
   }
-  SessionContents contents() { return SessionReader(capture_.directory).contents(); }
   std::size_t captured() { return contents().frames.size(); }
 
-  TestDirectory directory_;
-  TestCapture capture_;
   fs::path card_ = directory_ / "card";
   std::vector<std::pair<std::string, WallTime>> taken_;
   int next_level_ = 0;

@@ -1,6 +1,5 @@
 #include "capture/slider/carriage.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 
