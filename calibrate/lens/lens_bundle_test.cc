@@ -3,17 +3,208 @@
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <opencv2/imgproc.hpp>
 #include <random>
 
 #include "calibrate/base/test_lines.h"
 #include "calibrate/lens/camera_model.h"
+#include "calibrate/lens/image_circle.h"
+#include "calibrate/lens/lens_features.h"
 #include "calibrate/lens/lens_test_camera.h"
+#include "calibrate/lens/lens_tracks.h"
 #include "core/base/error.h"
 
 namespace raywalk::calibrate {
 namespace {
 
 using Eigen::Vector3d;
+
+// --- What is found in the pictures: features, their tracks, the rim of the image circle ---------
+
+constexpr PanoramaSize kFeaturePicture{640, 320};
+
+// Blurred bright dots on grey, at subpixel positions.
+cv::Mat dots_at(const std::vector<PixelPosition>& places) {
+  constexpr double kSigma_px = 2.5;
+  cv::Mat picture(kFeaturePicture.height, kFeaturePicture.width, CV_8UC3);
+  for (int v = 0; v < picture.rows; ++v) {
+    for (int u = 0; u < picture.cols; ++u) {
+      double level = 70.0;
+      for (const PixelPosition& place : places) {
+        const double square = (u - place.u) * (u - place.u) + (v - place.v) * (v - place.v);
+        level += 150.0 * std::exp(-0.5 * square / (kSigma_px * kSigma_px));
+      }
+      picture.at<cv::Vec3b>(v, u) = cv::Vec3b::all(cv::saturate_cast<uchar>(level));
+    }
+  }
+  return picture;
+}
+
+double nearest_px(const LensFeatures& found, PixelPosition place, bool back) {
+  double nearest = 1e9;
+  for (const LensFeature& feature : found.features) {
+    if (feature.back != back) continue;
+    nearest = std::min(nearest, std::hypot(feature.seen.u - place.u, feature.seen.v - place.v));
+  }
+  return nearest;
+}
+
+TEST(LensFeaturesTest, FeaturesHaveTheRightPositionAndLensUnlessMasked) {
+  const DualFisheyeCamera camera = plain_camera(kFeaturePicture);
+  const std::vector<PixelPosition> places{{100.3, 120.6}, {170.8, 200.1}, {450.4, 90.5}};
+  const cv::Mat picture = dots_at(places);
+  const LensFeatures found = find_lens_features({picture, picture}, camera, {});
+  EXPECT_LT(nearest_px(found, places[0], false), 0.05);
+  EXPECT_LT(nearest_px(found, places[1], false), 0.05);
+  EXPECT_LT(nearest_px(found, places[2], true), 0.05);
+  EXPECT_EQ(found.descriptors.rows, static_cast<int>(found.features.size()));
+  cv::Mat mask(picture.size(), CV_8UC1, cv::Scalar(255));
+  mask(cv::Rect(0, 0, 99, 320)).setTo(0);  // beside the first
+  mask(cv::Rect(449, 89, 3, 3)).setTo(0);  // within the third
+  const LensFeatures unmasked = find_lens_features({picture, picture, mask}, camera, {});
+  EXPECT_GT(nearest_px(unmasked, places[0], false), 5.0);
+  EXPECT_LT(nearest_px(unmasked, places[1], false), 0.05);
+  EXPECT_GT(nearest_px(unmasked, places[2], true), 5.0);
+}
+
+TEST(LensFeaturesTest, TheNadirAndTheRimAreExcluded) {
+  const DualFisheyeCamera camera = plain_camera(kFeaturePicture);
+  const PixelPosition middle = camera.layout.front.centre;
+  const double rim_px = 0.5 * kFeaturePicture.height * 0.99;
+  const PixelPosition below{middle.u + 3.0, middle.v + 0.8 * rim_px};  // 76 degrees below the axis
+  const PixelPosition at_rim{middle.u - rim_px + 2.0, middle.v};
+  const cv::Mat picture = dots_at({below, at_rim});
+  const LensFeatures all = find_lens_features({picture, picture}, camera, {});
+  EXPECT_LT(nearest_px(all, below, false), 0.1);
+  EXPECT_GT(nearest_px(all, at_rim, false), 5.0);
+  FeatureOptions options;
+  options.ignore_below_rad = radians_from_degrees(20.0);
+  EXPECT_GT(nearest_px(find_lens_features({picture, picture}, camera, options), below, false), 5.0);
+}
+
+// Three stations with four features each: 0 and 1 of the front lens, 2 and 3 of the back lens.
+std::vector<LensFeatures> three_stations() {
+  std::vector<LensFeatures> stations(3);
+  for (LensFeatures& station : stations) {
+    for (int i = 0; i < 4; ++i) station.features.push_back({{10.0 * i, 5.0}, i >= 2});
+  }
+  return stations;
+}
+
+TEST(LensTracksTest, MatchesJoinAcrossStationsAndLenses) {
+  const std::vector<LensFeatures> stations = three_stations();
+  const std::vector<ViewMatches> matches{
+      {0, 1, {{0, 1}}}, {1, 2, {{1, 0}, {2, 2}}}, {2, 2, {{0, 3}}}};
+  const std::vector<BundleTrack> tracks = join_tracks(stations, matches);
+  // The other one, feature 2 at stations 1 and 2, has two observations only.
+  ASSERT_EQ(tracks.size(), 1U);
+  EXPECT_EQ(tracks[0].size(), 4U);
+}
+
+TEST(LensTracksTest, InconsistentTracksAreDropped) {
+  const std::vector<LensFeatures> stations = three_stations();
+  EXPECT_TRUE(
+      join_tracks(stations,
+                  std::vector<ViewMatches>{{0, 1, {{0, 0}}}, {1, 2, {{0, 0}}}, {0, 2, {{1, 0}}}})
+          .empty());
+}
+
+// A track of the front lens seen in a direction, moving that far between two stations and a third.
+BundleTrack seen_at(const FisheyeLens& lens, const Vector3d& direction, double moves_px) {
+  const PixelPosition at = *project(lens, direction);
+  return {{0, false, at},
+          {1, false, {at.u + 0.5 * moves_px, at.v}},
+          {2, false, {at.u + moves_px, at.v}}};
+}
+
+TEST(LensTracksTest, OnlyStillTracksBelowTheCameraAreRemoved) {
+  const DualFisheyeLayout layout = plain_camera({1120, 560}).layout;
+  const std::vector<BundleStation> stations{{0, {0, 0, 0}}, {0, {0.1, 0, 0}}, {0, {0.2, 0, 0}}};
+  const Vector3d down(0, -1, 0);
+  const double cone_rad = radians_from_degrees(40.0);
+  const auto removed = [&](const Vector3d& direction, double moves_px,
+                           const std::vector<BundleStation>& seen_from) {
+    std::vector<BundleTrack> tracks{seen_at(layout.front, direction, moves_px)};
+    return remove_still_tracks(layout, seen_from, down, cone_rad, &tracks) == 1 && tracks.empty();
+  };
+  const Vector3d below = Vector3d(0.1, -1.0, 0.3).normalized();
+  EXPECT_TRUE(removed(below, 0.3, stations));
+  EXPECT_FALSE(removed(below, 5.0, stations));                             // the floor
+  EXPECT_FALSE(removed(Vector3d(0, 0.2, 1).normalized(), 0.0, stations));  // the sky
+  EXPECT_FALSE(removed(below, 0.3, std::vector<BundleStation>(3)));        // nothing moved
+}
+
+TEST(LensTracksTest, ThinningKeepsTracksOfBothLenses) {
+  std::vector<BundleTrack> tracks;
+  for (std::size_t i = 0; i < 1000; ++i) {
+    tracks.push_back({{i, false, {}}, {i + 1, false, {}}, {i + 2, i % 10 == 0, {}}});
+  }
+  std::vector<BundleTrack> thinned = tracks;
+  thin_tracks(300, &thinned);
+  ASSERT_EQ(thinned.size(), 300U);
+  int both = 0, first_half = 0;
+  for (const BundleTrack& track : thinned) {
+    both += track.back().back ? 1 : 0;
+    first_half += track.front().station < 500 ? 1 : 0;
+  }
+  EXPECT_EQ(both, 100);
+  EXPECT_NEAR(first_half, 150, 2);
+  thin_tracks(5000, &tracks);
+  EXPECT_EQ(tracks.size(), 1000U);
+}
+
+constexpr PanoramaSize kCirclePicture{1120, 560};
+
+// Bright discs in the fields of view of the true lenses.
+cv::Mat lit_circles(const DualFisheyeLayout& layout, double level) {
+  cv::Mat picture(kCirclePicture.height, kCirclePicture.width, CV_8UC1, cv::Scalar(2));
+  for (int v = 0; v < picture.rows; ++v) {
+    for (int u = 0; u < picture.cols; ++u) {
+      const PixelPosition at{static_cast<double>(u), static_cast<double>(v)};
+      const bool back = belongs_to_back(layout, at);
+      if (unproject(back ? layout.back : layout.front, at)) {
+        picture.at<uchar>(v, u) = cv::saturate_cast<uchar>(level);
+      }
+    }
+  }
+  return picture;
+}
+
+TEST(ImageCircleTest, RimIsFoundDespiteDarkObjectsNearIt) {
+  const DualFisheyeCamera truth = true_camera(kCirclePicture), start = plain_camera(kCirclePicture);
+  cv::Mat picture = lit_circles(truth.layout, 180.0);
+  cv::rectangle(picture, {240, 430, 90, 130}, cv::Scalar(3), cv::FILLED);  // a pole, to the rim
+  for (const bool back : {false, true}) {
+    const FisheyeLens& lens = back ? truth.layout.back : truth.layout.front;
+    const auto circle = find_image_circle(picture, start, back);
+    ASSERT_TRUE(circle);
+    EXPECT_NEAR(circle->centre.u, lens.centre.u, 0.5);
+    EXPECT_NEAR(circle->centre.v, lens.centre.v, 0.5);
+    EXPECT_NEAR(circle->radius_px, rim_radius_px(lens), 0.7);
+  }
+}
+
+TEST(ImageCircleTest, NoCircleIsFoundWithoutARim) {
+  const DualFisheyeCamera start = plain_camera(kCirclePicture);
+  const cv::Mat lit_all_over(kCirclePicture.height, kCirclePicture.width, CV_8UC1, cv::Scalar(180));
+  EXPECT_FALSE(find_image_circle(lit_all_over, start, false));
+  EXPECT_FALSE(find_image_circle(lit_circles(start.layout, 8.0), start, false));  // night
+}
+
+TEST(ImageCircleTest, FieldOfViewEndsAtTheRimOrWhereTheRadiusStopsGrowing) {
+  const FisheyeLens truth = true_camera(kCirclePicture).layout.front;
+  FisheyeLens lens = truth;
+  lens.largest_angle_rad = 0.3;
+  EXPECT_NEAR(with_rim_at(lens, rim_radius_px(truth)).largest_angle_rad, truth.largest_angle_rad,
+              2e-4);
+  lens.k = {-0.2, 0.0, 0.0, 0.0};  // grows up to t = sqrt(1 / 0.6)
+  const FisheyeLens folded = with_rim_at(lens, 1e6);
+  EXPECT_NEAR(folded.largest_angle_rad, std::sqrt(1.0 / 0.6), 2e-4);
+  EXPECT_NO_THROW(require_monotonic_radius(folded));
+}
+
+// --- The adjustment -----------------------------------------------------------------------------
 
 constexpr PanoramaSize kBundlePicture{1120, 560};
 

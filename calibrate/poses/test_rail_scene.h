@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <cmath>
 #include <random>
 
 #include "calibrate/base/capture_set.h"
