@@ -16,7 +16,6 @@
 
 #include "capture/plan/line_selection.h"
 #include "capture/plan/plan_report.h"
-#include "capture/plan/test_plan.h"
 #include "core/base/error.h"
 #include "core/base/test_error.h"
 
@@ -28,8 +27,22 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
+// One cell of 1 m, stations 50 mm apart, on a rail of 2 m.
+CaptureConfig one_cell_config() {
+  CaptureConfig config;
+  config.grid.spacing_mm = 50.0;
+  config.slider.high_limit_mm = 2000.0;
+  return config;
+}
+
 std::string refusal(const CaptureConfig& config) {
   return error_of([&] { plan_capture(config); });
+}
+
+std::vector<std::string> ids_of(const CapturePlan& plan) {
+  std::vector<std::string> ids;
+  for (const CaptureLine& line : plan.lines) ids.push_back(line.id);
+  return ids;
 }
 
 const CaptureLine& line_of(const CapturePlan& plan, std::string_view id) {
@@ -74,9 +87,7 @@ TEST(CapturePlan, LinesAreInTheOrderOfTheGridAndCentred) {
   config.grid.cells_x = 2;
   config.grid.overhang_mm = 0.0;
   const CapturePlan plan = plan_capture(config);
-  std::string ids;
-  for (const CaptureLine& line : plan.lines) ids += line.id + " ";
-  EXPECT_EQ(ids, "x0 x1 z0 z1 z2 ");
+  EXPECT_THAT(ids_of(plan), ElementsAre("x0", "x1", "z0", "z1", "z2"));
   EXPECT_EQ(line_of(plan, "x0").stations.size(), 41u);
   EXPECT_EQ(line_of(plan, "z0").stations.size(), 21u);
   EXPECT_EQ(line_of(plan, "z0").across_m, -1.0);
@@ -283,12 +294,6 @@ TEST(PlanJson, DependsOnWhatIsCapturedAlone) {
             original);
 }
 
-std::vector<std::string> ids_of(const CapturePlan& plan) {
-  std::vector<std::string> ids;
-  for (const CaptureLine& line : plan.lines) ids.push_back(line.id);
-  return ids;
-}
-
 TEST(SelectLines, TakesIdsAndRangesInTheOrderOfThePlan) {
   CaptureConfig config = one_cell_config();
   config.grid.cells_z = 3;
@@ -320,6 +325,8 @@ TEST(SelectLines, APartNamesItsWholeWhateverTheRail) {
   config.grid.overhang_mm = 0.0;
   EXPECT_NE(part_of(), first);
 }
+
+// --- The report ----------------------------------------------------------------------------------
 
 nlohmann::ordered_json report_on(const CaptureConfig& config) {
   return plan_report(plan_capture(config), config);

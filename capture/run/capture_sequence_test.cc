@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "capture/import/test_pictures.h"
-#include "capture/plan/test_plan.h"
 #include "capture/run/fake_camera.h"
 #include "capture/run/film_lines.h"
 #include "capture/run/place_rail.h"
@@ -299,7 +298,9 @@ TEST_F(CaptureSequenceTest, AStallWhileFilmingEndsTheFilmAndKeepsNoJournal) {
 
 TEST(RunSession, OfASessionThatIsFilmedNeedsNoDevice) {
   const TestDirectory directory;
-  CaptureConfig config = one_cell_config();
+  CaptureConfig config;
+  config.grid.spacing_mm = 50.0;
+  config.slider.high_limit_mm = 2000.0;
   config.file = directory / "capture.yaml";
   write_file_atomically(config.file, "");
   config.camera.kind = CameraKind::kGpio;
@@ -319,37 +320,28 @@ TEST(RunSession, OfASessionThatIsFilmedNeedsNoDevice) {
 
 const CaptureLine kLine = test_line("z1", LineAxis::kZ, 0.5, -0.75, 0.25, 7);
 
-// A rig that answers requests to place the rail with the given status.
-class RigServer {
- public:
-  explicit RigServer(int status) {
-    server_.Post("/rig/place",
-                 [this, status](const httplib::Request& request, httplib::Response& reply) {
-                   request_ = request.body;
-                   reply.status = status;
-                   reply.set_content("no such line", "text/plain");
-                 });
-    port_ = server_.bind_to_any_port("127.0.0.1");
-    thread_ = std::thread([this] { server_.listen_after_bind(); });
-    while (!server_.is_running()) std::this_thread::yield();
-  }
-  ~RigServer() {
-    server_.stop();
-    thread_.join();
-  }
-  RunConfig config() const {
-    RunConfig config;
-    config.place_url = "http://127.0.0.1:" + std::to_string(port_) + "/rig/place";
-    return config;
-  }
-  const std::string& request() const { return request_; }
-
- private:
-  httplib::Server server_;
-  std::thread thread_;
-  int port_ = 0;
-  std::string request_;
+// What a rig is asked when the line is placed, and the error that its answer with a status is.
+struct Placing {
+  std::string request{};
+  std::string error{};
 };
+Placing placing_at_rig(int status) {
+  Placing placing;
+  httplib::Server server;
+  server.Post("/rig/place", [&](const httplib::Request& request, httplib::Response& reply) {
+    placing.request = request.body;
+    reply.status = status;
+    reply.set_content("no such line", "text/plain");
+  });
+  const int port = server.bind_to_any_port("127.0.0.1");
+  const std::jthread thread([&] { server.listen_after_bind(); });
+  while (!server.is_running()) std::this_thread::yield();
+  RunConfig config;
+  config.place_url = fmt::format("http://127.0.0.1:{}/rig/place", port);
+  placing.error = error_of([&] { place_rail(config, false, kLine, 1, 1); });
+  server.stop();
+  return placing;
+}
 
 TEST(PlacementText, SaysWhereBothEndsOfTheLineBelong) {
   EXPECT_THAT(
@@ -359,9 +351,9 @@ TEST(PlacementText, SaysWhereBothEndsOfTheLineBelong) {
 }
 
 TEST(PlaceRail, SendsTheLineToARigThatPlacesItself) {
-  const RigServer rig(200);
-  place_rail(rig.config(), false, kLine, 1, 1);
-  const auto request = nlohmann::json::parse(rig.request());
+  const Placing placing = placing_at_rig(200);
+  EXPECT_EQ(placing.error, "no error");
+  const auto request = nlohmann::json::parse(placing.request);
   EXPECT_EQ(request["line"], "z1");
   EXPECT_EQ(request["placement"], 1);
   EXPECT_EQ(request["start_m"], nlohmann::json({0.5, -0.75}));
@@ -369,9 +361,8 @@ TEST(PlaceRail, SendsTheLineToARigThatPlacesItself) {
 }
 
 TEST(PlaceRail, ARefusalOfTheRigIsAnErrorWithItsAnswer) {
-  const RigServer rig(404);
-  const std::string error = error_of([&] { place_rail(rig.config(), false, kLine, 1, 1); });
-  EXPECT_THAT(error, AllOf(HasSubstr("z1"), HasSubstr("404"), HasSubstr("no such line")));
+  EXPECT_THAT(placing_at_rig(404).error,
+              AllOf(HasSubstr("z1"), HasSubstr("404"), HasSubstr("no such line")));
 }
 
 TEST(PlaceRail, ARigThatIsOffIsAnError) {

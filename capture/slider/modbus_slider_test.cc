@@ -216,6 +216,8 @@ TEST_F(ModbusSliderTest, StopIsRepeatedAtOnceWithoutReading) {
   EXPECT_TRUE(registers->reads.empty());
 }
 
+// --- Register maps -------------------------------------------------------------------------------
+
 std::filesystem::path shipped(const std::string& name) {
   return std::filesystem::path(RAYWALK_CONFIGS "/sliders") / name;
 }
@@ -387,6 +389,8 @@ TEST(RegisterWordsTest, SpeedsThatDoNotFitAreRefusedAndNotRoundedIntoRange) {
     EXPECT_THROW(move_words(map, 0.0, profile), UsageError);
   }
 }
+
+// --- The link ------------------------------------------------------------------------------------
 
 constexpr double kTimeout_ms = 60.0;
 // Where every request is answered and openings are counted: a busy machine's pause is no timeout.
