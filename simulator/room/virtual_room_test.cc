@@ -248,20 +248,11 @@ TEST(DollyTest, CoversTheNadirUpToItsReach) {
 
 constexpr PanoramaSize kViewSize{512, 256};
 
-// Bilinear; wraps at the seam, uses the border mode at the poles.
+// Bilinear.
 cv::Vec3d sample(const cv::Mat& picture, PixelPosition at) {
-  const int u0 = static_cast<int>(std::floor(at.u)), v0 = static_cast<int>(std::floor(at.v));
-  cv::Vec3d sum(0, 0, 0);
-  for (int dv = 0; dv < 2; ++dv) {
-    for (int du = 0; du < 2; ++du) {
-      const int u = (u0 + du + picture.cols) % picture.cols;
-      const int v = std::clamp(v0 + dv, 0, picture.rows - 1);
-      const double weight =
-          (du == 1 ? at.u - u0 : 1.0 - (at.u - u0)) * (dv == 1 ? at.v - v0 : 1.0 - (at.v - v0));
-      sum += weight * cv::Vec3d(picture.at<cv::Vec3b>(v, u));
-    }
-  }
-  return sum;
+  cv::Mat_<cv::Vec3b> pixel;
+  cv::getRectSubPix(picture, {1, 1}, cv::Point2d(at.u, at.v), pixel);
+  return pixel(0, 0);
 }
 
 double mean_difference(const cv::Vec3d& a, const cv::Vec3d& b) {
