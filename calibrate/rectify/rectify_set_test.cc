@@ -306,7 +306,7 @@ TEST(CrossingOverlayTest, MaskedPixelsAreNotCompared) {
   EXPECT_TRUE(std::isnan(overlay_of(first, second, window, valid).difference_levels));
 }
 
-// --- Fisheye pictures rectified once, against the truth and stitched panoramas that are rotated ---
+// --- Fisheye pictures rectified once, against the truth and rotated panoramas --------------------
 
 constexpr int kFisheyeFrames = 3;
 
