@@ -199,8 +199,9 @@ const GpuProgram& GpuRenderer::mixing_program(const MixedView& view) {
   const bool keep =
       (view.options.interpolation == Interpolation::kCubic || view.exposure != nullptr) &&
       columns_->most_reads >= kMany;
-  return context_->program("mixing", keep ? "#define KEEP_SAMPLES\n" : "",
-                           {kGeometryShader, kMapsShader, kFillShader, kMixingShader});
+  return context_->program(
+      "mixing", keep ? "#define KEEP_SAMPLES\n" : "",
+      {kGeometryShader, kMapsShader, kLookupShader, kQuartersShader, kFillShader, kMixingShader});
 }
 
 int GpuRenderer::mix_block(const MixedView& view, int first, const PanoramaPart& part,

@@ -149,8 +149,9 @@ void GpuView::gather(const MixedView& view, const ViewMaps& maps) {
   distances_.reserve((view.distances.unreliable() ? 12 : 4) * pixels);
   quarters_.reserve(16 * pixels);
   const auto use = [&](const char* pass) -> const GpuProgram& {
-    const GpuProgram& program = context_->program("distances", fmt::format("#define {}\n", pass),
-                                                  {kGeometryShader, kMapsShader, kDistancesShader});
+    const GpuProgram& program = context_->program(
+        "distances", fmt::format("#define {}\n", pass),
+        {kGeometryShader, kMapsShader, kLookupShader, kGatheringShader, kDistancesShader});
     program.use();
     bind(view, maps, program);
     drawn_.bind(kOccludedBinding);
@@ -200,7 +201,7 @@ void GpuView::see(const MixedView& view, const ViewMaps& maps, const GpuView& op
   sources_there_.write(std::span<const Source>(sources_));
   const GpuProgram& visibility = context_->program(
       "visibility", fmt::format("#define ROWS {}\n", size.height),
-      {kGeometryShader, kMapsShader, kFillShader, kVisibilityShader});
+      {kGeometryShader, kMapsShader, kLookupShader, kFillShader, kVisibilityShader});
   visibility.use();
   bind(view, maps, visibility);
   sources_there_.bind(kColumnsBinding);
@@ -209,8 +210,8 @@ void GpuView::see(const MixedView& view, const ViewMaps& maps, const GpuView& op
   visibility.set("above_lines_m", static_cast<float>(view.visibility.above_lines_m()));
   visibility.set("fills_empty", columns.fills_empty);
   run_groups(columns.count, 1);
-  const GpuProgram& edges =
-      context_->program("edges", "", {kGeometryShader, kMapsShader, kEdgesShader});
+  const GpuProgram& edges = context_->program(
+      "edges", "", {kGeometryShader, kMapsShader, kLookupShader, kQuartersShader, kEdgesShader});
   edges.use();
   bind(view, maps, edges);
   edges.set("edge_columns", columns.first, columns.count);

@@ -3,7 +3,8 @@
 
 namespace raywalk {
 
-extern const char *const kGeometryShader, *const kMapsShader, *const kDistancesShader,
-    *const kFillShader, *const kVisibilityShader, *const kEdgesShader, *const kMixingShader;
+extern const char *const kGeometryShader, *const kMapsShader, *const kLookupShader,
+    *const kGatheringShader, *const kDistancesShader, *const kFillShader, *const kVisibilityShader,
+    *const kQuartersShader, *const kEdgesShader, *const kMixingShader;
 
 }  // namespace raywalk

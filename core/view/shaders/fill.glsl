@@ -1,7 +1,5 @@
 // Which station shows a point that the lines in use do not see (core/view/fill_stations.h).
 
-layout(std430, binding = 1) readonly buffer Distances { float distances[]; };
-
 uniform ivec2 captured;    // width and height of the stations
 uniform ivec2 fill_maps;   // of map_places: the first of those that are searched, and their number
 uniform bool has_trust;    // whether distances are followed by how far they can be relied on
@@ -9,7 +7,15 @@ uniform bool has_trust;    // whether distances are followed by how far they can
 // y: column of the panorama in which what moved is marked, x from 1: bits of its rows.
 uniform usampler2DArray masks;
 
-float inverse_at(int theta, int row) { return distances[theta * distance_size.y + row]; }
+const uint kNoStation = 255u, kReadUnseen = 254u, kOccludedInView = 0x80u;
+
+// How far a station sees a point (seen_part() in core/view/visibility.h).
+float seen_part(uint occluded, uint before, uint after, float after_part) {
+  float hidden = (occluded & before) != 0u ? 1.0 - after_part : 0.0;
+  hidden += (occluded & after) != 0u ? after_part : 0.0;
+  return (occluded & kOccludedInView) != 0u ? 0.0 : 1.0 - hidden;
+}
+
 float trust_at(int theta, int row) {
   if (!has_trust) return 1.0;
   return distances[distance_size.x * distance_size.y + theta * distance_size.y + row];
@@ -45,31 +51,6 @@ bool is_left_out(MapPlace map, float theta, Seen seen) {
     if ((rows >> (row & 31) & 1u) != 0u) return true;
   }
   return false;
-}
-
-// What a map holds in a point's direction, and the largest of the four pixels around; negative
-// where unknown (look_up() in core/view/map_choice.h).
-vec2 look_up(MapPlace map, float theta, Seen seen) {
-  float u = column_in(map, theta, seen.turn);
-  float v = clamp(row_in(map, seen.phi), 0.0, float(map.rows - 1));
-  int left = int(floor(u)), upper = min(int(v), map.rows - 2);
-  float sum = 0.0, total = 0.0, best = -1.0, held = -1.0, around = -1.0;
-  for (int i = 0; i < 4; ++i) {
-    float in_map = held_in(map, (left + i / 2 + 2 * map.width) % map.width, upper + i % 2);
-    if (in_map < 0.0) continue;
-    around = max(around, in_map);
-    float x = u - float(left), y = v - float(upper);
-    float part = (i / 2 == 0 ? 1.0 - x : x) * (i % 2 == 0 ? 1.0 - y : y);
-    if (part > best) {
-      best = part;
-      held = in_map;
-    }
-    if (abs(in_map - seen.inverse) <= tolerance * seen.inverse) {
-      sum += part * in_map;
-      total += part;
-    }
-  }
-  return vec2(total > 0.01 ? sum / total : held, around);
 }
 
 Seen seen_by_fill(int station, float theta, vec2 latitude, float w) {

@@ -45,7 +45,6 @@ uniform bool again;  // only what waits
 uniform int fill_layers[64];  // of the stations that are searched; -1: not there
 
 const uint kRead = 0u, kFilled = 1u, kUnread = 2u, kWaiting = 3u, kOfNoLine = 4u;
-const uint kNoStation = 255u, kReadUnseen = 254u, kOccludedInView = 0x80u;
 
 uint occluded_at(int image, int theta, int row) {
   if (image < 0) return 0u;  // the line is no source of that column
@@ -140,9 +139,7 @@ uint packed_colour(vec3 rgb, uint how) {
 
 // How much a station counts that sees a point so far (seen_part(), add_share()).
 float weight_of(Read read, uint occluded, float doubt) {
-  float hidden = (occluded & read.before) != 0u ? 1.0 - read.after_part : 0.0;
-  hidden += (occluded & read.after) != 0u ? read.after_part : 0.0;
-  float seen = (occluded & kOccludedInView) != 0u ? 0.0 : 1.0 - hidden;
+  float seen = seen_part(occluded, read.before, read.after, read.after_part);
   float share = mix(read.to_eye.w, read.unreliable, doubt);
   return share * (seen + (1.0 - seen) * (doubt + 1e-8));
 }
@@ -152,7 +149,7 @@ float part_of(float weight, float total) {
   return part < 1e-5 ? 0.0 : part;
 }
 
-float same_surface(float a, float b) { return abs(a - b) > tolerance * max(a, b) ? 0.0 : 1.0; }
+float same_surface(float a, float b) { return is_step(a, b) ? 0.0 : 1.0; }
 
 float inverse_between(Column c, int row) {
   float a = inverse_at(c.nearest, row), b = inverse_at(c.other, row);
@@ -218,30 +215,24 @@ vec4 quarter_colour(Column c, int edge_row, int quarter, int row, vec2 offset) {
   float doubt = 1.0 - trust_at(c.nearest, r);
   float turn = offset.x / float(output_size.x) * 2.0 * kPi;
   vec2 latitude = latitude_of(at, output_size.y);
-  float w = quarters[edge][quarter], total = 0.0;
+  float w = quarters[edge][quarter];
   begin_mixing();
-  for (int pass = 0; pass < 2; ++pass) {
-    float sum = 0.0;
-    for (int i = 0; i < c.reads; ++i) {
-      Read read = reads[c.first_read + i];
-      int image = read.image, theta = c.nearest;
-      uint other = c.beside >> (8 * read.source + (right < 0 ? 0 : 4)) & 15u;
-      if (right != 0 && other < 4u) {
-        image = int(other);
-        theta = seen_column;
-      }
-      float weight = weight_of(read, occluded_at(image, theta, seen_row), doubt);
-      sum += weight;
-      if (pass == 0 || part_of(weight, total) == 0.0) continue;
-      vec3 to_eye = vec3(read.to_eye.x * cos(turn) + read.to_eye.y * sin(turn),
-                         read.to_eye.y * cos(turn) - read.to_eye.x * sin(turn), read.to_eye.z);
-      add_sample(read, part_of(weight, total), place_of(seen_from(to_eye, latitude, w)),
-                 c.captured + offset.x * float(captured.x) / float(output_size.x));
+  for (int i = 0; i < c.reads; ++i) {
+    Read read = reads[c.first_read + i];
+    int image = read.image, theta = c.nearest;
+    uint other = c.beside >> (8 * read.source + (right < 0 ? 0 : 4)) & 15u;
+    if (right != 0 && other < 4u) {
+      image = int(other);
+      theta = seen_column;
     }
-    total = sum;
+    float weight = weight_of(read, occluded_at(image, theta, seen_row), doubt);
+    if (weight < 1e-6) continue;  // a trace: stations show something else there
+    vec3 to_eye = vec3(read.to_eye.x * cos(turn) + read.to_eye.y * sin(turn),
+                       read.to_eye.y * cos(turn) - read.to_eye.x * sin(turn), read.to_eye.z);
+    add_sample(read, weight, place_of(seen_from(to_eye, latitude, w)),
+               c.captured + offset.x * float(captured.x) / float(output_size.x));
   }
-  if (total < 1e-6 || mixed_sum.a == 0.0) return vec4(0.0);
-  return vec4(mixed_colour(), 1.0);
+  return mixed_sum.a == 0.0 ? vec4(0.0) : vec4(mixed_colour(), 1.0);
 }
 
 vec3 with_edge(Column c, int edge_row, int row, vec3 colour) {
@@ -249,8 +240,7 @@ vec3 with_edge(Column c, int edge_row, int row, vec3 colour) {
   float per_distance = float(output_size.y) / float(distance_size.y);
   if (per_distance < 1.5) {
     for (int quarter = 0; quarter < 4; ++quarter) {
-      vec2 offset = vec2(quarter < 2 ? -0.25 : 0.25, (quarter & 1) == 0 ? -0.25 : 0.25);
-      sum += quarter_colour(c, edge_row, quarter, row, offset);
+      sum += quarter_colour(c, edge_row, quarter, row, quarter_offset(quarter));
     }
   } else {
     bool upper = (float(row) + 0.5) / per_distance - 0.5 < float(edge_row);

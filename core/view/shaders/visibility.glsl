@@ -26,8 +26,6 @@ uniform int first_column;  // of the distances, of the first group
 uniform float above_lines_m;
 uniform bool fills_empty;
 
-const float kClearlyNearerPx = 2.0;
-const uint kNoStation = 255u, kReadUnseen = 254u, kOccludedInView = 0x80u;
 
 // The great circle around the point A where the column meets a line: of each bin the bits of the
 // inverse distance from A of the nearest point.
@@ -57,8 +55,7 @@ void keep(int bin, float inverse) { atomicMax(nearest[bin], floatBitsToUint(inve
 void fill_gap(RingPoint point, RingPoint before) {
   int turn = 2 * ROWS, gap = point.bin - before.bin;
   if (abs(gap) <= 1) return;
-  float larger = max(point.inverse, before.inverse);
-  if (abs(point.inverse - before.inverse) > tolerance * larger) return;
+  if (is_step(point.inverse, before.inverse)) return;
   gap += gap > ROWS ? -turn : gap < -ROWS ? turn : 0;
   int towards = gap < 0 ? -1 : 1;
   for (int i = towards; i != gap && abs(i) < ROWS; i += towards) {
@@ -90,26 +87,6 @@ void mark_ring(int theta, int image, float met_m, int lane) {
   barrier();
 }
 
-// Whether one of the four pixels around a point holds a surface that is clearly nearer.
-bool hides(MapPlace map, float theta, vec2 latitude, float w) {
-  vec3 to_eye = to_eye_from(map.from_centre.xyz, theta);
-  Seen seen = seen_from(to_eye, latitude, w);
-  float u = column_in(map, theta, seen.turn);
-  u += u < 0.0 ? float(map.width) : u >= float(map.width) ? -float(map.width) : 0.0;
-  int x = min(int(u), map.width - 1), beside = (x + 1) % map.width;
-  int y = clamp(int(row_in(map, seen.phi)), 0, map.rows - 1), below = min(y + 1, map.rows - 1);
-  float held = max(max(held_in(map, x, y), held_in(map, x, below)),
-                   max(held_in(map, beside, y), held_in(map, beside, below)));
-  float slack = kClearlyNearerPx * 2.0 * kPi / float(map.width) / max(1e-9, length(to_eye));
-  return held > seen.inverse * (1.0 + tolerance) + slack;
-}
-
-bool is_seen(uint hidden, Source source) {
-  float part = (hidden & source.before) != 0u ? 1.0 - source.after_part : 0.0;
-  part += (hidden & source.after) != 0u ? source.after_part : 0.0;
-  return (hidden & kOccludedInView) == 0u && 1.0 - part >= 0.5;
-}
-
 void main() {
   int theta = (first_column + int(gl_WorkGroupID.x)) % distance_size.x;
   int lane = int(gl_LocalInvocationID.x);
@@ -138,8 +115,9 @@ void main() {
     }
     bool seen = false;
     for (int i = 0; i < 4; ++i) {
-      int image = of_column[i].image;
-      seen = seen || (image >= 0 && is_seen(hidden >> (8 * image), of_column[i]));
+      Source s = of_column[i];
+      if (s.image < 0) continue;
+      seen = seen || seen_part(hidden >> (8 * s.image), s.before, s.after, s.after_part) >= 0.5;
     }
     uint fill = 0u;
     if (!any && !fills_empty) {
