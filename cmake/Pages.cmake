@@ -37,30 +37,36 @@ function(raywalk_report_kind description)
                ${CMAKE_CURRENT_SOURCE_DIR}/${description})
 endfunction()
 
-# raywalk_page(<name> FILES ... [KINDS ...] OUTPUTS ...): copies these files of the current folder, and
-# its folders src and browser, to pages/<name>, descriptions of kinds to src/kinds there, and runs
-# build.mjs there, which makes the outputs; its argument is the folder of the first.
+# raywalk_page(<name> FILES ... [KINDS ...] [SHADERS ...] OUTPUTS ...): copies these files of the
+# current folder, and its folders src and browser, to pages/<name>, descriptions of kinds to src/kinds
+# there, the engine's shaders to src/engine, and runs build.mjs there, which makes the outputs; its
+# argument is the folder of the first.
 function(raywalk_page name)
-  cmake_parse_arguments(ARG "" "" "FILES;KINDS;OUTPUTS" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "FILES;KINDS;SHADERS;OUTPUTS" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS src/*.ts src/*.glsl browser/*.mjs)
   set(copy ${RAYWALK_PAGES}/${name})
   file(MAKE_DIRECTORY ${copy})
   list(GET ARG_OUTPUTS 0 first)
   cmake_path(GET first PARENT_PATH folder)
-  if(ARG_KINDS)
-    set(copy_kinds COMMAND ${CMAKE_COMMAND} -E make_directory ${copy}/src/kinds
-                   COMMAND ${CMAKE_COMMAND} -E copy ${ARG_KINDS} ${copy}/src/kinds)
-  endif()
+  set(KINDS_folder kinds)
+  set(SHADERS_folder engine)
+  foreach(more KINDS SHADERS)
+    set(into ${copy}/src/${${more}_folder})
+    if(ARG_${more})
+      list(APPEND copy_more COMMAND ${CMAKE_COMMAND} -E make_directory ${into}
+                            COMMAND ${CMAKE_COMMAND} -E copy ${ARG_${more}} ${into})
+    endif()
+  endforeach()
   add_custom_command(
     OUTPUT ${ARG_OUTPUTS}
     COMMAND ${CMAKE_COMMAND} -E rm -rf ${copy}/src ${copy}/browser
     COMMAND ${CMAKE_COMMAND} -E copy_directory src ${copy}/src
-    ${copy_kinds}
+    ${copy_more}
     COMMAND ${CMAKE_COMMAND} -E copy_directory browser ${copy}/browser
     COMMAND ${CMAKE_COMMAND} -E copy build.mjs ${ARG_FILES} ${copy}
     COMMAND ${CMAKE_COMMAND} -E chdir ${copy} ${RAYWALK_NODE} build.mjs ${folder}
     WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}
-    DEPENDS ${sources} build.mjs ${ARG_FILES} ${ARG_KINDS} raywalk-page-packages
+    DEPENDS ${sources} build.mjs ${ARG_FILES} ${ARG_KINDS} ${ARG_SHADERS} raywalk-page-packages
             ${RAYWALK_PAGES}/node_modules/.package-lock.json
     COMMENT "Bundling the page ${name}" VERBATIM)
 endfunction()

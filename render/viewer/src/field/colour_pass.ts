@@ -1,106 +1,81 @@
-// The colours of a view: one triangle over the picture, whose shader looks every point up in the
-// stations.
+// The colours of a view: a panorama around the viewpoint, of which only what the camera shows is
+// drawn.
 import * as three from "three";
-import { TWO_PI } from "../geometry/angles";
 import type { Manifest } from "../manifest";
-import type { Eye } from "./distance_pass";
+import { MAPS_SOURCE, MAX_MAPS, QUARTERS_SOURCE, type DistancePass } from "./distance_pass";
+import { Pass, triangle } from "./pass";
 import colourFragment from "./shaders/colour.frag.glsl";
-import colourVertex from "./shaders/colour.vert.glsl";
-import stationsSource from "./shaders/stations.glsl";
 import type { StationTextures } from "./station_textures";
 
 /** Stations that are searched for a point that no line sees, at most. */
 export const MAX_FILL = 16;
 
+/** A camera: how it turns, and what of the projection concerns x and y. */
+export interface Eye {
+  worldFromCamera: three.Matrix3;
+  /** Focal lengths and shifts in clip coordinates. */
+  projection: three.Vector4;
+}
+
 export interface ColourInputs {
   eye: Eye;
   viewpoint_m: readonly [number, number, number];
-  plan: three.Texture;
-  /** Null: the vertical cut. */
-  distances: three.Texture | null;
+  /** By distances; else the vertical cut. */
+  corrected: boolean;
   sources: number;
   fillLayers: readonly number[];
 }
 
 export class ColourPass {
-  readonly mesh: three.Mesh<three.BufferGeometry, three.RawShaderMaterial>;
   private readonly uniforms;
+  private readonly pass: Pass;
 
   constructor(
-    private readonly manifest: Pick<Manifest, "distances" | "panorama">,
+    webgl: three.WebGLRenderer,
+    { panorama }: Pick<Manifest, "panorama">,
     textures: StationTextures,
+    distances: DistancePass,
+    plan: three.Texture,
   ) {
-    const { distances } = manifest;
+    const width = panorama.width_px;
+    const target = new three.WebGLRenderTarget(width, width / 2, {
+      minFilter: three.LinearFilter,
+      magFilter: three.LinearFilter,
+      wrapS: three.RepeatWrapping,
+      depthBuffer: false,
+    });
     this.uniforms = {
-      omegaMaps: { value: textures.omegaMaps },
-      omegaStep: { value: distances.omega_step_per_m },
-      surfaceTolerance: { value: distances.surface_tolerance },
-      projection: { value: new three.Vector4() },
-      worldFromCamera: { value: new three.Matrix3() },
-      distances: { value: null as three.Texture | null },
-      plan: { value: null as three.Texture | null },
+      distances: { value: distances.distances },
+      quarters: { value: distances.quarters },
+      plan: { value: plan },
       stations: { value: textures.table },
       pictures: { value: textures.pictures },
-      coarsePictures: { value: textures.coarsePictures },
+      coarse_pictures: { value: textures.coarsePictures },
+      output_size: { value: new three.Vector2(width, width / 2) },
       viewpoint: { value: new three.Vector3() },
       corrected: { value: false },
       sources: { value: 0 },
-      fillLayers: { value: new Int32Array(MAX_FILL) },
-      fillCount: { value: 0 },
-      vignette: { value: 0 },
-      rayAcross: { value: new three.Vector3() },
-      rayUpwards: { value: new three.Vector3() },
-      capturedPixel: { value: new three.Vector2() },
-      divider: { value: 0 },
-      comparedPicture: { value: null as three.Texture | null },
+      fill_layers: { value: new Int32Array(MAX_FILL) },
+      fill_count: { value: 0 },
+      world_from_camera: { value: new three.Matrix3() },
+      projection: { value: new three.Vector4() },
     };
-    const triangle = new three.BufferGeometry();
-    triangle.setDrawRange(0, 3);
-    this.mesh = new three.Mesh(
-      triangle,
-      new three.RawShaderMaterial({
-        glslVersion: three.GLSL3,
-        defines: { MAX_FILL },
-        vertexShader: colourVertex,
-        fragmentShader: stationsSource + colourFragment,
-        uniforms: this.uniforms,
-        depthTest: false,
-        depthWrite: false,
-      }),
-    );
-    this.mesh.frustumCulled = false;
+    const fragment = MAPS_SOURCE + QUARTERS_SOURCE + colourFragment;
+    const all = { ...distances.uniforms, ...this.uniforms };
+    this.pass = new Pass(webgl, triangle(fragment, all, { MAX_FILL, MAX_MAPS }), target);
   }
 
-  set vignette(strength: number) {
-    this.uniforms.vignette.value = strength;
-  }
-
-  /** Sets what the next drawing of the mesh shows. */
-  set(inputs: ColourInputs): void {
+  /** Draws what the camera shows; returns the panorama. */
+  draw(inputs: ColourInputs): three.Texture {
     const { uniforms } = this;
-    uniforms.projection.value.copy(inputs.eye.projection);
-    uniforms.worldFromCamera.value.copy(inputs.eye.worldFromCamera);
-    // From one border of the view to the opposite one, clip coordinates change by 2.
-    const { x: focal_x, y: focal_y } = inputs.eye.projection;
-    uniforms.rayAcross.value.setFromMatrix3Column(inputs.eye.worldFromCamera, 0);
-    uniforms.rayAcross.value.multiplyScalar(2 / focal_x);
-    uniforms.rayUpwards.value.setFromMatrix3Column(inputs.eye.worldFromCamera, 1);
-    uniforms.rayUpwards.value.multiplyScalar(2 / focal_y);
-    const captured_rad = TWO_PI / this.manifest.panorama.width_px;
-    uniforms.capturedPixel.value.set(0.5 * captured_rad * focal_x, 0.5 * captured_rad * focal_y);
     uniforms.viewpoint.value.set(...inputs.viewpoint_m);
-    uniforms.plan.value = inputs.plan;
-    uniforms.distances.value = inputs.distances;
-    uniforms.corrected.value = inputs.distances !== null;
+    uniforms.corrected.value = inputs.corrected;
     uniforms.sources.value = inputs.sources;
-    uniforms.fillCount.value = inputs.fillLayers.length;
-    uniforms.fillLayers.value.set(inputs.fillLayers);
-    this.mesh.material.uniformsNeedUpdate = true;
-  }
-
-  /** Shows a panorama of the viewpoint on the left, up to the divider; null: none. */
-  compare(panorama: three.Texture | null, divider: number): void {
-    this.uniforms.comparedPicture.value = panorama;
-    this.uniforms.divider.value = panorama ? divider : 0;
+    uniforms.fill_count.value = inputs.fillLayers.length;
+    uniforms.fill_layers.value.set(inputs.fillLayers);
+    uniforms.world_from_camera.value.copy(inputs.eye.worldFromCamera);
+    uniforms.projection.value.copy(inputs.eye.projection);
+    this.pass.draw();
+    return this.pass.target.texture;
   }
 }

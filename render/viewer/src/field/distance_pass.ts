@@ -1,142 +1,114 @@
-// The distances seen from a viewpoint: the maps of the nearest stations, drawn as surfaces into the
-// picture of inverse distances.
+// The distances seen from a viewpoint, in a panorama around it, as the engine finds them
+// (core/view/distance_view.h, edges.h): with the engine's own shaders.
 import * as three from "three";
-import type { Vec3 } from "../geometry/frame";
+import quartersSource from "../engine/quarters.glsl";
+import gatheringSource from "../engine/gathering.glsl";
+import geometrySource from "../engine/geometry.glsl";
+import lookupSource from "../engine/lookup.glsl";
 import type { Manifest } from "../manifest";
-import meshFragment from "./shaders/mesh.frag.glsl";
-import meshVertex from "./shaders/mesh.vert.glsl";
-import distanceMap from "./shaders/distance_map.glsl";
-import rimVertex from "./shaders/rim.vert.glsl";
+import { Pass, triangle, type Uniforms } from "./pass";
+import distancesFragment from "./shaders/distances.frag.glsl";
+import drawFragment from "./shaders/draw.frag.glsl";
+import drawVertex from "./shaders/draw.vert.glsl";
 import stationsSource from "./shaders/stations.glsl";
+import surfacesSource from "./shaders/surfaces.glsl";
 
 /** Maps that a view's distances are made from, at most. */
-export const MAX_MAPS = 4;
-/** The nearest distance that surfaces are told apart at, of the nearest of the room. */
-const NEAREST_PART = 0.1;
-const LARGEST_OMEGA = 65535;
+export const MAX_MAPS = 8;
 
-export interface DistanceMapOfView {
-  layer: number;
-  silhouettes: three.BufferGeometry;
-  stationFromView_m: Vec3;
-}
+type Position = readonly [number, number, number];
 
-/** A camera: how it turns, and what of the projection concerns x and y. */
-export interface Eye {
-  cameraFromWorld: three.Matrix3;
-  worldFromCamera: three.Matrix3;
-  /** Focal lengths and shifts in clip coordinates. */
-  projection: three.Vector4;
-}
+/** What all shaders know of maps. */
+export const MAPS_SOURCE = geometrySource + stationsSource + lookupSource;
+/** And of the quarters of pixels. */
+export const QUARTERS_SOURCE = quartersSource + surfacesSource;
 
 export class DistancePass {
-  readonly target: three.WebGLRenderTarget;
-  private readonly scene = new three.Scene();
-  // three.js wants a camera; the shaders have their own.
-  private readonly camera = new three.OrthographicCamera();
-  private readonly surfaces: three.InstancedBufferGeometry;
-  private readonly rims: three.Points<three.BufferGeometry, three.RawShaderMaterial>[] = [];
-  private readonly uniforms;
+  /** What shaders know of maps. */
+  readonly uniforms: Uniforms;
+  private readonly points = new three.InstancedBufferGeometry();
+  private readonly places: { from_centre: three.Vector4; layer: number }[];
+  private readonly passes: Pass[];
 
   constructor(
     private readonly webgl: three.WebGLRenderer,
     { distances }: Pick<Manifest, "distances">,
-    omegaMaps: three.Texture,
+    maps: three.Texture,
   ) {
-    this.target = new three.WebGLRenderTarget(1, 1, {
-      // Phones may have half floats only: 11 bits of inverse distance move a pixel by less than one.
-      type: webgl.extensions.has("EXT_color_buffer_float") ? three.FloatType : three.HalfFloatType,
-      format: three.RedFormat,
-      minFilter: three.NearestFilter,
-      magFilter: three.NearestFilter,
-      depthTexture: new three.DepthTexture(1, 1, three.FloatType),
-    });
-    const omegaStep = distances.omega_step_per_m;
-    this.uniforms = {
-      omegaMaps: { value: omegaMaps },
-      omegaStep: { value: omegaStep },
-      surfaceTolerance: { value: distances.surface_tolerance },
-      layers: { value: new Int32Array(MAX_MAPS) },
-      stationFromView: { value: new Float32Array(3 * MAX_MAPS) },
-      cameraFromWorld: { value: new three.Matrix3() },
-      projection: { value: new three.Vector4() },
-      nearest_m: { value: NEAREST_PART / (LARGEST_OMEGA * omegaStep) },
-      rankPenalty: { value: distances.surface_tolerance / (MAX_MAPS - 1) },
-      pixelsPerRadian: { value: new three.Vector2() },
-    };
     const width = distances.width_px;
-    this.surfaces = surfaceGeometry(width, width / 2);
-    this.add(new three.Mesh(this.surfaces, this.material(meshVertex)));
-    for (let map = 0; map < MAX_MAPS; ++map) {
-      const rim = new three.Points<three.BufferGeometry, three.RawShaderMaterial>(
-        new three.BufferGeometry(),
-        this.material(rimVertex, { map: { value: map } }),
-      );
-      this.rims.push(rim);
-      this.add(rim);
-    }
-  }
-
-  /** Draws the distances of a view, `width` x `height` pixels. */
-  draw(maps: readonly DistanceMapOfView[], eye: Eye, width: number, height: number): void {
-    const { uniforms, webgl } = this;
-    maps.forEach(({ layer, stationFromView_m }, i) => {
-      uniforms.layers.value[i] = layer;
-      uniforms.stationFromView.value.set(stationFromView_m, 3 * i);
-    });
-    uniforms.cameraFromWorld.value.copy(eye.cameraFromWorld);
-    uniforms.projection.value.copy(eye.projection);
-    const gl = webgl.getContext() as WebGL2RenderingContext;
-    const largestPoint = (gl.getParameter(gl.ALIASED_POINT_SIZE_RANGE) as Float32Array)[1]!;
-    uniforms.pixelsPerRadian.value.set(0.5 * height * eye.projection.y, largestPoint);
-    this.surfaces.instanceCount = maps.length;
-    this.rims.forEach((rim, map) => {
-      const seen = maps[map];
-      rim.visible = seen !== undefined;
-      if (seen) rim.geometry = seen.silhouettes;
-    });
-    if (this.target.width !== width || this.target.height !== height) {
-      this.target.setSize(width, height);
-    }
-    webgl.setRenderTarget(this.target);
-    gl.clearBufferfv(gl.COLOR, 0, [-1, 0, 0, 1]); // unknown
-    webgl.clear(false, true, false);
-    webgl.render(this.scene, this.camera);
-  }
-
-  private add(drawn: three.Mesh | three.Points): void {
-    drawn.frustumCulled = false;
-    this.scene.add(drawn);
-  }
-
-  private material(
-    vertex: string,
-    more: Record<string, three.IUniform> = {},
-  ): three.RawShaderMaterial {
-    return new three.RawShaderMaterial({
+    const rows = width / 2;
+    const place = () => ({ from_centre: new three.Vector4(), layer: 0, width, rows });
+    this.places = Array.from({ length: MAX_MAPS }, place);
+    this.uniforms = {
+      distance_size: { value: new three.Vector2(width, rows) },
+      tolerance: { value: distances.surface_tolerance },
+      maps: { value: maps },
+      inverse_step_per_m: { value: distances.omega_step_per_m },
+      map_places: { value: this.places },
+      gathered: { value: 0 },
+    };
+    this.points.setDrawRange(0, width * rows);
+    const draw = new three.RawShaderMaterial({
       glslVersion: three.GLSL3,
-      defines: { MAX_MAPS },
-      vertexShader: stationsSource + distanceMap + vertex,
-      fragmentShader: stationsSource + meshFragment,
-      uniforms: { ...this.uniforms, ...more },
+      defines: { MAX_MAPS, DRAW: 1 },
+      vertexShader: MAPS_SOURCE + gatheringSource + drawVertex,
+      fragmentShader: geometrySource + drawFragment,
+      uniforms: this.uniforms,
     });
+    const drawn = wholeNumbers(width + 2 * (Math.floor(width / 16) + 1), rows, "R32UI", true);
+    this.passes = [new Pass(webgl, new three.Points(this.points, draw), drawn)];
+    for (const [name, source, format] of [
+      ["REFINE", gatheringSource, "R32UI"],
+      ["FILL", gatheringSource, "R32UI"],
+      ["EDGES", QUARTERS_SOURCE, "RGBA32UI"],
+    ] as const) {
+      const uniforms = { ...this.uniforms, before: { value: this.passes.at(-1)!.target.texture } };
+      const fragment = MAPS_SOURCE + source + distancesFragment;
+      const target = wholeNumbers(width, rows, format);
+      // The colours' shader wants it even where it does not read it.
+      webgl.initRenderTarget(target);
+      const step = triangle(fragment, uniforms, { MAX_MAPS, [name]: 1 });
+      this.passes.push(new Pass(webgl, step, target));
+    }
+  }
+
+  /** Bits of inverse distances. */
+  get distances(): three.Texture {
+    return this.passes[2]!.target.texture;
+  }
+
+  /** Of each pixel at an edge the surfaces of its quarters (surfaces.glsl). */
+  get quarters(): three.Texture {
+    return this.passes[3]!.target.texture;
+  }
+
+  /** Draws the distances of a viewpoint from maps, the nearest first. */
+  draw(maps: readonly { layer: number; position_m: Position }[], viewpoint_m: Position): void {
+    maps.forEach(({ layer, position_m: [x, y, z] }, i) => {
+      const place = this.places[i]!;
+      place.layer = layer;
+      place.from_centre.set(x - viewpoint_m[0], y - viewpoint_m[1], z - viewpoint_m[2], 0);
+    });
+    this.uniforms.gathered!.value = maps.length;
+    this.points.instanceCount = maps.length;
+    this.webgl.setRenderTarget(this.passes[0]!.target);
+    this.webgl.clear(true, true, false);
+    for (const pass of this.passes) pass.draw();
   }
 }
 
-/** Two triangles between any four neighbouring pixels; the last corner is the upper left one. */
-function surfaceGeometry(columns: number, rows: number): three.InstancedBufferGeometry {
-  const indices = new Uint32Array(6 * columns * (rows + 1));
-  const across = columns + 1;
-  let at = 0;
-  for (let row = 0; row <= rows; ++row) {
-    for (let column = 0; column < columns; ++column) {
-      const corner = row * across + column;
-      const below = corner + across;
-      indices.set([below, below + 1, corner, below + 1, corner + 1, corner], at);
-      at += 6;
-    }
-  }
-  const geometry = new three.InstancedBufferGeometry();
-  geometry.setIndex(new three.BufferAttribute(indices, 1));
-  return geometry;
+function wholeNumbers(
+  width: number,
+  height: number,
+  internalFormat: "R32UI" | "RGBA32UI",
+  depthBuffer = false,
+): three.WebGLRenderTarget {
+  return new three.WebGLRenderTarget(width, height, {
+    internalFormat,
+    format: internalFormat === "R32UI" ? three.RedIntegerFormat : three.RGBAIntegerFormat,
+    type: three.UnsignedIntType,
+    minFilter: three.NearestFilter,
+    magFilter: three.NearestFilter,
+    depthBuffer,
+  });
 }

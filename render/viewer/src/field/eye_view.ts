@@ -1,12 +1,12 @@
-// One view of an eye: its plan, its distances. A headset has two, a screen one.
-import type { WebGLRenderer } from "three";
+// One view of an eye: its plan, its distances, its colours. A headset has two, a screen one.
+import type { Texture, WebGLRenderer } from "three";
 import { DEGREE_RAD } from "../geometry/angles";
 import type { Vec3 } from "../geometry/frame";
 import type { Grid } from "../geometry/grid";
 import type { Cell, Manifest } from "../manifest";
 import type { ViewSettings } from "../manifest";
-import { MAX_FILL, type ColourInputs } from "./colour_pass";
-import { DistancePass, MAX_MAPS, type Eye } from "./distance_pass";
+import { ColourPass, MAX_FILL, type Eye } from "./colour_pass";
+import { DistancePass, MAX_MAPS } from "./distance_pass";
 import { byDistance, nearestMaps, type PlacedStation } from "./station_choice";
 import { PlanTexture, type LoadedLine } from "./plan_texture";
 import type { StationStore } from "./station_store";
@@ -17,27 +17,26 @@ const ANY_PER_LINE = Infinity;
 const SOURCES = { initial: 2, "hlf-vd": 2, "two-sided": 4 };
 
 export class EyeView {
-  private readonly plan = new PlanTexture();
+  private readonly plan: PlanTexture;
   private readonly distances: DistancePass;
+  private readonly colours: ColourPass;
+  private gatheredFrom = ""; // what the distances are of
 
   constructor(
     webgl: WebGLRenderer,
     private readonly manifest: Manifest,
     private readonly grid: Grid,
     private readonly store: StationStore,
-    private readonly textures: StationTextures,
+    textures: StationTextures,
   ) {
+    this.plan = new PlanTexture(manifest.panorama.width_px);
     this.distances = new DistancePass(webgl, manifest, textures.omegaMaps);
+    const { distances, plan } = this;
+    this.colours = new ColourPass(webgl, manifest, textures, distances, plan.texture);
   }
 
-  /** Draws the distances; returns what the colours are made from. */
-  prepare(
-    viewpoint_m: Vec3,
-    eye: Eye,
-    settings: ViewSettings,
-    width: number,
-    height: number,
-  ): ColourInputs {
+  /** Draws the panorama around a viewpoint where the eye sees it. */
+  draw(viewpoint_m: Vec3, eye: Eye, settings: ViewSettings): Texture {
     const [x_m, , z_m] = viewpoint_m;
     const cell = this.grid.findCell({ x_m, z_m });
     const rule = {
@@ -52,25 +51,26 @@ export class EyeView {
     const own = near.filter(({ has_map }) => has_map);
     const maps = nearestMaps(own, cell, most, MAPS_PER_LINE);
     const corrected = settings.method !== "initial" && maps.length > 0;
-    if (corrected) {
-      const seen = maps.map(({ station, position_m }) => {
-        const layer = this.store.layerWith(station, "omega")!;
-        const silhouettes = this.textures.silhouettes[layer]!;
-        const stationFromView_m = position_m.map((at, axis) => at - viewpoint_m[axis]!) as Vec3;
-        return { layer, silhouettes, stationFromView_m };
-      });
-      this.distances.draw(seen, eye, width, height);
-    }
-    return {
+    if (corrected) this.gather(maps, viewpoint_m);
+    return this.colours.draw({
       eye,
       viewpoint_m,
-      plan: this.plan.texture,
-      distances: corrected ? this.distances.target.texture : null,
+      corrected,
       sources: SOURCES[settings.method],
-      fillLayers: nearestMaps(near, cell, MAX_FILL, ANY_PER_LINE)
+      fillLayers: nearestMaps(corrected ? near : [], cell, MAX_FILL, ANY_PER_LINE)
         .map(({ station }) => this.store.layerWith(station, "picture"))
         .filter((layer) => layer !== undefined),
-    };
+    });
+  }
+
+  /** Draws the distances, unless they are those already. */
+  private gather(maps: readonly PlacedStation[], viewpoint_m: Vec3): void {
+    const gatheredFrom = JSON.stringify([viewpoint_m, maps.map(({ station }) => station)]);
+    if (gatheredFrom === this.gatheredFrom) return;
+    this.gatheredFrom = gatheredFrom;
+    const layerOf = (station: number) => this.store.layerWith(station, "omega")!;
+    const placed = maps.map(({ station, position_m }) => ({ layer: layerOf(station), position_m }));
+    this.distances.draw(placed, viewpoint_m);
   }
 
   /** Stations of the lines around the viewpoint whose distances are there, the nearest first. */

@@ -6,7 +6,7 @@ import type { PlanPosition } from "../geometry/grid";
 import { sharesOf, ViewPlan, type ConnectionRule, type RaySource } from "../geometry/view_plan";
 import type { Cell, ViewMethod, Line } from "../manifest";
 
-const COLUMNS = 2048;
+const MOST_COLUMNS = 2048;
 const SOURCES = 4;
 const FLOATS = 4;
 
@@ -17,10 +17,14 @@ export interface LoadedLine extends Line {
 
 export class PlanTexture {
   readonly texture: DataTexture;
-  private readonly texels = new Float32Array(COLUMNS * SOURCES * FLOATS);
+  private readonly columns: number;
+  private readonly texels: Float32Array<ArrayBuffer>;
 
-  constructor() {
-    this.texture = new DataTexture(this.texels, COLUMNS, SOURCES, RGBAFormat, FloatType);
+  /** For a panorama of this width. */
+  constructor(width_px: number) {
+    this.columns = Math.min(width_px, MOST_COLUMNS);
+    this.texels = new Float32Array(this.columns * SOURCES * FLOATS);
+    this.texture = new DataTexture(this.texels, this.columns, SOURCES, RGBAFormat, FloatType);
   }
 
   update(
@@ -32,8 +36,8 @@ export class PlanTexture {
   ): void {
     const plan = new ViewPlan(lines, cell, viewpoint, rule);
     this.texels.fill(0);
-    for (let column = 0; column < COLUMNS; ++column) {
-      const { front, behind } = plan.column(thetaOfColumn(column, COLUMNS));
+    for (let column = 0; column < this.columns; ++column) {
+      const { front, behind } = plan.column(thetaOfColumn(column, this.columns));
       const used = method === "two-sided" ? [...front, ...behind] : front;
       // A vertical cut blends the lines of a connection alone.
       const shares = method === "initial" ? used.map((source) => source.weight) : sharesOf(used);
@@ -50,6 +54,6 @@ export class PlanTexture {
     const { layers } = lines[source.line]!;
     const texel = [layers[source.station], layers[source.station + 1], source.fraction, share];
     if (texel[0] === undefined || texel[1] === undefined) return;
-    this.texels.set(texel as number[], FLOATS * (row * COLUMNS + column));
+    this.texels.set(texel as number[], FLOATS * (row * this.columns + column));
   }
 }

@@ -33,8 +33,6 @@ export class StationTextures {
   readonly omegaMaps: three.DataArrayTexture;
   /** [fact][layer]: position and picture (0 none, 1 coarse, 2 fine); whether distances are there. */
   readonly table: three.DataTexture;
-  /** Of each layer with distances, their pixels next to silhouettes (attribute "pixel"). */
-  readonly silhouettes: three.BufferGeometry[] = [];
   private readonly facts: Float32Array<ArrayBuffer>;
 
   constructor(
@@ -77,15 +75,7 @@ export class StationTextures {
   }
 
   setOmega(layer: number, values: Uint16Array<ArrayBuffer>): void {
-    const { width_px: width, surface_tolerance } = this.sizes.distances;
-    const rim = silhouettePixels(values, width, surface_tolerance);
-    this.silhouettes[layer]?.dispose();
-    this.silhouettes[layer] = new three.BufferGeometry().setAttribute(
-      "pixel",
-      new three.BufferAttribute(rim, 1),
-    );
-    // three.js draws nothing without a position, unless it is told how much.
-    this.silhouettes[layer].setDrawRange(0, rim.length);
+    const width = this.sizes.distances.width_px;
     const source = new three.DataTexture(
       values,
       width,
@@ -104,11 +94,6 @@ export class StationTextures {
     position_m.forEach((value, axis) => this.setFact(layer, 0, axis, value));
     this.setFact(layer, 0, 3, 0);
     this.setFact(layer, 1, 0, 0);
-  }
-
-  /** After the graphics context was lost: what belonged to it cannot be disposed of any more. */
-  forget(): void {
-    this.silhouettes.length = 0;
   }
 
   private upload(source: three.Texture, into: three.DataArrayTexture, layer: number): void {
@@ -142,39 +127,4 @@ function pictureArray(width_px: number, layers: number): three.DataArrayTexture 
   texture.wrapS = three.RepeatWrapping;
   texture.wrapT = three.ClampToEdgeWrapping;
   return texture;
-}
-
-/**
- * The pixels of a distance map next to a silhouette, a few of a hundred: pixels, counted through the rows, one of whose eight neighbours is on another surface: inverse
- * distances (in steps, [row][column]) differ by more than `tolerance` of the larger one.
- */
-export function silhouettePixels(
-  omega: Uint16Array,
-  width_px: number,
-  tolerance: number,
-): Float32Array<ArrayBuffer> {
-  const height = omega.length / width_px;
-  const found: number[] = [];
-  const differ = (a: number, b: number) => Math.abs(a - b) > tolerance * Math.max(a, b);
-  for (let row = 0; row < height; ++row) {
-    const above = Math.max(row - 1, 0) * width_px;
-    const here = row * width_px;
-    const below = Math.min(row + 1, height - 1) * width_px;
-    for (let column = 0; column < width_px; ++column) {
-      const left = (column + width_px - 1) % width_px;
-      const right = (column + 1) % width_px;
-      const own = omega[here + column]!;
-      const isRim =
-        differ(own, omega[here + left]!) ||
-        differ(own, omega[here + right]!) ||
-        differ(own, omega[above + column]!) ||
-        differ(own, omega[below + column]!) ||
-        differ(own, omega[above + left]!) ||
-        differ(own, omega[above + right]!) ||
-        differ(own, omega[below + left]!) ||
-        differ(own, omega[below + right]!);
-      if (isRim) found.push(here + column);
-    }
-  }
-  return Float32Array.from(found);
 }

@@ -6,7 +6,7 @@ import type { Cell, Line } from "../manifest";
 import { byDistance, nearestMaps, wantedStations, type PlacedStation } from "./station_choice";
 import { readingOrder, Residency } from "./residency";
 import { decodeOmega } from "./station_files";
-import { bytesPerStation, layersWithin, silhouettePixels } from "./station_textures";
+import { bytesPerStation, layersWithin } from "./station_textures";
 
 function placed(line: number, points: [number, number][], from = 0): PlacedStation[] {
   return points.map(([x, z], i) => ({
@@ -57,19 +57,6 @@ test("distances are sums of differences down the columns, modulo 65536", () => {
   const high = [0, 255, 255, 0];
   const values = decodeOmega(Uint8Array.from([...low, ...high]), 2);
   assert.deepEqual([...values], [1, 65535, 0, 2]);
-});
-
-test("pixels beside another surface are silhouettes, also around the seam and diagonally", () => {
-  const width = 8;
-  const omega = new Uint16Array(32).fill(1000);
-  omega[2 * width] = 1100; // in the first column, third row
-  const found = [...silhouettePixels(omega, width, 0.05)].sort((a, b) => a - b);
-  const around = [1, 2, 3].flatMap((row) => [7, 0, 1].map((column) => row * width + column));
-  assert.deepEqual(
-    found,
-    around.sort((a, b) => a - b),
-  );
-  assert.equal(silhouettePixels(omega, width, 0.2).length, 0);
 });
 
 test("maps are spread over the lines of a cell", () => {

@@ -10,9 +10,9 @@ import {
 import { DEGREE_RAD } from "../geometry/angles";
 import { Grid, type PlanPosition } from "../geometry/grid";
 import { RoomError, parseManifest, type Manifest, type ViewSettings } from "../manifest";
-import { ColourPass } from "./colour_pass";
-import type { Eye } from "./distance_pass";
+import type { Eye } from "./colour_pass";
 import { EyeView } from "./eye_view";
+import { Screen } from "./screen";
 import { readPicture } from "./station_files";
 import { StationStore } from "./station_store";
 import { StationTextures } from "./station_textures";
@@ -64,7 +64,7 @@ export class Viewer {
 
   private readonly textures: StationTextures;
   private readonly store: StationStore;
-  private readonly colours: ColourPass;
+  private readonly screen = new Screen();
   private compared: three.Texture | null = null;
   private comparisons = 0; // asked for
   private readonly scene = new three.Scene();
@@ -94,21 +94,16 @@ export class Viewer {
     this.webgl.outputColorSpace = three.LinearSRGBColorSpace;
     this.webgl.autoClear = false;
     this.webgl.xr.enabled = true;
-    const floats = ["EXT_color_buffer_float", "EXT_color_buffer_half_float"];
-    if (!floats.some((extension) => this.webgl.extensions.has(extension))) {
-      throw new RoomError(`Walking needs WebGL 2 with floating-point pictures, ${NO_WEBGL}`);
-    }
     const stations = manifest.lines.reduce((sum, line) => sum + line.stations.length, 0);
     this.textures = new StationTextures(this.webgl, manifest, stations);
     this.store = new StationStore(manifest, base, this.textures, () => ++this.arrivals);
-    this.colours = new ColourPass(manifest, this.textures);
     this.step_m = 0.25 * Math.min(...manifest.lines.map((line) => line.spacing_m));
     this.settings = { ...manifest.view };
     const { x_m, z_m, yaw_deg } = manifest.start;
     const yaw_rad = yaw_deg * DEGREE_RAD;
     this.pose = { x_m, z_m, up_m: 0, yaw_rad, pitch_rad: 0, roll_rad: 0 };
-    this.scene.add(this.colours.mesh);
-    this.colours.mesh.onBeforeRender = (_webgl, _scene, camera) => this.prepareEye(camera);
+    this.scene.add(this.screen.mesh);
+    this.screen.mesh.onBeforeRender = (_webgl, _scene, camera) => this.prepareEye(camera);
     canvas.addEventListener("webglcontextrestored", () => this.readAgain());
     this.webgl.setAnimationLoop((time_ms) => this.frame(time_ms));
   }
@@ -151,7 +146,7 @@ export class Viewer {
   }
 
   private readAgain(): void {
-    this.textures.forget();
+    this.eyes.length = 0;
     this.store.readAgain();
     ++this.changes;
   }
@@ -217,8 +212,10 @@ export class Viewer {
 
   private draw(): void {
     this.eyesDrawn = 0;
-    this.colours.vignette = this.vignette;
-    this.colours.compare(this.compared, this.divider);
+    const { uniforms } = this.screen;
+    uniforms.vignette.value = this.vignette;
+    uniforms.compared_panorama.value = this.compared;
+    uniforms.divider.value = this.compared ? this.divider : 0;
     const { camera } = this;
     if (!this.webgl.xr.isPresenting) {
       camera.quaternion.copy(quaternionOf(this.pose));
@@ -247,19 +244,13 @@ export class Viewer {
     const which = this.eyesDrawn++;
     this.eyes[which] ??= new EyeView(webgl, this.manifest, this.grid, this.store, this.textures);
     const target = webgl.getRenderTarget();
-    const full = webgl.getDrawingBufferSize(new three.Vector2());
     webgl.xr.enabled = false;
-    const inputs = this.eyes[which].prepare(
-      viewpoint_m,
-      eyeOf(cameraWorld, camera.projectionMatrix),
-      this.settings,
-      viewport ? viewport.z : full.x,
-      viewport ? viewport.w : full.y,
-    );
+    const eye = eyeOf(cameraWorld, camera.projectionMatrix);
+    const panorama = this.eyes[which].draw(viewpoint_m, eye, this.settings);
     webgl.xr.enabled = true;
     webgl.setRenderTarget(target);
     if (viewport) webgl.state.viewport(viewport);
-    this.colours.set(inputs);
+    this.screen.set(panorama, eye);
   }
 
   private viewpoint(head: Vec3): Vec3 {
@@ -287,7 +278,6 @@ function eyeOf(cameraWorld: three.Matrix4, projection: three.Matrix4): Eye {
   const p = projection.elements;
   return {
     worldFromCamera: turn,
-    cameraFromWorld: turn.clone().transpose(),
     projection: new three.Vector4(p[0], p[5], p[8], p[9]),
   };
 }

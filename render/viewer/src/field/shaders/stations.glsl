@@ -1,37 +1,22 @@
-// What all shaders know of stations. Included first.
-//
-// Lengths are metres, omega is inverse distance (1/m, 0: infinitely far), angles are radians, vectors
-// are in Raywalk's world: x right, y up, z forward. A station's panorama has its middle column at +z.
+// The stations' distance maps as the engine's shaders want them (src/engine/lookup.glsl). Vectors
+// are in Raywalk's world: x right, y up, z forward. A panorama has its middle column at +z.
 
-precision highp float;
-precision highp int;
 precision highp sampler2D;
-precision highp sampler2DArray;
-precision highp usampler2DArray;
+precision highp usampler2D;
 
-const float PI = 3.14159265358979;
+struct MapPlace {
+  vec4 from_centre;  // of the station, from the viewpoint, metres
+  int layer, width, rows;
+};
 
-uniform usampler2DArray omegaMaps;  // [layer][row][column], steps of omegaStep
-uniform float omegaStep;
-uniform float surfaceTolerance;
+uniform MapPlace map_places[MAX_MAPS];  // those that distances are gathered from, nearest first
+uniform int gathered;                   // their number
+uniform usampler2DArray maps;           // inverse distances in steps
+uniform float inverse_step_per_m;
 
-// Longitude and latitude of a direction of any length.
-vec2 anglesOf(vec3 direction) {
-  return vec2(atan(direction.x, direction.z), atan(direction.y, length(direction.xz)));
+float held_in(MapPlace map, int column, int row) {
+  return float(texelFetch(maps, ivec3(column, row, map.layer), 0).r) * inverse_step_per_m;
 }
 
-// Where a direction is in a panorama, in [0, 1] from its left and its top.
-vec2 panoramaPlace(vec3 direction) {
-  vec2 angles = anglesOf(direction);
-  return vec2(angles.x / (2.0 * PI) + 0.5, 0.5 - angles.y / PI);
-}
-
-float omegaAt(int layer, int column, int row) {
-  ivec2 size = textureSize(omegaMaps, 0).xy;
-  int wrapped = (column + size.x) % size.x;
-  int inside = clamp(row, 0, size.y - 1);
-  return float(texelFetch(omegaMaps, ivec3(wrapped, inside, layer), 0).r) * omegaStep;
-}
-
-// Whether two neighbouring pixels are on different surfaces.
-bool isSilhouette(float a, float b) { return abs(a - b) > surfaceTolerance * max(a, b); }
+// Columns beside the picture that points are drawn into.
+int margin_of(ivec2 size) { return size.x / 16 + 1; }
