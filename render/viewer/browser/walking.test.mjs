@@ -153,8 +153,8 @@ pageTest("compares its view with ground truth and with the engine's", async (vis
   const line = page.getByTestId("comparison");
   const names = await sheet.getByRole("option").allTextContents();
   for (const [name, least_db] of [
-    ["ground truth", 20],
-    ["engine", 25],
+    ["ground truth", 36],
+    ["engine", 40],
   ]) {
     await sheet.getByRole("combobox").selectOption(names.find((each) => each.endsWith(name)));
     await line.waitFor({ state: "visible" });

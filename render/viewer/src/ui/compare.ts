@@ -106,6 +106,7 @@ export class Compare {
     const chosen = this.choices[index];
     if (!chosen) return;
     if (chosen.place !== this.chosen?.place) this.cover();
+    this.line.hidden = true; // until the picture is there
     this.chosen = chosen;
     this.select.selectedIndex = index;
     this.sheet.hidden = false;
