@@ -42,6 +42,14 @@ int flat_supersampling(const Viewport& viewport, PanoramaSize panorama) {
   return std::max(1, std::min(most, static_cast<int>(std::lround(coarser))));
 }
 
+FlatRays flat_rays(const Viewport& viewport) {
+  const Eigen::Matrix3d turn = world_from_camera(viewport.attitude);
+  const double focal_px = focal_length_px(viewport);
+  const Eigen::Vector3d first((0.5 - 0.5 * viewport.width) / focal_px,
+                              (0.5 * viewport.height - 0.5) / focal_px, 1.0);
+  return {turn * first, turn.col(0) / focal_px, -turn.col(1) / focal_px};
+}
+
 void resample_flat(const cv::Mat& rendered, const PanoramaPart& part, PanoramaSize panorama,
                    const Viewport& viewport, Interpolation interpolation, cv::Mat* image) {
   // All columns continue around the seam; rows repeat at the poles.
@@ -50,18 +58,15 @@ void resample_flat(const cv::Mat& rendered, const PanoramaPart& part, PanoramaSi
   cv::Mat around = rendered;
   if (whole) cv::copyMakeBorder(rendered, around, 0, 0, margin, margin, cv::BORDER_WRAP);
   image->create(viewport.height, viewport.width, CV_8UC3);
-  const Eigen::Matrix3d turn = world_from_camera(viewport.attitude);
-  const double focal_px = focal_length_px(viewport);
+  const FlatRays rays = flat_rays(viewport);
   const int method = interpolation == Interpolation::kCubic ? cv::INTER_CUBIC : cv::INTER_LINEAR;
   constexpr int kRows = 16;  // at once
   parallel_for(0, viewport.height, kRows, [&](int begin, int end) {
     cv::Mat1f u(end - begin, viewport.width), v(end - begin, viewport.width);
     for (int y = begin; y < end; ++y) {
-      const Eigen::Vector3d ray((0.5 - 0.5 * viewport.width) / focal_px,
-                                -(y + 0.5 - 0.5 * viewport.height) / focal_px, 1.0);
       const FlatRow row{
-          .ray = (turn * ray).cast<float>(),
-          .step = (turn.col(0) / focal_px).cast<float>(),
+          .ray = (rays.first + y * rays.down).cast<float>(),
+          .step = rays.right.cast<float>(),
           .px_per_rad = static_cast<float>(panorama.width / kTwoPi),
           .middle_u = static_cast<float>(0.5 * panorama.width - 0.5 - part.first_column),
           .middle_v = static_cast<float>(0.5 * panorama.height - 0.5 - part.rows.begin),

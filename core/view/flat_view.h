@@ -8,6 +8,13 @@
 
 namespace raywalk {
 
+// The rays of a picture's pixels in world axes, of any length: of the first one, and the steps to
+// the next one to the right and below.
+struct FlatRays {
+  Eigen::Vector3d first, right, down;
+};
+FlatRays flat_rays(const Viewport& viewport);
+
 // Resamples a picture of viewport.height x viewport.width from a rendered part of a panorama.
 void resample_flat(const cv::Mat& rendered, const PanoramaPart& part, PanoramaSize panorama,
                    const Viewport& viewport, Interpolation interpolation, cv::Mat* image);

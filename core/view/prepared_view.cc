@@ -88,20 +88,17 @@ class ProcessorMixing {
   PixelCounts counts_;
 };
 
-// Renders eyes on a card.
-void render_on(GpuRenderer* gpu, std::span<const MixedView> eyes, const PanoramaPart& part,
-               const cv::Mat& image, cv::Mat1b* unread, PixelCounts* counts) {
-  cv::Mat1b how(image.size());
-  gpu->render(eyes, part, image, how);
-  const auto are = [&](int mask, auto as) {
-    return cv::Mat1b((how & static_cast<std::uint8_t>(mask)) == static_cast<std::uint8_t>(as));
-  };
-  constexpr int kRead = kOfNoLine - 1;
-  counts->all += static_cast<std::int64_t>(image.total());
-  counts->filled += cv::countNonZero(are(kRead, PixelRead::kFilled));
-  counts->empty += cv::countNonZero(are(kOfNoLine, kOfNoLine));
-  const cv::Mat1b unseen = are(kRead, PixelRead::kUnread);
-  if (cv::countNonZero(unseen) > 0) *unread = unseen;
+// Calls `render` on a card, if there is one that has not failed; whether it did.
+template <typename Render>
+bool rendered_by(GpuRenderer* gpu, const Render& render) {
+  if (gpu == nullptr || gpu->gave_up()) return false;
+  try {
+    return render();
+  } catch (const GpuError& error) {
+    warn_of_gpu(error.what());
+    gpu->give_up();
+    return false;
+  }
 }
 
 }  // namespace
@@ -182,39 +179,41 @@ void PreparedView::see() {
   edges_.compute(distances_, visibility_.columns().first, visibility_.columns().count);
 }
 
+MixedView PreparedView::mixed_view() {
+  return {.room = room_,
+          .options = options_,
+          .distances = distances_,
+          .visibility = visibility_,
+          .edges = edges_,
+          .fill = fill_,
+          .exposure = exposure_,
+          .sources = sources_,
+          .output = output_,
+          .rows = RowMap(output_.height, distances_.size().height),
+          .latitudes = Latitudes(output_.height)};
+}
+
+bool PreparedView::render_flat(const PanoramaPart& part, const Viewport& viewport, GpuRenderer* gpu,
+                               cv::Mat* image, PixelCounts* counts) {
+  return rendered_by(gpu,
+                     [&] { return gpu->render_flat(mixed_view(), part, viewport, image, counts); });
+}
+
 void PreparedView::render(std::span<PreparedView* const> eyes, const PanoramaPart& part,
                           GpuRenderer* gpu, cv::Mat* image, cv::Mat1b* unread,
                           PixelCounts* counts) {
-  const PanoramaSize output = eyes.front()->output_;
   const int rows = part.rows.end - part.rows.begin;
   image->create(static_cast<int>(eyes.size()) * rows, part.columns, CV_8UC3);
   advise_huge_pages(*image);
   unread->release();
   std::vector<MixedView> mixed;
-  for (PreparedView* eye : eyes) {
-    mixed.push_back({.room = eye->room_,
-                     .options = eye->options_,
-                     .distances = eye->distances_,
-                     .visibility = eye->visibility_,
-                     .edges = eye->edges_,
-                     .fill = eye->fill_,
-                     .exposure = eye->exposure_,
-                     .sources = eye->sources_,
-                     .output = output,
-                     .rows = RowMap(output.height, eye->distances_.size().height),
-                     .latitudes = Latitudes(output.height)});
-  }
-  bool renders_here = gpu == nullptr || gpu->gave_up();
-  if (!renders_here) {
-    try {
-      render_on(gpu, mixed, part, *image, unread, counts);
-    } catch (const GpuError& error) {
-      warn_of_gpu(error.what());
-      gpu->give_up();
-      renders_here = true;
-    }
-  }
-  if (renders_here) {
+  for (PreparedView* eye : eyes) mixed.push_back(eye->mixed_view());
+  const bool by_card = rendered_by(gpu, [&] {
+    gpu->render(mixed, part, *image, unread, counts);
+    return true;
+  });
+  if (!by_card) {
+    unread->release();
     for (PreparedView* eye : eyes) eye->gather();
     for (PreparedView* eye : eyes) eye->see();
     for (const MixedView& view : mixed) read_ahead(view, part);

@@ -19,6 +19,7 @@
 namespace raywalk {
 
 class GpuRenderer;
+struct MixedView;
 
 class PreparedView {
  public:
@@ -49,11 +50,17 @@ class PreparedView {
   static void render(std::span<PreparedView* const> eyes, const PanoramaPart& part,
                      GpuRenderer* gpu, cv::Mat* image, cv::Mat1b* unread, PixelCounts* counts);
 
+  // On a card, a flat picture of this eye, resampled from a part that holds all that it shows.
+  // Returns false where no card does, or something could not be read, which is for render().
+  bool render_flat(const PanoramaPart& part, const Viewport& viewport, GpuRenderer* gpu,
+                   cv::Mat* image, PixelCounts* counts);
+
   const ViewPlan& plan() const { return *plan_; }
   PanoramaSize output() const { return output_; }
 
  private:
   void plan_eye(const Viewpoint& viewpoint, double eye_radius_m);
+  MixedView mixed_view();
   // The processor's passes before the last one: the distances, once for a viewpoint, and what is
   // seen in the columns of the part.
   void gather();

@@ -147,22 +147,25 @@ RenderedView Renderer::render(const Viewpoint& viewpoint, const Viewport& viewpo
   PixelCounts counts;
   cv::Mat1b unread;
   const auto render = [&] {
-    eye_->look_at(part);
     counts = {};
     PreparedView::render(std::array{eye_.get()}, part, gpu_.get(), &part_, &unread, &counts);
   };
   const auto seam = [&] { return part.columns == panorama.width ? Seam::kJoined : Seam::kOpen; };
   const auto rows = [&] { return ShownRows{part.rows.begin, panorama.height}; };
-  render();
-  // What surrounds a large unread place may lie beyond the part: then it is filled as in the
-  // panorama, so that it looks the same from every direction.
-  if (!unread.empty() && is_unread_at_border(unread, seam(), rows(), panorama.width / 64)) {
-    part = whole(panorama);
-    render();
-  }
-  if (!unread.empty()) fill_picture(unread, seam(), rows(), &part_);
   cv::Mat& resampled = fold > 1 ? oversized_ : view.image;
-  resample_flat(part_, part, panorama, fine, options_.interpolation, &resampled);
+  eye_->look_at(part);
+  if (!eye_->render_flat(part, fine, gpu_.get(), &resampled, &counts)) {
+    render();
+    // What surrounds a large unread place may lie beyond the part: then it is filled as in the
+    // panorama, so that it looks the same from every direction.
+    if (!unread.empty() && is_unread_at_border(unread, seam(), rows(), panorama.width / 64)) {
+      part = whole(panorama);
+      eye_->look_at(part);
+      render();
+    }
+    if (!unread.empty()) fill_picture(unread, seam(), rows(), &part_);
+    resample_flat(part_, part, panorama, fine, options_.interpolation, &resampled);
+  }
   if (fold > 1) {
     cv::resize(resampled, view.image, cv::Size(viewport.width, viewport.height), 0, 0,
                cv::INTER_AREA);

@@ -218,9 +218,10 @@ Visibility::SourceMaps Visibility::maps_of(int theta, std::size_t source) const 
   const RaySource& at = column.sources.source[source].at;
   const bool behind = at.d_p_m < 0.0;
   const int of_line = room_.volume(at.line).stations();
-  SourceMaps maps{.image = index_of(column, at.line, behind),
-                  .first_map = column.first_map[source],
-                  .by = occluders(theta, at.line, behind, at.station + (at.fraction < 0.5 ? 0 : 1))};
+  SourceMaps maps{
+      .image = index_of(column, at.line, behind),
+      .first_map = column.first_map[source],
+      .by = occluders(theta, at.line, behind, at.station + (at.fraction < 0.5 ? 0 : 1))};
   for (std::size_t i = 0; i < column.sources.count; ++i) {
     const RaySource& same = column.sources.source[i].at;
     if (index_of(column, same.line, same.d_p_m < 0.0) != maps.image) continue;

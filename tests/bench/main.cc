@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/command_line/program.h"
+#include "core/view/gpu/gpu_device.h"
 #include "tests/bench/check_ratios.h"
 #include "tests/bench/error_curves.h"
 
@@ -48,6 +49,8 @@ int main(int argc, char** argv) {
   app.add_option("--error-curves", error_curves,
                  "Write tables of numerical error into this directory instead of measuring times")
       ->check(CLI::ExistingDirectory);
+  std::string device = "cpu";
+  app.add_option("--device", device, "Render on cpu, gpu or auto; default cpu");
   bool check = false;
   app.add_flag("--check", check,
                "Run the benchmarks that have a limit; fail where a ratio exceeds it")
@@ -55,6 +58,7 @@ int main(int argc, char** argv) {
   app.allow_extras();
   app.callback([&] {
     raywalk::set_thread_count(threads);
+    raywalk::choose_device(raywalk::device_from_name(device));
     if (check) {
       if (app.remaining_size() > 0) {
         throw raywalk::UsageError("--check takes no further flags; see --help");

@@ -164,7 +164,8 @@ void run(int across, int down) {
 }
 
 GpuBuffer::~GpuBuffer() {
-  if (id_ != 0) glDeleteBuffers(1, &id_);
+  glDeleteBuffers(1, &id_);
+  glDeleteBuffers(1, &copy_);
 }
 
 void GpuBuffer::reserve(std::size_t bytes) {
@@ -179,7 +180,7 @@ void GpuBuffer::reserve(std::size_t bytes) {
   glBindBuffer(GL_SHADER_STORAGE_BUFFER, id_);
   const std::vector<std::byte> zeros(bytes);
   glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(bytes), zeros.data(),
-               GL_STREAM_DRAW);
+               GL_DYNAMIC_COPY);
   check_gpu("a picture's data");
   bytes_ = bytes;
 }
@@ -194,16 +195,24 @@ void GpuBuffer::bind(GLuint binding) const {
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, id_);
 }
 
+// From a copy: drivers may move what is mapped into the computer's memory for good.
 const std::byte* GpuBuffer::map(std::size_t bytes) const {
+  const auto size = static_cast<GLsizeiptr>(bytes);
   glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-  glBindBuffer(GL_SHADER_STORAGE_BUFFER, id_);
-  const void* const mapped = glMapBufferRange(GL_SHADER_STORAGE_BUFFER, 0,
-                                              static_cast<GLsizeiptr>(bytes), GL_MAP_READ_BIT);
+  if (copy_ == 0) glGenBuffers(1, &copy_);
+  glBindBuffer(GL_COPY_WRITE_BUFFER, copy_);
+  if (bytes > copy_bytes_) {
+    glBufferData(GL_COPY_WRITE_BUFFER, size, nullptr, GL_STREAM_READ);
+    copy_bytes_ = bytes;
+  }
+  glBindBuffer(GL_COPY_READ_BUFFER, id_);
+  glCopyBufferSubData(GL_COPY_READ_BUFFER, GL_COPY_WRITE_BUFFER, 0, 0, size);
+  const void* const mapped = glMapBufferRange(GL_COPY_WRITE_BUFFER, 0, size, GL_MAP_READ_BIT);
   check_gpu("reading a picture");
   if (mapped == nullptr) throw GpuError("a picture cannot be read from the card");
   return static_cast<const std::byte*>(mapped);
 }
 
-void GpuBuffer::unmap() const { glUnmapBuffer(GL_SHADER_STORAGE_BUFFER); }
+void GpuBuffer::unmap() const { glUnmapBuffer(GL_COPY_WRITE_BUFFER); }
 
 }  // namespace raywalk

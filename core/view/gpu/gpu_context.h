@@ -45,6 +45,9 @@ class GpuProgram {
   void set(const char* name, float value) const { glUniform1f(at(name), value); }
   void set(const char* name, int x, int y) const { glUniform2i(at(name), x, y); }
   void set(const char* name, PanoramaSize size) const { set(name, size.width, size.height); }
+  void set(const char* name, const Eigen::Vector3d& value) const {
+    glUniform3fv(at(name), 1, value.cast<float>().eval().data());
+  }
   GLint at(const char* name) const { return glGetUniformLocation(id_, name); }
 
  private:
@@ -129,6 +132,8 @@ class GpuBuffer {
 
   GLuint id_ = 0;
   std::size_t bytes_ = 0;
+  mutable GLuint copy_ = 0;  // that is read
+  mutable std::size_t copy_bytes_ = 0;
 };
 
 }  // namespace raywalk

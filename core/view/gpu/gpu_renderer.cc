@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/parallel.h"
+#include "core/view/flat_view.h"
 #include "core/view/gpu/shader_text.h"
 
 namespace raywalk {
@@ -15,6 +16,9 @@ namespace {
 
 constexpr std::size_t kMostFills = 64;  // stations to fill from, as in mixing.glsl
 constexpr std::size_t kFillWords = kMostFills / 32;
+// Words before a picture, among them how many pixels were read how, as in mixing.glsl.
+constexpr std::size_t kHeadWords = 8, kCounts = 2;
+constexpr std::uint8_t kFilled = 1, kUnread = 2, kOfNoLine = 4, kHow = 3;
 constexpr std::uint32_t kMasked = 1, kEmpty = 2, kJudged = 4;
 constexpr std::uint32_t kNoImage = 15;  // of a column beside
 
@@ -43,8 +47,7 @@ std::uint32_t images_beside(const MixedView& view, const MixedColumn& column) {
     const ColumnSource& of = column.sources.source[source];
     for (const int right : {0, 1}) {
       const int theta = (column.nearest + (right == 0 ? width - 1 : 1)) % width;
-      const int image =
-          view.visibility.image_as(column.nearest, theta, of.at.line, of.behind());
+      const int image = view.visibility.image_as(column.nearest, theta, of.at.line, of.behind());
       images |= (image < 0 ? kNoImage : static_cast<std::uint32_t>(image))
                 << (8 * source + 4 * static_cast<std::size_t>(right));
     }
@@ -91,6 +94,23 @@ GpuColumn gpu_column(const MixedView& view, const MixedColumn& column) {
   return gpu;
 }
 
+std::size_t picture_bytes(int columns, int rows) {
+  return 4 * (kHeadWords + static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+}
+
+// A picture as programs write it: bgr, and how pixels were read where it is wanted.
+void unpack(const std::byte* picture, cv::Mat image, cv::Mat1b how) {
+  const cv::Mat all(image.size(), CV_8UC4,
+                    const_cast<std::byte*>(picture));  // NOLINT: it is only read
+  parallel_for(0, image.rows, 64, [&](int begin, int end) {
+    constexpr std::array<int, 8> kChannels{0, 0, 1, 1, 2, 2, 3, 3};
+    std::vector<cv::Mat> to{image.rowRange(begin, end)};
+    if (!how.empty()) to.push_back(how.rowRange(begin, end));
+    const cv::Mat of = all.rowRange(begin, end);
+    cv::mixChannels(&of, 1, to.data(), to.size(), kChannels.data(), how.empty() ? 3 : 4);
+  });
+}
+
 }  // namespace
 
 struct GpuRenderer::Columns {
@@ -109,7 +129,7 @@ struct GpuRenderer::OnCard {
   explicit OnCard(GpuContext* context) : eyes{GpuView(context), GpuView(context)} {}
   ViewMaps maps;
   std::array<GpuView, 2> eyes;
-  GpuBuffer columns, reads, picture;
+  GpuBuffer columns, reads, picture, flat;
 };
 
 GpuRenderer::GpuRenderer(GpuContext* context, std::shared_ptr<RoomTextures> textures)
@@ -127,28 +147,76 @@ GpuRenderer::~GpuRenderer() {
   }
 }
 
-void GpuRenderer::render(std::span<const MixedView> eyes, const PanoramaPart& part, cv::Mat image,
-                         cv::Mat1b how) {
+void GpuRenderer::prepare(std::span<const MixedView> eyes) {
+  if (eyes.front().is_initial()) return;
+  on_card_->maps.plan(eyes.front());
+  for (std::size_t i = 0; i < eyes.size(); ++i) on_card_->eyes[i].plan(eyes[i], &on_card_->maps);
+}
+
+void GpuRenderer::prepare_on_card(std::span<const MixedView> eyes) {
+  if (eyes.front().is_initial()) return;
   OnCard& card = *on_card_;
-  const bool is_initial = eyes.front().is_initial();
-  if (!is_initial) {
-    card.maps.plan(eyes.front());
-    for (std::size_t i = 0; i < eyes.size(); ++i) card.eyes[i].plan(eyes[i], &card.maps);
+  card.maps.require(eyes.front(), textures_.get());
+  textures_->bind();
+  for (std::size_t i = 0; i < eyes.size(); ++i) card.eyes[i].gather(eyes[i], card.maps);
+  for (std::size_t i = 0; i < eyes.size(); ++i) {
+    card.eyes[i].see(eyes[i], card.maps, card.eyes[eyes.size() - 1 - i]);
   }
+}
+
+void GpuRenderer::render(std::span<const MixedView> eyes, const PanoramaPart& part, cv::Mat image,
+                         cv::Mat1b* unread, PixelCounts* counts) {
+  prepare(eyes);
   const GpuContext::Turn turn(context_);
-  if (!is_initial) {
-    card.maps.require(eyes.front(), textures_.get());
-    textures_->bind();
-    for (std::size_t i = 0; i < eyes.size(); ++i) card.eyes[i].gather(eyes[i], card.maps);
-    for (std::size_t i = 0; i < eyes.size(); ++i) {
-      card.eyes[i].see(eyes[i], card.maps, card.eyes[eyes.size() - 1 - i]);
-    }
-  }
+  prepare_on_card(eyes);
   const int rows = part.rows.end - part.rows.begin;
+  PixelCounts all;
   for (std::size_t i = 0; i < eyes.size(); ++i) {
     const cv::Range of_eye(static_cast<int>(i) * rows, static_cast<int>(i + 1) * rows);
-    mix(eyes[i], card.eyes[i], part, image.rowRange(of_eye), how.rowRange(of_eye));
+    const PixelCounts of_this = mix(eyes[i], on_card_->eyes[i], part);
+    all += of_this;
+    if (of_this.unseen > 0 && unread->empty()) *unread = cv::Mat1b::zeros(image.size());
+    on_card_->picture.read(picture_bytes(part.columns, rows), [&](const std::byte* picture) {
+      cv::Mat1b how;
+      if (of_this.unseen > 0) how.create(rows, part.columns);
+      unpack(picture + 4 * kHeadWords, image.rowRange(of_eye), how);
+      if (of_this.unseen > 0) unread->rowRange(of_eye).setTo(255, (how & kHow) == kUnread);
+    });
   }
+  *counts += all;
+}
+
+bool GpuRenderer::render_flat(const MixedView& view, const PanoramaPart& part,
+                              const Viewport& viewport, cv::Mat* image, PixelCounts* counts) {
+  OnCard& card = *on_card_;
+  prepare({&view, 1});
+  const GpuContext::Turn turn(context_);
+  prepare_on_card({&view, 1});
+  const PixelCounts of_part = mix(view, card.eyes[0], part);
+  if (of_part.unseen > 0) return false;
+  const GpuProgram& program = context_->program("flat", "", {kGeometryShader, kFlatShader});
+  program.use();
+  const FlatRays rays = flat_rays(viewport);
+  program.set("first_ray", rays.first);
+  program.set("right_step", rays.right);
+  program.set("down_step", rays.down);
+  program.set("flat_size", viewport.width, viewport.height);
+  program.set("part_size", part.columns, part.rows.end - part.rows.begin);
+  program.set("middle_u", static_cast<float>(0.5 * view.output.width - 0.5 - part.first_column));
+  program.set("middle_v", static_cast<float>(0.5 * view.output.height - 0.5 - part.rows.begin));
+  program.set("panorama_width", static_cast<float>(view.output.width));
+  program.set("is_whole", part.columns == view.output.width);
+  program.set("is_cubic", view.options.interpolation == Interpolation::kCubic);
+  image->create(viewport.height, viewport.width, CV_8UC3);
+  const std::size_t bytes = 4 * image->total();
+  card.flat.reserve(bytes);
+  card.flat.bind(kReadsBinding);
+  card.picture.bind(kPictureBinding);
+  run(viewport.width, viewport.height);
+  check_gpu("a flat picture");
+  card.flat.read(bytes, [&](const std::byte* picture) { unpack(picture, *image, {}); });
+  *counts += of_part;
+  return true;
 }
 
 void GpuRenderer::Columns::prepare(const MixedView& view, const PanoramaPart& part) {
@@ -215,9 +283,9 @@ int GpuRenderer::mix_block(const MixedView& view, int first, const PanoramaPart&
   std::vector<ImageKey> stations(of_lines.begin(), of_lines.end());
   textures_->require_stations(stations);
   const auto read = [&](int column) {
-    return column == part.columns
-               ? from.reads.size()
-               : static_cast<std::size_t>(from.columns[static_cast<std::size_t>(column)].first_read);
+    return column == part.columns ? from.reads.size()
+                                  : static_cast<std::size_t>(
+                                        from.columns[static_cast<std::size_t>(column)].first_read);
   };
   for (std::size_t i = read(first); i < read(end); ++i) {
     from.reads[i].layer = textures_->station_layer(from.of_reads[i]);
@@ -225,11 +293,11 @@ int GpuRenderer::mix_block(const MixedView& view, int first, const PanoramaPart&
   card.reads.write(
       read(first) * sizeof(GpuRead),
       std::as_bytes(std::span(from.reads).subspan(read(first), read(end) - read(first))));
-  const std::array<std::uint32_t, kFillWords> none{};
-  card.picture.write(0, std::as_bytes(std::span(none)));
   const int rows = part.rows.end - part.rows.begin;
   const auto fills = view.is_initial() ? std::span<const MapStation>() : view.fill.maps();
   for (bool waiting = true, again = false; waiting; again = true) {
+    const std::array<std::uint32_t, kFillWords> none{};
+    card.picture.write(0, std::as_bytes(std::span(none)));
     std::vector<GLint> layers(kMostFills, -1);
     for (std::size_t i = 0; i < fills.size(); ++i) {
       layers[i] = textures_->station_layer({fills[i].line, fills[i].station});
@@ -262,8 +330,7 @@ int GpuRenderer::mix_block(const MixedView& view, int first, const PanoramaPart&
   return end;
 }
 
-void GpuRenderer::mix(const MixedView& view, const GpuView& eye, const PanoramaPart& part,
-                      cv::Mat image, cv::Mat1b how) {
+PixelCounts GpuRenderer::mix(const MixedView& view, const GpuView& eye, const PanoramaPart& part) {
   Columns& from = *columns_;
   OnCard& card = *on_card_;
   from.prepare(view, part);
@@ -278,24 +345,21 @@ void GpuRenderer::mix(const MixedView& view, const GpuView& eye, const PanoramaP
   program.set("is_cubic", view.options.interpolation == Interpolation::kCubic);
   card.columns.write(std::span<const GpuColumn>(from.columns));
   card.reads.reserve(std::max(from.reads.size(), std::size_t{1}) * sizeof(GpuRead));
-  constexpr std::size_t kHead = 4 * kFillWords;
-  const std::size_t bytes = kHead + 4 * image.total();
-  card.picture.reserve(bytes);
+  const int rows = part.rows.end - part.rows.begin;
+  card.picture.reserve(picture_bytes(part.columns, rows));
+  std::array<std::uint32_t, kHeadWords> head{};
+  card.picture.write(0, std::as_bytes(std::span(head)));
   card.columns.bind(kColumnsBinding);
   card.reads.bind(kReadsBinding);
   card.picture.bind(kPictureBinding);
   for (int first = 0; first < part.columns;) first = mix_block(view, first, part, program);
   check_gpu("a picture");
-  card.picture.read(bytes, [&](const std::byte* pixels) {
-    const cv::Mat bgra(image.size(), CV_8UC4,
-                       const_cast<std::byte*>(pixels + kHead));  // NOLINT: it is only read
-    parallel_for(0, image.rows, 64, [&](int begin, int end) {
-      std::array<cv::Mat, 2> to{image.rowRange(begin, end), how.rowRange(begin, end)};
-      constexpr std::array<int, 8> kChannels{0, 0, 1, 1, 2, 2, 3, 3};
-      const cv::Mat of = bgra.rowRange(begin, end);
-      cv::mixChannels(&of, 1, to.data(), to.size(), kChannels.data(), 4);
-    });
-  });
+  card.picture.read(sizeof(head),
+                    [&](const std::byte* words) { std::memcpy(head.data(), words, sizeof(head)); });
+  return {.all = static_cast<std::int64_t>(part.columns) * rows,
+          .filled = head[kCounts + kFilled],
+          .unseen = head[kCounts + kUnread],
+          .empty = head[kCounts + kOfNoLine]};
 }
 
 }  // namespace raywalk

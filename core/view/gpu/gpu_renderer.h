@@ -3,20 +3,15 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <span>
 
 #include "core/view/gpu/gpu_view.h"
+#include "core/view/rendered_part.h"
 #include "core/view/viewport.h"
 
 namespace raywalk {
-
-// How a pixel was read; kWaiting: the station that it is filled from is not on the card. Plus
-// kOfNoLine in a column that no line serves.
-enum class PixelRead : std::uint8_t { kLines, kFilled, kUnread, kWaiting };
-inline constexpr std::uint8_t kOfNoLine = 4;
 
 class GpuRenderer {
  public:
@@ -24,11 +19,16 @@ class GpuRenderer {
   GpuRenderer(GpuContext* context, std::shared_ptr<RoomTextures> textures);
   ~GpuRenderer();
 
-  // A part of the view of one eye, or of both eyes of a circle: `image` CV_8UC3, bgr, and how each
-  // pixel was read (PixelRead), each eye's part below that of the one before. Throws GpuError, among
-  // other things where the stations of a column do not fit into the card's memory.
+  // A part of the view of one eye, or of both eyes of a circle, each eye's part below that of the
+  // one before: into `image`, CV_8UC3, bgr; marks in `unread` what could not be read, if anything,
+  // and counts pixels. Throws GpuError, among other things where the stations of a column do not
+  // fit into the card's memory; then nothing was counted.
   void render(std::span<const MixedView> eyes, const PanoramaPart& part, cv::Mat image,
-              cv::Mat1b how);
+              cv::Mat1b* unread, PixelCounts* counts);
+  // A flat picture, resampled from a part of a view that holds all that it shows. Returns false,
+  // having counted nothing, where something could not be read, which the processor fills.
+  bool render_flat(const MixedView& view, const PanoramaPart& part, const Viewport& viewport,
+                   cv::Mat* image, PixelCounts* counts);
 
   // After a failure further views would fail too.
   void give_up() { gave_up_ = true; }
@@ -38,9 +38,10 @@ class GpuRenderer {
   struct Columns;  // what the columns of a part are read from
   struct OnCard;
 
-  // Pass 4 of one eye.
-  void mix(const MixedView& view, const GpuView& eye, const PanoramaPart& part, cv::Mat image,
-           cv::Mat1b how);
+  // Passes 1 to 3, and pass 4 of one eye, whose picture stays on the card.
+  void prepare(std::span<const MixedView> eyes);
+  void prepare_on_card(std::span<const MixedView> eyes);
+  PixelCounts mix(const MixedView& view, const GpuView& eye, const PanoramaPart& part);
   // Mixes columns of the part from `first` on whose stations fit; returns their end.
   int mix_block(const MixedView& view, int first, const PanoramaPart& part,
                 const GpuProgram& program);

@@ -126,6 +126,21 @@ TEST_P(GpuRoom, TwoEyesFlatPicturesAndAnotherHeightToo) {
   expect_agreement(gpu.render(Viewpoint(at, 0.11)), cpu.render(Viewpoint(at, 0.11)), "height");
 }
 
+// A panorama of these rooms takes 33 kB of the card. Behind a pillar, and where stations are
+// masked, more of them are needed than those of a column's lines.
+TEST_P(GpuRoom, LargerThanTheCardsMemoryIsRenderedPartByPart) {
+  const ViewOptions options{.method = ViewMethod::kTwoSided};
+  const auto views = [&](double gpu_mb) {
+    const OnDevice device(Device::kGpu, gpu_mb);
+    Renderer renderer(room_.room(), options);
+    cv::Mat all = renderer.render({0.05, 0.2}).image;
+    all.push_back(renderer.render({-0.3, 0.1}).image);
+    return all;
+  };
+  // Drivers compile programs for the number of layers, which may round otherwise.
+  EXPECT_LE(largest_difference(views(100.0), views(7 * 0.033)), 1.0);
+}
+
 INSTANTIATE_TEST_SUITE_P(Rooms, GpuRoom, testing::ValuesIn(kRooms),
                          [](const auto& room) { return room.param.name; });
 
@@ -147,20 +162,6 @@ TEST(GpuGains, StationsAreShownWithThem) {
       expect_agreement(gpu.render(at), cpu.render(at), fmt::format("{} stations", stations));
     }
   }
-}
-
-// A panorama of this room takes 33 kB of the card.
-TEST(GpuMemory, ARoomLargerThanTheCardsIsRenderedPartByPart) {
-  const TestRoom room(box_room(128));
-  const ViewOptions options{.method = ViewMethod::kTwoSided};
-  const auto views = [&](double gpu_mb) {
-    const OnDevice device(Device::kGpu, gpu_mb);
-    Renderer renderer(room.room(), options);
-    cv::Mat all = renderer.render({0.1, 0.2}).image;
-    all.push_back(renderer.render({-0.3, 0.1}).image);
-    return all;
-  };
-  EXPECT_EQ(largest_difference(views(100.0), views(7 * 0.033)), 0.0);
 }
 
 TEST(GpuMemory, WithoutRoomForAColumnTheProcessorRenders) {

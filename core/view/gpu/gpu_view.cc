@@ -67,8 +67,7 @@ void ViewMaps::require(const MixedView& view, RoomTextures* textures) {
   std::vector<MapPlace> places;
   for (std::size_t i = 0; i < maps_.size(); ++i) {
     const MapStation& map = maps_[i];
-    const Eigen::Vector3f from =
-        (map.position_m - view.distances.eye().centre_m).cast<float>();
+    const Eigen::Vector3f from = (map.position_m - view.distances.eye().centre_m).cast<float>();
     const PanoramaSize size = view.room.distances(map.line).size();
     MapPlace& place = places.emplace_back();
     place.from_centre = {from.x(), from.y(), from.z(), 0.0f};

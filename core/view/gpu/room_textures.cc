@@ -12,7 +12,8 @@
 namespace raywalk {
 namespace {
 
-constexpr std::size_t kMostMapBytes = std::size_t{512} << 20;
+// Of maps as many are kept as fit into so much memory, but at least as many as a view may want.
+constexpr std::size_t kMapBytes = std::size_t{512} << 20, kLeastMaps = 128;
 constexpr std::uint8_t kMoved = 128;
 
 void mark_masked(const Room& room, ImageKey station, int theta, cv::Mat4b column) {
@@ -43,14 +44,13 @@ RoomTextures::RoomTextures(const Room& room, bool gains, std::uint64_t most_byte
     : room_(room), gains_(gains && !room.gains().empty()) {
   const PanoramaSize size = room.panorama();
   PanoramaSize maps{}, moved{};
-  std::size_t stations = 0, all_maps = 0;
+  std::size_t stations = 0;
   bool masked = false;
   const auto lines = static_cast<int>(room.grid().lines.size());
   for (int line = 0; line < lines; ++line) {
     const int of_line = room.volume(line).stations();
     stations += static_cast<std::size_t>(of_line);
     const DistanceVolume& volume = room.distances(line);
-    all_maps += static_cast<std::size_t>(volume.maps());
     if (volume.size().width > maps.width) maps = volume.size();
     for (int station = 0; station < of_line; ++station) {
       if (!has_masks(room, line, station)) continue;
@@ -58,14 +58,16 @@ RoomTextures::RoomTextures(const Room& room, bool gains, std::uint64_t most_byte
       if (volume.left_out().size().width > moved.width) moved = volume.left_out().size();
     }
   }
-  const auto pixels = static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height);
+  const auto pixels =
+      static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height);
   stations_ = std::make_unique<LayeredTexture>(
       "panoramas", GL_RGBA8, size.height, size.width,
       static_cast<std::size_t>(std::min<std::uint64_t>(most_bytes / (4 * pixels), stations)));
-  if (all_maps == 0) return;
+  if (maps.width == 0) return;
   const auto layers = [&](int width, int height) {
-    return std::min(kMostMapBytes / (4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
-                    std::max(all_maps, stations));
+    const std::size_t bytes =
+        4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    return std::min(std::max(kMapBytes / bytes, kLeastMaps), stations);
   };
   maps_ = std::make_unique<LayeredTexture>("distance maps", GL_R32F, maps.height, maps.width,
                                            layers(maps.height, maps.width));
@@ -83,7 +85,8 @@ void RoomTextures::bind() const {
 }
 
 void RoomTextures::require_stations(std::span<const ImageKey> stations) {
-  stations_->require(stations, [&](ImageKey station, int layer) { upload_station(station, layer); });
+  stations_->require(stations,
+                     [&](ImageKey station, int layer) { upload_station(station, layer); });
 }
 
 void RoomTextures::require_maps(std::span<const ImageKey> maps) {

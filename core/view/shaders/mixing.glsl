@@ -33,8 +33,11 @@ layout(std430, binding = 4) readonly buffer Quarters { vec4 quarters[]; };
 layout(std430, binding = 5) readonly buffer Columns { Column columns[]; };
 layout(std430, binding = 6) readonly buffer Reads { Read reads[]; };
 // bgr, and how the pixel was read in the highest byte. Before them bits of the stations that pixels
-// are filled from, whether they are there or not.
-layout(std430, binding = 7) buffer Picture { uint wanted_fills[2]; uint picture[]; };
+// are filled from, whether they are there or not, and how many pixels were read how.
+layout(std430, binding = 7) buffer Picture {
+  uint wanted_fills[2], counts[6];
+  uint picture[];
+};
 
 uniform sampler2DArray stations;  // x: row, y: column; rgb, and in a whether it may be used
 uniform ivec2 output_size;
@@ -309,6 +312,10 @@ void main() {
     bool has_edge = c.reads > 0 && (fill >> 8 & 1u) != 0u;
     if (has_edge && how != kWaiting) colour = with_edge(c, r, row, colour);
   }
-  if ((c.flags & kEmpty) != 0u) how |= kOfNoLine;
+  if (how == kFilled || how == kUnread) atomicAdd(counts[how], 1u);
+  if ((c.flags & kEmpty) != 0u) {
+    if (how != kWaiting) atomicAdd(counts[kOfNoLine], 1u);
+    how |= kOfNoLine;
+  }
   picture[pixel] = packed_colour(colour, how);
 }
