@@ -4,6 +4,8 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <sstream>
+#include <string>
 
 #include "build_lf/depth/estimate_depth.h"
 #include "build_lf/pack/distance_sets.h"
@@ -50,7 +52,8 @@ std::string make_room(const PackOptions& options) {
   } else {
     const DepthSummary summary = estimate_depth({.room = room});
     require_usable(summary);
-    spdlog::info("{}", text_of(summary));
+    std::istringstream lines(text_of(summary));
+    for (std::string line; std::getline(lines, line);) spdlog::info("{}", line);
   }
   const fs::path refined = refined_room_path(room);
   if (current_refined_room(Room::open(room))) {
