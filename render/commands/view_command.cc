@@ -38,7 +38,7 @@ void run(const ViewArguments& arguments) {
   require_demand(arguments.demand);
   viewport_of(arguments.frame);
   const PictureFormat format = picture_format(arguments.out, arguments.quality);
-  require_writable_picture(arguments.out);
+  require_writable_view(arguments.out);
   const Room room = Room::open(arguments.room);
   const ViewMode mode = chosen_mode(arguments.flags, arguments.demand, room);
   fmt::print("{}\n",

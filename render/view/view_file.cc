@@ -33,6 +33,14 @@ Viewpoint viewpoint_from_text(const std::string& text) {
 
 void require_writable_picture(const std::filesystem::path& file) { const AtomicFile probe(file); }
 
+void require_writable_view(const std::filesystem::path& file) {
+  require_writable_picture(file);
+  if (!std::filesystem::is_regular_file(file)) return;
+  const std::string bytes = read_file(file);
+  if (bytes.empty() || bytes.find("Raywalk") != std::string::npos) return;
+  throw Error(file.string() + " exists and is no view made by Raywalk; choose another --out");
+}
+
 std::string distances_used(const Room& room, const ViewMode& mode) {
   return mode.options.method == ViewMethod::kInitial ? "none" : room.distances_origin();
 }
@@ -72,7 +80,7 @@ std::string write_view(const Room& room, const ViewMode& mode, const Viewpoint& 
                        const ViewFrame& frame, const std::filesystem::path& file,
                        const PictureFormat& format) {
   viewport_of(frame);  // rejects an invalid frame before any work
-  require_writable_picture(file);
+  require_writable_view(file);
   Renderer renderer(room, mode.options);
   const RenderedView view = render_framed(&renderer, viewpoint, frame);
   write_picture(file, view.image, format, describe_view(room, mode, viewpoint, frame));

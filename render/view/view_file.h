@@ -19,6 +19,8 @@ Viewpoint viewpoint_from_text(const std::string& text);
 // Throws Error unless the file can be created. Call before rendering, so that an unusable path
 // fails early.
 void require_writable_picture(const std::filesystem::path& file);
+// The same of a view, which replaces nothing but pictures whose metadata name Raywalk.
+void require_writable_view(const std::filesystem::path& file);
 
 // The distances that views of this mode are corrected by: Room::distances_origin(), or "none".
 std::string distances_used(const Room& room, const ViewMode& mode);

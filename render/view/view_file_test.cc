@@ -97,6 +97,15 @@ TEST_F(WriteView, TurnsAPanorama) {
   EXPECT_LE(cv::norm(over, flipped, cv::NORM_INF), 1.0);
 }
 
+TEST_F(WriteView, ReplacesViewsButNothingElse) {
+  written({});
+  EXPECT_NO_THROW(written({.fov_deg = 80.0, .size = "32x32"}));
+  EXPECT_NO_THROW(written({}));
+  write_image(directory_ / "view.png", cv::Mat(8, 8, CV_8UC3, cv::Scalar(1, 2, 3)));
+  EXPECT_THAT([&] { written({}); }, ThrowsMessage<Error>(HasSubstr("is no view made by Raywalk")));
+  EXPECT_EQ(read_picture(directory_ / "view.png").size(), cv::Size(8, 8));
+}
+
 TEST_F(WriteView, TurnsThePanoramasOfBothEyes) {
   const cv::Mat straight = written({.stereo = Stereo::kOds});
   ASSERT_EQ(straight.size(), cv::Size(128, 128));
