@@ -1,4 +1,4 @@
-// path: many views, one picture each, or a film.
+// path: many views, one picture each, or a video.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -17,13 +17,13 @@
 #include "core/command_line/command_options.h"
 #include "render/commands/commands.h"
 #include "render/commands/view_flags.h"
-#include "render/film/film_encoder.h"
-#include "render/view/view_film.h"
+#include "render/video/video_encoder.h"
+#include "render/view/view_video.h"
 
 namespace raywalk::render {
 namespace {
 
-constexpr const char* kMovementGroup = "Smooth movement and films";
+constexpr const char* kMovementGroup = "Smooth movement and videos";
 
 const std::map<std::string, Pace> kPaces = {
     {"constant", Pace::kConstant}, {"eased", Pace::kEased}, {"recorded", Pace::kRecorded}};
@@ -64,9 +64,9 @@ void require_consistent(const PathArguments& arguments) {
            "is of a movement between the table's places; give --smooth too");
   }
   if (arguments.video.empty()) {
-    refuse(arguments, {"--codec", "--crf"}, "is of a film; give --video too");
+    refuse(arguments, {"--codec", "--crf"}, "is of a video; give --video too");
     if (arguments.smooth.empty()) {
-      refuse(arguments, {"--fps"}, "is of a film or a movement; give --video or --smooth too");
+      refuse(arguments, {"--fps"}, "is of a video or a movement; give --video or --smooth too");
     }
   } else {
     refuse(arguments, {"--out", "--format", "--quality"},
@@ -93,11 +93,11 @@ void run(const PathArguments& arguments) {
   require_consistent(arguments);
   const PathRequest request = request_of(arguments);
   const PictureFormat format = picture_format("view." + arguments.format, arguments.quality);
-  const FilmSettings film{.codec = kVideoCodecs.at(arguments.codec),
-                          .fps = arguments.movement.fps,
-                          .crf = arguments.crf};
+  const VideoSettings video{.codec = kVideoCodecs.at(arguments.codec),
+                            .fps = arguments.movement.fps,
+                            .crf = arguments.crf};
   if (!arguments.video.empty()) {
-    require_film_settings(film, arguments.video);
+    require_video_settings(video, arguments.video);
     find_ffmpeg();
   }
   const Room room = Room::open(arguments.room);
@@ -106,8 +106,8 @@ void run(const PathArguments& arguments) {
   const std::string summary =
       arguments.video.empty()
           ? write_path(room, mode, arguments.frame, request, format, out, arguments.force)
-          : write_film(room, mode, arguments.frame, request, film, arguments.video,
-                       arguments.force);
+          : write_video(room, mode, arguments.frame, request, video, arguments.video,
+                        arguments.force);
   fmt::print("{}\n", escaped(summary));
 }
 
@@ -133,24 +133,26 @@ void add_movement_flags(CLI::App* command, PathArguments* arguments) {
                       "Its speed, on average, metres per second (default 0.4)");
   command
       ->add_option("--fps", arguments->movement.fps,
-                   "Frames per second of the movement and the film, 1 to 240 (default 30)")
+                   "Frames per second of the movement and the video, 1 to 240 (default 30)")
       ->check(CLI::Range(1.0, 240.0));
   command->add_option("--video", arguments->video,
-                      "Write a film instead of pictures, .mp4 or for ProRes .mov; needs ffmpeg. "
-                      "A film that is interrupted is not kept");
+                      "Write a video instead of pictures, .mp4 or for ProRes .mov; needs ffmpeg. "
+                      "A video that is interrupted is not kept");
   command
       ->add_option("--codec", arguments->codec,
-                   "How the film is coded: h264 (default), h265, av1 or prores (422 HQ)")
+                   "How the video is coded: h264 (default), h265, av1 or prores (422 HQ)")
       ->check(CLI::IsMember(names_of(kVideoCodecs)));
-  command->add_option("--crf", arguments->crf,
-                      "Quality of the film, lower is better and larger: h264 0 to 51 (default 18), "
-                      "h265 0 to 51 (default 20), av1 0 to 63 (default 28)");
+  command->add_option(
+      "--crf", arguments->crf,
+      "Quality of the video, lower is better and larger: h264 0 to 51 (default 18), "
+      "h265 0 to 51 (default 20), av1 0 to 63 (default 28)");
 }
 
 }  // namespace
 
 void add_path(CLI::App* app) {
-  CLI::App* command = app->add_subcommand("path", "Render many views, one picture each, or a film");
+  CLI::App* command =
+      app->add_subcommand("path", "Render many views, one picture each, or a video");
   auto arguments = std::make_shared<PathArguments>();
   arguments->given = [command](const char* flag) { return command->count(flag) > 0; };
   add_room(command, &arguments->room);
@@ -168,7 +170,7 @@ void add_path(CLI::App* app) {
   add_quality_flag(command, &arguments->quality);
   add_force_flag(
       command, &arguments->force,
-      "Replace the views in --out, which were rendered with other settings, or the film");
+      "Replace the views in --out, which were rendered with other settings, or the video");
   add_view_flags(command, &arguments->flags);
   add_demand_flags(command, &arguments->demand);
   add_flat_flags(command, &arguments->frame);
@@ -182,7 +184,7 @@ void add_path(CLI::App* app) {
       "  raywalk-render path room.lf path.csv --smooth eased --seconds 10 --video walk.mp4\n"
       "  raywalk-render path room.lf path.csv --smooth constant --fov-deg 90 --size 1920x1080 "
       "--video flat.mp4\n"
-      "An interrupted run to --out is resumed by the same command; a film starts anew.");
+      "An interrupted run to --out is resumed by the same command; a video starts anew.");
   command->callback([arguments] { run(*arguments); });
 }
 

@@ -180,7 +180,7 @@ std::vector<PathView> frames_of(std::span<const PathView> views, const SmoothMov
                              : movement.speed_m_per_s.value_or(kUsualSpeed_m_per_s);
     const double seconds = movement.seconds.value_or(curve.length() / speed);
     if (!(seconds > 0.0)) {
-      throw Error("all views are the same; give --seconds for a film that stands still");
+      throw Error("all views are the same; give --seconds for a video that stands still");
     }
     if (seconds * movement.fps > kMostFrames) {
       throw Error(

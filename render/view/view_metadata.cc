@@ -15,7 +15,7 @@
 namespace raywalk::render {
 namespace {
 
-constexpr double kFilmWidth_mm = 36.0;
+constexpr double kFrameWidth_mm = 36.0;
 constexpr double kMostShort = 65535.0;  // FocalLengthIn35mmFilm is a SHORT
 constexpr std::uint16_t kCentimetres = 3;
 
@@ -102,8 +102,8 @@ ImageEntries image_entries() { return {ascii_entry(EXIF_TAG_SOFTWARE, "Raywalk")
 
 ExposureEntries exposure_entries(cv::Size size, double fov_deg) {
   if (fov_deg == 0.0) return {};
-  const double focal_mm = 0.5 * kFilmWidth_mm / std::tan(0.5 * radians_from_degrees(fov_deg));
-  const double per_cm = 10.0 * size.width / kFilmWidth_mm;
+  const double focal_mm = 0.5 * kFrameWidth_mm / std::tan(0.5 * radians_from_degrees(fov_deg));
+  const double per_cm = 10.0 * size.width / kFrameWidth_mm;
   ExposureEntries entries = {thousandths(EXIF_TAG_FOCAL_LENGTH, focal_mm),
                              thousandths(EXIF_TAG_FOCAL_PLANE_X_RESOLUTION, per_cm),
                              thousandths(EXIF_TAG_FOCAL_PLANE_Y_RESOLUTION, per_cm),

@@ -1,4 +1,4 @@
-// The work of `raywalk-render path`: many views, one picture each, or the frames of a film.
+// The work of `raywalk-render path`: many views, one picture each, or the frames of a video.
 #pragma once
 
 #include <filesystem>

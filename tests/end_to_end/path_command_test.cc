@@ -58,22 +58,22 @@ TEST_F(RenderPathTest, OtherSettingsAreRefused) {
   expect_error(run_command(command() + "--overlap-deg 9"), 1, "overlap_deg", 3);
 }
 
-TEST_F(RenderPathTest, AFilmIsWholeOrNothing) {
-  const std::string film = file("walk.mp4");
+TEST_F(RenderPathTest, AVideoIsWholeOrNothing) {
+  const std::string video = file("walk.mp4");
   const std::string usual = "path " + room() + " " + file("path.csv") + " --method initial ";
-  const CommandResult made = render(usual + "--width 64 --video " + film);
+  const CommandResult made = render(usual + "--width 64 --video " + video);
   EXPECT_EQ(made.exit_code, 0) << made.errors;
   EXPECT_THAT(made.output, HasSubstr("walk.mp4: 60 frames of 64x32, 2 s, H.264"));
-  EXPECT_THAT(run_command("ffprobe -v error -show_streams " + film).output,
+  EXPECT_THAT(run_command("ffprobe -v error -show_streams " + video).output,
               AllOf(HasSubstr("nb_frames=60"), HasSubstr("projection=equirectangular")));
-  expect_error(render(usual + "--video " + film), 1, "--video", 3);
-  const auto again = render(usual + "--width 64 --fps 60 -f -q --video " + film);
+  expect_error(render(usual + "--video " + video), 1, "--video", 3);
+  const auto again = render(usual + "--width 64 --fps 60 -f -q --video " + video);
   EXPECT_EQ(again.exit_code, 0) << again.errors;
-  fs::remove(film);
+  fs::remove(video);
 
   std::vector<std::string> arguments = this->arguments();
   arguments[arguments.size() - 2] = "--video";
-  arguments.back() = film;
+  arguments.back() = video;
   int status = 0;
   stop_once(
       arguments, [&] { return directory_.entries() > 2; }, SIGINT, &status);

@@ -1,4 +1,4 @@
-#include "render/film/film_file.h"
+#include "render/video/video_file.h"
 
 #include <fmt/format.h>
 
@@ -81,7 +81,7 @@ std::string box_of_version_1(StereoMode stereo) {
   return box("uuid", std::string(kUuid) + xml + "</rdf:SphericalVideo>");
 }
 
-// The description of a film: its box moov, in memory.
+// The description of a video: its box moov, in memory.
 class Description {
  public:
   Description(std::string bytes, const std::string& name) : bytes_(std::move(bytes)), name_(name) {
@@ -90,16 +90,16 @@ class Description {
       around_ = {movie, track};
       if (type_of(track) == "trak" && find_entry()) return;
     }
-    throw Error(name_ + ": the film has no track of pictures");
+    throw Error(name_ + ": the video has no track of pictures");
   }
 
   const std::string& bytes() const { return bytes_; }
 
-  FilmFacts facts() const {
+  VideoFacts facts() const {
     const Place entry = around_.back();
-    FilmFacts facts{.width = static_cast<int>(number_in(entry, kWidthInEntry, 2)),
-                    .height = static_cast<int>(number_in(entry, kWidthInEntry + 2, 2)),
-                    .by_raywalk = bytes_.find(kFilmComment) != std::string::npos};
+    VideoFacts facts{.width = static_cast<int>(number_in(entry, kWidthInEntry, 2)),
+                     .height = static_cast<int>(number_in(entry, kWidthInEntry + 2, 2)),
+                     .by_raywalk = bytes_.find(kVideoComment) != std::string::npos};
     // Version and flags, the size of all samples or 0, the number of samples (8.7.3.2).
     const Place samples = around_[around_.size() - 3];
     if (const auto sizes = child(content(samples), "stsz")) facts.frames = number_in(*sizes, 8, 4);
@@ -137,7 +137,7 @@ class Description {
     for (std::size_t at = place.begin; at + kHeader <= place.end; at = found.back().end) {
       const std::uint64_t size = number(bytes_, at, 4);
       if (size < kHeader || size > place.end - at) {
-        throw Error(fmt::format("{}: the film is damaged: a box of {} bytes in {} bytes", name_,
+        throw Error(fmt::format("{}: the video is damaged: a box of {} bytes in {} bytes", name_,
                                 size, place.end - at));
       }
       found.push_back({at, at + size});
@@ -182,15 +182,15 @@ class Description {
   std::vector<Place> around_{};
 };
 
-// Where the description is in a film, and where what is free behind it ends.
+// Where the description is in a video, and where what is free behind it ends.
 struct FoundDescription {
   Place movie{};
   std::uint64_t free_end = 0;
 };
 
-class FilmFile {
+class VideoFile {
  public:
-  FilmFile(const fs::path& file, std::ios::openmode mode, std::string name)
+  VideoFile(const fs::path& file, std::ios::openmode mode, std::string name)
       : name_(std::move(name)) {
     require_regular_file(file);
     stream_.open(file, mode | std::ios::binary);
@@ -225,16 +225,16 @@ class FilmFile {
       if (size == 1) size = number(head, 8, 8);  // the size is behind the type
       if (head.size() < kHeader || size < kHeader || size > size_ - at) {
         throw Error(fmt::format(
-            "{}: not a complete film: byte {} begins no box that ends in the file", name_, at));
+            "{}: not a complete video: byte {} begins no box that ends in the file", name_, at));
       }
       const std::string_view type = std::string_view(head).substr(4, 4);
       if (found && type == "free" && found->movie.end == at) found->free_end = at + size;
       at += size;
       if (!found && type == "moov") found = FoundDescription{{at - size, at}, at};
     }
-    if (!found) throw Error(name_ + ": not a complete film: it has no description");
+    if (!found) throw Error(name_ + ": not a complete video: it has no description");
     if (found->movie.end - found->movie.begin > kMostDescription) {
-      throw Error(name_ + ": the description of the film is too long");
+      throw Error(name_ + ": the description of the video is too long");
     }
     return *found;
   }
@@ -247,22 +247,22 @@ class FilmFile {
 
 }  // namespace
 
-FilmFacts read_film(const fs::path& file) {
+VideoFacts read_video(const fs::path& file) {
   const std::string name = file.string();
-  FilmFile film(file, std::ios::in, name);
-  return Description(film.read(film.find().movie), name).facts();
+  VideoFile video(file, std::ios::in, name);
+  return Description(video.read(video.find().movie), name).facts();
 }
 
 void set_spherical(const fs::path& file, StereoMode stereo, const std::string& name) {
-  FilmFile film(file, std::ios::in | std::ios::out, name);
-  const FoundDescription found = film.find();
-  Description description(film.read(found.movie), name);
+  VideoFile video(file, std::ios::in | std::ios::out, name);
+  const FoundDescription found = video.find();
+  Description description(video.read(found.movie), name);
   description.add_spherical(stereo);
   const std::uint64_t end = found.movie.begin + description.bytes().size();
   if (end + kHeader > found.free_end) {
-    throw Error(name + ": there is no room in the film to say that it is a panorama");
+    throw Error(name + ": there is no room in the video to say that it is a panorama");
   }
-  film.write(found.movie.begin, description.bytes() + four_bytes(found.free_end - end) + "free");
+  video.write(found.movie.begin, description.bytes() + four_bytes(found.free_end - end) + "free");
 }
 
 }  // namespace raywalk::render

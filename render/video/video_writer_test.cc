@@ -1,4 +1,4 @@
-#include "render/film/film_writer.h"
+#include "render/video/video_writer.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -16,8 +16,8 @@
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
-#include "render/film/film_file.h"
-#include "render/film/test_film.h"
+#include "render/video/test_video.h"
+#include "render/video/video_file.h"
 
 namespace raywalk::render {
 namespace {
@@ -40,13 +40,13 @@ cv::Mat frame_of(int index) {
   return frame;
 }
 
-class FilmWriterTest : public ::testing::Test {
+class VideoWriterTest : public ::testing::Test {
  protected:
-  fs::path film(const std::string& extension = ".mp4") const {
-    return directory_ / ("film" + extension);
+  fs::path video(const std::string& extension = ".mp4") const {
+    return directory_ / ("video" + extension);
   }
-  void write(const FilmSettings& settings, std::optional<StereoMode> stereo) const {
-    FilmWriter writer(settings, {kSize, kFrames}, stereo, film(film_extension(settings.codec)));
+  void write(const VideoSettings& settings, std::optional<StereoMode> stereo) const {
+    VideoWriter writer(settings, {kSize, kFrames}, stereo, video(video_extension(settings.codec)));
     for (int i = 0; i < kFrames; ++i) writer.add(frame_of(i));
     writer.finish();
   }
@@ -56,7 +56,7 @@ class FilmWriterTest : public ::testing::Test {
   TestDirectory directory_;
 };
 
-TEST_F(FilmWriterTest, EveryCodecIsReadByOthersAsItWasWritten) {
+TEST_F(VideoWriterTest, EveryCodecIsReadByOthersAsItWasWritten) {
   struct Case {
     VideoCodec codec;
     const char* name;
@@ -68,10 +68,10 @@ TEST_F(FilmWriterTest, EveryCodecIsReadByOthersAsItWasWritten) {
                            Case{VideoCodec::kAv1, "av1", "yuv420p", 35.0},
                            Case{VideoCodec::kProRes, "prores", "yuv422p10le", 38.0}}) {
     SCOPED_TRACE(each.name);
-    const FilmSettings settings{.codec = each.codec, .fps = 25};
-    const fs::path file = film(film_extension(each.codec));
+    const VideoSettings settings{.codec = each.codec, .fps = 25};
+    const fs::path file = video(video_extension(each.codec));
     write(settings, StereoMode::kMono);
-    const auto stream = film_stream(file);
+    const auto stream = video_stream(file);
     EXPECT_EQ(stream["codec_name"], each.name);
     EXPECT_EQ(stream["pix_fmt"], each.pixels);
     EXPECT_EQ(stream["r_frame_rate"], "25/1");
@@ -79,51 +79,51 @@ TEST_F(FilmWriterTest, EveryCodecIsReadByOthersAsItWasWritten) {
     EXPECT_EQ(stream["color_space"], "bt709");
     EXPECT_EQ(side_data(stream, "Spherical Mapping")["projection"], "equirectangular");
     EXPECT_EQ(side_data(stream, "Stereo 3D")["type"], "2D");
-    const std::vector<cv::Mat> decoded = film_frames(file, kSize);
+    const std::vector<cv::Mat> decoded = video_frames(file, kSize);
     ASSERT_EQ(decoded.size(), static_cast<std::size_t>(kFrames));
     for (int i = 0; i < kFrames; ++i) {
       EXPECT_GT(cv::PSNR(decoded[static_cast<std::size_t>(i)], frame_of(i)), each.least_psnr_db);
     }
-    EXPECT_TRUE(read_film(file).by_raywalk);
+    EXPECT_TRUE(read_video(file).by_raywalk);
     fs::remove(file);
     EXPECT_EQ(directory_.entries(), 0U);
   }
 }
 
-TEST_F(FilmWriterTest, PlayersMayBeginBeforeAllIsRead) {
+TEST_F(VideoWriterTest, PlayersMayBeginBeforeAllIsRead) {
   write({}, StereoMode::kMono);
-  const std::string bytes = read_file(film());
+  const std::string bytes = read_file(video());
   EXPECT_LT(bytes.find("moov"), bytes.find("mdat"));
   EXPECT_THAT(bytes, HasSubstr("<GSpherical:ProjectionType>equirectangular<"));
 }
 
-TEST_F(FilmWriterTest, FlatFilmsAndThoseForTwoEyesSaySo) {
+TEST_F(VideoWriterTest, FlatVideosAndThoseForTwoEyesSaySo) {
   write({}, std::nullopt);
-  EXPECT_TRUE(side_data(film_stream(film()), "Spherical Mapping").empty());
-  EXPECT_FALSE(read_film(film()).stereo);
+  EXPECT_TRUE(side_data(video_stream(video()), "Spherical Mapping").empty());
+  EXPECT_FALSE(read_video(video()).stereo);
   write({}, StereoMode::kTopBottom);
-  EXPECT_EQ(side_data(film_stream(film()), "Stereo 3D")["type"], "top and bottom");
+  EXPECT_EQ(side_data(video_stream(video()), "Stereo 3D")["type"], "top and bottom");
 }
 
-TEST_F(FilmWriterTest, OnlyFilmsOfRaywalkAreReplaced) {
+TEST_F(VideoWriterTest, OnlyVideosOfRaywalkAreReplaced) {
   write({}, std::nullopt);
-  EXPECT_THAT(error_of([&] { require_writable_film(film(), false); }), HasSubstr("--video"));
-  require_writable_film(film(), true);
-  std::ofstream(film()) << "holiday";
-  EXPECT_THAT(error_of([&] { require_writable_film(film(), true); }),
-              HasSubstr("not a film of Raywalk's"));
+  EXPECT_THAT(error_of([&] { require_writable_video(video(), false); }), HasSubstr("--video"));
+  require_writable_video(video(), true);
+  std::ofstream(video()) << "holiday";
+  EXPECT_THAT(error_of([&] { require_writable_video(video(), true); }),
+              HasSubstr("not a video of Raywalk's"));
 }
 
-TEST_F(FilmWriterTest, SettingsThatDoNotFitAreRefused) {
-  const auto error = [](const FilmSettings& settings, const char* file) {
-    return error_of([&] { require_film_settings(settings, file); });
+TEST_F(VideoWriterTest, SettingsThatDoNotFitAreRefused) {
+  const auto error = [](const VideoSettings& settings, const char* file) {
+    return error_of([&] { require_video_settings(settings, file); });
   };
   EXPECT_THAT(error({}, "a.mov"), HasSubstr("--codec prores"));
   EXPECT_THAT(error({.codec = VideoCodec::kProRes}, "a.mp4"), HasSubstr("end in .mov"));
   EXPECT_THAT(error({.codec = VideoCodec::kProRes, .crf = 3}, "a.mov"), HasSubstr("leave it out"));
   EXPECT_THAT(error({.crf = 52}, "a.mp4"), HasSubstr("0 to 51"));
   EXPECT_THAT(error_of([&] {
-                FilmWriter({}, {{65, 32}, 1}, std::nullopt, film());
+                VideoWriter({}, {{65, 32}, 1}, std::nullopt, video());
               }),
               HasSubstr("two even numbers"));
 }
@@ -140,7 +140,7 @@ class ChangedPath {
   std::string before_;
 };
 
-TEST_F(FilmWriterTest, AnEncoderThatDiesLeavesNothing) {
+TEST_F(VideoWriterTest, AnEncoderThatDiesLeavesNothing) {
   const TestDirectory programs;
   const ChangedPath path(programs.path().string() + ":" + std::getenv("PATH"));
   const auto encoder = [&](const std::string& script) {
@@ -148,19 +148,19 @@ TEST_F(FilmWriterTest, AnEncoderThatDiesLeavesNothing) {
     fs::permissions(programs / "ffmpeg", fs::perms::owner_all);
   };
   encoder("head -c 100000 >/dev/null; echo first >&2; echo 'it hurts' >&2; exit 3");
-  EXPECT_THAT(write_error(), AllOf(HasSubstr("film.mp4: ffmpeg failed with exit code 3 after"),
+  EXPECT_THAT(write_error(), AllOf(HasSubstr("video.mp4: ffmpeg failed with exit code 3 after"),
                                    HasSubstr("(it hurts)")));
   encoder("head -c 30000 >/dev/null; kill -9 $$");
   EXPECT_THAT(write_error(), HasSubstr("was killed by signal 9 after"));
-  // It says that all went well, but half of the film is missing.
+  // It says that all went well, but half of the video is missing.
   encoder("cat >/dev/null; for file; do :; done; printf 'nothing' >\"${file#file:}\"");
-  EXPECT_THAT(write_error(), HasSubstr("not a complete film"));
+  EXPECT_THAT(write_error(), HasSubstr("not a complete video"));
   EXPECT_EQ(directory_.entries(), 0U);
   const ChangedPath nowhere("/nowhere");
   EXPECT_THAT(write_error(), HasSubstr("apt install ffmpeg"));
 }
 
-TEST_F(FilmWriterTest, AFullDiskLeavesNothing) {
+TEST_F(VideoWriterTest, AFullDiskLeavesNothing) {
   std::signal(SIGXFSZ, SIG_IGN);  // as the programs do
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
@@ -168,25 +168,25 @@ TEST_F(FilmWriterTest, AFullDiskLeavesNothing) {
   setrlimit(RLIMIT_FSIZE, &small);
   const std::string error = write_error();
   setrlimit(RLIMIT_FSIZE, &before);
-  EXPECT_THAT(error, AllOf(HasSubstr("film.mp4"), HasSubstr("File too large")));
+  EXPECT_THAT(error, AllOf(HasSubstr("video.mp4"), HasSubstr("File too large")));
   EXPECT_EQ(directory_.entries(), 0U);
 }
 
-TEST_F(FilmWriterTest, FilmsThatAreCutShortAreRefused) {
+TEST_F(VideoWriterTest, VideosThatAreCutShortAreRefused) {
   write({}, StereoMode::kMono);
-  const std::string whole = read_file(film());
+  const std::string whole = read_file(video());
   const fs::path cut = directory_ / "cut.mp4";
   for (std::size_t i = 0; i < 40; ++i) {
     std::ofstream(cut, std::ios::binary) << whole.substr(0, i * whole.size() / 40);
-    EXPECT_THROW(read_film(cut), Error) << i;
-    EXPECT_THROW(set_spherical(cut, StereoMode::kMono, "film"), Error) << i;
+    EXPECT_THROW(read_video(cut), Error) << i;
+    EXPECT_THROW(set_spherical(cut, StereoMode::kMono, "video"), Error) << i;
   }
 }
 
-// Whatever bytes there are, they are read or refused with the film's name.
-TEST_F(FilmWriterTest, DamagedFilmsDoNoHarm) {
+// Whatever bytes there are, they are read or refused with the video's name.
+TEST_F(VideoWriterTest, DamagedVideosDoNoHarm) {
   write({}, StereoMode::kTopBottom);
-  const std::string whole = read_file(film());
+  const std::string whole = read_file(video());
   const fs::path file = directory_ / "damaged.mp4";
   std::mt19937 random(1);
   for (int i = 0; i < 1000; ++i) {
@@ -197,7 +197,7 @@ TEST_F(FilmWriterTest, DamagedFilmsDoNoHarm) {
     }
     std::ofstream(file, std::ios::binary) << damaged;
     try {
-      read_film(file);
+      read_video(file);
       set_spherical(file, StereoMode::kMono, file.string());
     } catch (const Error& e) {
       EXPECT_THAT(e.what(), HasSubstr("damaged.mp4"));
@@ -205,13 +205,14 @@ TEST_F(FilmWriterTest, DamagedFilmsDoNoHarm) {
   }
 }
 
-TEST_F(FilmWriterTest, AFilmWithoutFreeBytesIsRefused) {
+TEST_F(VideoWriterTest, AVideoWithoutFreeBytesIsRefused) {
   write({}, std::nullopt);
-  for (int i = 0; i < 3; ++i) set_spherical(film(), StereoMode::kMono, "film.mp4");
+  for (int i = 0; i < 3; ++i) set_spherical(video(), StereoMode::kMono, "video.mp4");
   EXPECT_THAT(error_of([&] {
-                for (int i = 0; i < 100; ++i) set_spherical(film(), StereoMode::kMono, "film.mp4");
+                for (int i = 0; i < 100; ++i)
+                  set_spherical(video(), StereoMode::kMono, "video.mp4");
               }),
-              HasSubstr("film.mp4: there is no room"));
+              HasSubstr("video.mp4: there is no room"));
 }
 
 }  // namespace

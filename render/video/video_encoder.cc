@@ -1,4 +1,4 @@
-#include "render/film/film_encoder.h"
+#include "render/video/video_encoder.h"
 
 #include <fmt/format.h>
 #include <sys/mman.h>
@@ -14,7 +14,7 @@
 #include "core/base/child_process.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
-#include "render/film/film_file.h"
+#include "render/video/video_file.h"
 
 namespace raywalk::render {
 namespace {
@@ -29,7 +29,7 @@ std::string last_line(std::string_view text) {
   return {};
 }
 
-std::vector<std::string> ffmpeg_arguments(const FilmSettings& settings, const FilmShape& shape,
+std::vector<std::string> ffmpeg_arguments(const VideoSettings& settings, const VideoShape& shape,
                                           const std::filesystem::path& file) {
   std::vector<std::string> arguments = {"-hide_banner",
                                         "-nostdin",
@@ -50,20 +50,21 @@ std::vector<std::string> ffmpeg_arguments(const FilmSettings& settings, const Fi
   const std::vector<std::string> coding = codec_arguments(settings);
   arguments.insert(arguments.end(), coding.begin(), coding.end());
   // Room for the description before the frames, so that players begin before they have read all of
-  // a film: the sizes, times and places of its frames, of some 40 bytes each at most, and the rest.
+  // a video: the sizes, times and places of its frames, of some 40 bytes each at most, and the
+  // rest.
   constexpr std::int64_t kFrameBytes = 64, kOtherBytes = 16384 + kSphericalBytes;
   arguments.insert(arguments.end(),
                    {"-moov_size", std::to_string(shape.frames * kFrameBytes + kOtherBytes)});
   // "file:" so that no name is taken for a protocol or a flag.
   arguments.insert(arguments.end(),
-                   {"-metadata", std::string("comment=") + kFilmComment, "file:" + file.string()});
+                   {"-metadata", std::string("comment=") + kVideoComment, "file:" + file.string()});
   return arguments;
 }
 
 }  // namespace
 
 // What ffmpeg prints, in memory: on a full disk a file could not take it.
-class FilmEncoder::Log {
+class VideoEncoder::Log {
  public:
   Log() : file_(memfd_create("ffmpeg", MFD_CLOEXEC)) {
     if (file_ < 0) {
@@ -94,14 +95,14 @@ std::filesystem::path find_ffmpeg() {
   auto ffmpeg = find_program("ffmpeg");
   if (!ffmpeg) {
     throw Error(
-        "no ffmpeg found in PATH, which films need; install it (Debian: apt install "
+        "no ffmpeg found in PATH, which videos need; install it (Debian: apt install "
         "ffmpeg), or leave --video out for pictures");
   }
   return *std::move(ffmpeg);
 }
 
-FilmEncoder::FilmEncoder(const FilmSettings& settings, const FilmShape& shape,
-                         const std::filesystem::path& file, const std::string& name)
+VideoEncoder::VideoEncoder(const VideoSettings& settings, const VideoShape& shape,
+                           const std::filesystem::path& file, const std::string& name)
     : name_(name), size_(shape.size), log_(std::make_unique<Log>()) {
   // SVT-AV1 prints its settings unless it is told to print errors alone.
   std::vector<std::string> words = ffmpeg_arguments(settings, shape, file);
@@ -110,11 +111,11 @@ FilmEncoder::FilmEncoder(const FilmSettings& settings, const FilmShape& shape,
       std::make_unique<ChildProcess>("/usr/bin/env", words, log_->path(), ChildInput::kWritten);
 }
 
-FilmEncoder::~FilmEncoder() = default;
+VideoEncoder::~VideoEncoder() = default;
 
-void FilmEncoder::add(const cv::Mat& frame) {
+void VideoEncoder::add(const cv::Mat& frame) {
   if (frame.size() != size_ || frame.type() != CV_8UC3) {
-    throw Error(fmt::format("{}: a frame of {}x{} in a film of {}x{}", name_, frame.cols,
+    throw Error(fmt::format("{}: a frame of {}x{} in a video of {}x{}", name_, frame.cols,
                             frame.rows, size_.width, size_.height));
   }
   const cv::Mat pixels = frame.isContinuous() ? frame : frame.clone();
@@ -123,12 +124,12 @@ void FilmEncoder::add(const cv::Mat& frame) {
   ++frames_;
 }
 
-void FilmEncoder::finish() {
+void VideoEncoder::finish() {
   ffmpeg_->end_input();
   if (!succeeded(ffmpeg_->wait())) throw_failure();
 }
 
-void FilmEncoder::throw_failure() {
+void VideoEncoder::throw_failure() {
   // One that only stopped reading ends now, or is made to.
   ffmpeg_->end_input();
   const int status = ffmpeg_->wait();

@@ -8,28 +8,28 @@
 #include <string>
 
 #include "core/base/child_process.h"
-#include "render/film/video_codec.h"
+#include "render/video/video_codec.h"
 
 namespace raywalk::render {
 
 // Where ffmpeg is. Throws Error naming the package where it is not installed.
 std::filesystem::path find_ffmpeg();
 
-struct FilmShape {
+struct VideoShape {
   cv::Size size{};  // of all frames
   std::int64_t frames = 0;
 };
 
-// One film being encoded to a file that nobody sees yet. The destructor ends ffmpeg.
-class FilmEncoder {
+// One video being encoded to a file that nobody sees yet. The destructor ends ffmpeg.
+class VideoEncoder {
  public:
-  // `file` must not exist; its extension is film_extension(). `name`
-  // is what messages call the film. Throws Error: no ffmpeg.
-  FilmEncoder(const FilmSettings& settings, const FilmShape& shape,
-              const std::filesystem::path& file, const std::string& name);
-  ~FilmEncoder();
-  FilmEncoder(const FilmEncoder&) = delete;
-  FilmEncoder& operator=(const FilmEncoder&) = delete;
+  // `file` must not exist; its extension is video_extension(). `name`
+  // is what messages call the video. Throws Error: no ffmpeg.
+  VideoEncoder(const VideoSettings& settings, const VideoShape& shape,
+               const std::filesystem::path& file, const std::string& name);
+  ~VideoEncoder();
+  VideoEncoder(const VideoEncoder&) = delete;
+  VideoEncoder& operator=(const VideoEncoder&) = delete;
 
   // Adds a frame, CV_8UC3 in BGR order. Throws Error with ffmpeg's last words where it has ended;
   // Interrupted on Ctrl-C.

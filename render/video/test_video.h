@@ -1,4 +1,4 @@
-// For tests: films as ffprobe and ffmpeg see them.
+// For tests: videos as ffprobe and ffmpeg see them.
 #pragma once
 
 #include <array>
@@ -24,8 +24,8 @@ inline std::string printed_by(const std::string& command) {
   return output;
 }
 
-// The only stream of a film.
-inline nlohmann::json film_stream(const std::filesystem::path& file) {
+// The only stream of a video.
+inline nlohmann::json video_stream(const std::filesystem::path& file) {
   const auto found = nlohmann::json::parse(
       printed_by("ffprobe -v error -of json -show_streams '" + file.string() + "'"));
   return found.at("streams").size() == 1 ? found.at("streams")[0] : nlohmann::json();
@@ -39,7 +39,7 @@ inline nlohmann::json side_data(const nlohmann::json& stream, const std::string&
 }
 
 // Its frames, CV_8UC3 in BGR order.
-inline std::vector<cv::Mat> film_frames(const std::filesystem::path& file, cv::Size size) {
+inline std::vector<cv::Mat> video_frames(const std::filesystem::path& file, cv::Size size) {
   const std::string bytes =
       printed_by("ffmpeg -v error -nostdin -i '" + file.string() +
                  "' -sws_flags accurate_rnd+full_chroma_int -f rawvideo -pix_fmt bgr24 -");

@@ -1,13 +1,14 @@
-#include "render/view/view_film.h"
+#include "render/view/view_video.h"
 
 #include <fmt/format.h>
 
+#include <future>
 #include <span>
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
-#include "render/film/film_writer.h"
+#include "render/video/video_writer.h"
 #include "render/view/view_file.h"
 
 namespace raywalk::render {
@@ -21,25 +22,33 @@ cv::Size size_of(const Room& room, const ViewMode& mode, const ViewFrame& frame)
   return {width, frame.stereo == Stereo::kOds ? width : width / 2};
 }
 
-// None of a flat film.
+// None of a flat video.
 std::optional<StereoMode> stereo_mode_of(const ViewFrame& frame) {
   if (viewport_of(frame)) return std::nullopt;
   return frame.stereo == Stereo::kOds ? StereoMode::kTopBottom : StereoMode::kMono;
 }
 
-std::string encode_film(const Room& room, const ViewMode& mode, const ViewFrame& frame,
-                        std::span<const PathView> views, const FilmSettings& settings,
-                        const fs::path& file) {
+std::string encode_video(const Room& room, const ViewMode& mode, const ViewFrame& frame,
+                         std::span<const PathView> views, const VideoSettings& settings,
+                         const fs::path& file) {
   Renderer renderer(room, mode.options);
   const cv::Size size = size_of(room, mode, frame);
-  const FilmShape shape{size, std::ssize(views)};
-  FilmWriter film(settings, shape, stereo_mode_of(frame), file);
+  const VideoShape shape{size, std::ssize(views)};
+  VideoWriter video(settings, shape, stereo_mode_of(frame), file);
   Progress progress("rendering", static_cast<std::int64_t>(views.size()), "frames");
+  // A frame is handed over while the next one is rendered.
+  std::future<void> handed_over;
+  const auto wait = [&] {
+    if (handed_over.valid()) handed_over.get();
+  };
   for (const PathView& view : views) {
-    film.add(render_framed(&renderer, view.viewpoint, turned_as(view, frame)).image);
+    const cv::Mat image = render_framed(&renderer, view.viewpoint, turned_as(view, frame)).image;
+    wait();
+    handed_over = std::async(std::launch::async, [&video, image] { video.add(image); });
     progress.advance();
   }
-  film.finish();
+  wait();
+  video.finish();
   const int captured_px = room.panorama().width;
   const std::string enlarged =
       enlargement_text(enlargement_of(frame, size.width, captured_px), captured_px);
@@ -52,18 +61,18 @@ std::string encode_film(const Room& room, const ViewMode& mode, const ViewFrame&
 
 }  // namespace
 
-std::string write_film(const Room& room, const ViewMode& mode, const ViewFrame& frame,
-                       const PathRequest& request, const FilmSettings& settings,
-                       const std::filesystem::path& file, bool replace) {
-  require_film_settings(settings, file);
-  require_writable_film(file, replace);
+std::string write_video(const Room& room, const ViewMode& mode, const ViewFrame& frame,
+                        const PathRequest& request, const VideoSettings& settings,
+                        const std::filesystem::path& file, bool replace) {
+  require_video_settings(settings, file);
+  require_writable_video(file, replace);
   const std::vector<PathView> views = views_of(request, room, mode, frame);
   std::string rendered;
   try {
-    rendered = encode_film(room, mode, frame, views, settings, file);
+    rendered = encode_video(room, mode, frame, views, settings, file);
   } catch (const Interrupted&) {
     throw Interrupted(
-        "interrupted; an unfinished film is not kept, the same command starts it anew");
+        "interrupted; an unfinished video is not kept, the same command starts it anew");
   }
   return fmt::format("{}: {}, {}, {} at k = {:g} degrees ({}), distances {}", file.string(),
                      rendered, method_name(mode.options.method), mode.connection,

@@ -1,4 +1,4 @@
-#include "render/film/video_codec.h"
+#include "render/video/video_codec.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@ namespace {
 constexpr double kLeastFps = 1.0;
 constexpr double kMostFps = 240.0;
 
-// The default CRF is one at which films of rooms are hard to tell from their frames. H.265 and AV1
+// The default CRF is one at which videos of rooms are hard to tell from their frames. H.265 and AV1
 // reach the same at other values, and on other scales.
 struct Coding {
   const char* flag;
@@ -51,7 +51,7 @@ const Coding& coding_of(VideoCodec codec) {
   return kCodings.at(codec);
 }
 
-int crf_of(const FilmSettings& settings) {
+int crf_of(const VideoSettings& settings) {
   return settings.crf.value_or(coding_of(settings.codec).crf.value_or(0));
 }
 
@@ -62,13 +62,13 @@ const std::map<std::string, VideoCodec> kVideoCodecs = {{"h264", VideoCodec::kH2
                                                         {"av1", VideoCodec::kAv1},
                                                         {"prores", VideoCodec::kProRes}};
 
-std::string film_extension(VideoCodec codec) { return coding_of(codec).extension; }
+std::string video_extension(VideoCodec codec) { return coding_of(codec).extension; }
 
-void require_film_settings(const FilmSettings& settings, const std::filesystem::path& file) {
+void require_video_settings(const VideoSettings& settings, const std::filesystem::path& file) {
   const Coding& coding = coding_of(settings.codec);
   if (file.extension() != coding.extension) {
     throw UsageError(
-        fmt::format("{}: films of {} end in {}; {}", file.string(), coding.name, coding.extension,
+        fmt::format("{}: videos of {} end in {}; {}", file.string(), coding.name, coding.extension,
                     file.extension() == ".mov" ? "give --codec prores for .mov"
                                                : "name the file so, or give another --codec"));
   }
@@ -85,7 +85,7 @@ void require_film_settings(const FilmSettings& settings, const std::filesystem::
   }
 }
 
-std::vector<std::string> codec_arguments(const FilmSettings& settings) {
+std::vector<std::string> codec_arguments(const VideoSettings& settings) {
   const Coding& coding = coding_of(settings.codec);
   // setparams: some encoders write what the frames say of their colours, others what the options
   // say.
@@ -110,7 +110,7 @@ std::vector<std::string> codec_arguments(const FilmSettings& settings) {
   return arguments;
 }
 
-std::string codec_text(const FilmSettings& settings) {
+std::string codec_text(const VideoSettings& settings) {
   const Coding& coding = coding_of(settings.codec);
   return coding.crf ? fmt::format("{}, crf {}", coding.name, crf_of(settings)) : coding.name;
 }
