@@ -49,23 +49,31 @@ function(raywalk_install_program name component)
           DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME ${name})
 endfunction()
 
-# raywalk_install_library(<name> [HEADERS <pattern>... [EXCEPT <pattern>...]]): a library that C++
-# programs can link, raywalk_view as raywalk::view.
+# raywalk_install_library(<name> [HEADERS <file>...]): a library that C++ programs can link,
+# raywalk_view as raywalk::view, with these headers and those of Raywalk that they include.
 function(raywalk_install_library name)
-  cmake_parse_arguments(ARG "" "" "HEADERS;EXCEPT" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "HEADERS" ${ARGN})
   string(REGEX REPLACE "^raywalk_" "" short_name ${name})
   set_target_properties(${name} PROPERTIES EXPORT_NAME ${short_name})
   target_include_directories(${name} INTERFACE $<INSTALL_INTERFACE:${RAYWALK_HEADERS}>)
   target_compile_features(${name} INTERFACE cxx_std_20)
   add_dependencies(raywalk-installed ${name})
   install(TARGETS ${name} EXPORT raywalk-libraries ARCHIVE COMPONENT development)
-  raywalk_sources(headers ${ARG_HEADERS} EXCEPT ${ARG_EXCEPT})
-  list(FILTER headers EXCLUDE REGEX "/test_[^/]*$")
-  foreach(header IN LISTS headers)
+  list(TRANSFORM ARG_HEADERS PREPEND core/)
+  set(installed "")
+  while(ARG_HEADERS)
+    list(POP_FRONT ARG_HEADERS header)
+    if(header IN_LIST installed)
+      continue()
+    endif()
+    list(APPEND installed ${header})
     cmake_path(GET header PARENT_PATH folder)
-    file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${folder})
-    install(FILES ${header} DESTINATION ${RAYWALK_HEADERS}/${folder} COMPONENT development)
-  endforeach()
+    install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION ${RAYWALK_HEADERS}/${folder}
+            COMPONENT development)
+    file(STRINGS ${PROJECT_SOURCE_DIR}/${header} includes REGEX "^#include \"")
+    list(TRANSFORM includes REPLACE "^#include \"(.*)\".*" "\\1")
+    list(APPEND ARG_HEADERS ${includes})
+  endwhile()
 endfunction()
 
 # raywalk_install_package_config(): what find_package(raywalk) reads, behind all libraries.

@@ -11,10 +11,12 @@ set(RAYWALK_UNITY_BATCH 16 CACHE STRING "How many files are compiled as one unit
 # takes half of the time, as it is what they test that has to be fast.
 set(RAYWALK_TEST_OPTIONS "" CACHE STRING "Further compile options of tests, for example -O0")
 
-# Warnings are errors; the include root is the repository, so that an include names its folder.
+option(RAYWALK_WERROR "Warnings are errors" OFF)
+
+# The include root is the repository, so that an include names its folder.
 add_library(raywalk_options INTERFACE)
 target_compile_options(raywalk_options INTERFACE -Wall -Wextra -Wpedantic -Wnon-virtual-dtor
-                       -Woverloaded-virtual -Werror)
+                       -Woverloaded-virtual $<$<BOOL:${RAYWALK_WERROR}>:-Werror>)
 # In a unity build the files of a unit see each other's names, so that -Wshadow would compare with the
 # globals of other files.
 if(RAYWALK_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
@@ -36,7 +38,7 @@ target_include_directories(raywalk_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_definitions(raywalk_options INTERFACE RAYWALK_VERSION="${PROJECT_VERSION}")
 if(RAYWALK_SANITIZE)
   # GCC documents that sanitizers make some warnings false (-Wmaybe-uninitialized in <regex>,
-  # -Wstringop-overflow in <vector>); the release build has them as errors.
+  # -Wstringop-overflow in <vector>); the tests' own build has them as errors.
   target_compile_options(raywalk_options INTERFACE -Wno-error
                          $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
                          $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
