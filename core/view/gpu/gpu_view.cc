@@ -51,7 +51,8 @@ void ViewMaps::plan(const MixedView& view) {
 int ViewMaps::want(int line, int first, std::uint8_t bits) {
   const int place = first_of_line_.at(line) + first;
   for (unsigned left = bits; left != 0; left &= left - 1) {
-    wanted_[static_cast<std::size_t>(place + std::countr_zero(left))] = true;
+    const int of_bit = place + std::countr_zero(left);
+    wanted_[static_cast<std::size_t>(of_bit)] = true;
   }
   return place;
 }
