@@ -48,6 +48,7 @@ void choose_device(Device device, double gpu_mb) {
   Chosen& now = chosen();
   const std::lock_guard lock(now.mutex);
   now.context = nullptr;
+  now.warned = false;
   now.most_bytes = static_cast<std::uint64_t>(1e6 * gpu_mb);
   if (device == Device::kCpu) return;
   try {

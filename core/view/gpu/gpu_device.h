@@ -32,7 +32,7 @@ std::string device_name();
 // Throws GpuError (gpu_context.h) where no panorama fits.
 std::unique_ptr<GpuRenderer> make_gpu_renderer(const Room& room, bool gains);
 
-// Says once why the card did not do something, which the processor does then.
+// Says once for a choice why the card did not do something, which the processor does then.
 void warn_of_gpu(const std::string& reason);
 
 }  // namespace raywalk

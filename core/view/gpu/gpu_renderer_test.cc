@@ -2,12 +2,14 @@
 #include "core/view/gpu/gpu_renderer.h"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "core/base/test_log.h"
 #include "core/view/gpu/gpu_device.h"
 #include "core/view/test_gains.h"
 #include "core/view/test_room.h"
@@ -16,18 +18,25 @@ namespace raywalk {
 namespace {
 
 constexpr double kLeastPsnr_db = 50.0;
+constexpr int kFewPanoramas = 7;  // enough for a column, and one to fill from
 // None on a face of the pillar, of which rounding would decide what is seen.
 constexpr PlanPoint kViewpoints[] = {{0.0, 0.0},    {0.06, 0.2},   {-0.3, 0.25}, {0.45, -0.2},
                                      {-0.48, 0.1},  {0.2, -0.45},  {0.33, 0.31}, {-0.2, -0.4},
                                      {0.05, -0.07}, {-0.41, 0.44}, {0.5, 0.1},   {0.47, 0.47}};
 
-// Views are mixed on `device` while it lives.
+// Views are rendered on `device` while it lives, and not by the processor in its place.
 class OnDevice {
  public:
   explicit OnDevice(Device device, double gpu_mb = 512.0) { choose_device(device, gpu_mb); }
-  ~OnDevice() { choose_device(Device::kCpu); }
+  ~OnDevice() {
+    choose_device(Device::kCpu);
+    EXPECT_EQ(log_.text(), "");
+  }
   OnDevice(const OnDevice&) = delete;
   OnDevice& operator=(const OnDevice&) = delete;
+
+ private:
+  CapturedLog log_;
 };
 
 SyntheticRoomSpec hiding(SyntheticRoomSpec spec, bool moved) {
@@ -126,19 +135,19 @@ TEST_P(GpuRoom, TwoEyesFlatPicturesAndAnotherHeightToo) {
   expect_agreement(gpu.render(Viewpoint(at, 0.11)), cpu.render(Viewpoint(at, 0.11)), "height");
 }
 
-// A panorama of these rooms takes 33 kB of the card. Behind a pillar, and where stations are
-// masked, more of them are needed than those of a column's lines.
+// Behind a pillar, and where stations are masked, more of them are needed than those of a column's
+// lines.
 TEST_P(GpuRoom, LargerThanTheCardsMemoryIsRenderedPartByPart) {
   const ViewOptions options{.method = ViewMethod::kTwoSided};
-  const auto views = [&](double gpu_mb) {
-    const OnDevice device(Device::kGpu, gpu_mb);
+  const PanoramaSize size = room_.room().panorama();
+  const auto views = [&](int panoramas) {
+    const OnDevice device(Device::kGpu, 1e-6 * (4.0 * size.width * size.height * panoramas + 1.0));
     Renderer renderer(room_.room(), options);
     cv::Mat all = renderer.render({0.05, 0.2}).image;
     all.push_back(renderer.render({-0.3, 0.1}).image);
     return all;
   };
-  // Drivers compile programs for the number of layers, which may round otherwise.
-  EXPECT_LE(largest_difference(views(100.0), views(7 * 0.033)), 1.0);
+  EXPECT_EQ(largest_difference(views(1000), views(kFewPanoramas)), 0.0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Rooms, GpuRoom, testing::ValuesIn(kRooms),
@@ -169,8 +178,11 @@ TEST(GpuMemory, WithoutRoomForAColumnTheProcessorRenders) {
   const ViewOptions options{.method = ViewMethod::kTwoSided, .stations_mixed = 8};
   const cv::Mat cpu = room.image(options, {0.1, 0.2});
   for (const double gpu_mb : {0.0, 0.034}) {
-    const OnDevice device(Device::kGpu, gpu_mb);
+    const CapturedLog log;
+    choose_device(Device::kGpu, gpu_mb);
     EXPECT_EQ(largest_difference(room.image(options, {0.1, 0.2}), cpu), 0.0) << gpu_mb;
+    choose_device(Device::kCpu);
+    EXPECT_THAT(log.text(), testing::HasSubstr("the processor renders views")) << gpu_mb;
   }
 }
 

@@ -42,7 +42,7 @@ class ViewMaps {
 
  private:
   std::size_t gathered_ = 0, fills_ = 0;
-  std::vector<MapStation> maps_;  // their number first, then that, then line by line
+  std::vector<MapStation> maps_;  // gathered_ of them, fills_ of them, and line by line
   std::vector<bool> wanted_;
   std::map<int, int> first_of_line_;
   GpuBuffer places_;

@@ -58,9 +58,10 @@ vec2 look_up(MapPlace map, float theta, Seen seen) {
   return vec2(nearest, largest(held));
 }
 
+const float kClearlyNearerPx = 2.0;  // as in core/view/visibility.cc
+
 // Whether one of the four pixels around a point holds a surface that is clearly nearer: so that
-// the two move by some pixels against each other on the way to the eye.
-const float kClearlyNearerPx = 2.0;
+// the two move by that much against each other on the way to the eye.
 bool hides(MapPlace map, float theta, vec2 latitude, float w) {
   vec3 to_eye = to_eye_from(map.from_centre.xyz, theta);
   Seen seen = seen_from(to_eye, latitude, w);

@@ -9,8 +9,8 @@ struct Source {
   float met_m;  // where its line is met, ahead of the eye
   int image;    // the index of the first source of its line and side; -1: there is no source
   uint wanted;  // bits of the maps that are asked
-  int first_map;           // of map_places: of the first bit
-  uint before, after;      // bits of the maps around its nearest station
+  int first_map;  // of map_places: of the first bit
+  uint before, after;  // bits of the maps around its nearest station
   float after_part;
   int unused;
 };
@@ -25,7 +25,6 @@ layout(std430, binding = 6) readonly buffer Opposite { float opposite[]; };
 uniform int first_column;  // of the distances, of the first group
 uniform float above_lines_m;
 uniform bool fills_empty;
-
 
 // The great circle around the point A where the column meets a line: of each bin the bits of the
 // inverse distance from A of the nearest point.
