@@ -103,8 +103,8 @@ std::vector<double> column_differences(const Corner& corner, const ViewOptions& 
     });
     PixelCounts counts;
     cv::Mat1b unread;
-    PreparedView::render(std::array{view}, part, nullptr, &images.at(static_cast<size_t>(which)),
-                         &unread, &counts);
+    PreparedView::render(std::array{view}, part, nullptr, nullptr,
+                         &images.at(static_cast<size_t>(which)), &unread, &counts);
   }
   std::vector<double> differences;
   differences.reserve(static_cast<size_t>(part.columns));

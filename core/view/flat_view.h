@@ -15,6 +15,12 @@ struct FlatRays {
 };
 FlatRays flat_rays(const Viewport& viewport);
 
+// A picture that is wanted.
+struct FlatPicture {
+  Viewport viewport;
+  cv::Mat* image;
+};
+
 // Resamples a picture of viewport.height x viewport.width from a rendered part of a panorama.
 void resample_flat(const cv::Mat& rendered, const PanoramaPart& part, PanoramaSize panorama,
                    const Viewport& viewport, Interpolation interpolation, cv::Mat* image);

@@ -88,12 +88,13 @@ class ProcessorMixing {
   PixelCounts counts_;
 };
 
-// Calls `render` on a card, if there is one that has not failed; whether it did.
+// Calls `render`, for a card, if there is one that has not failed; whether it could.
 template <typename Render>
 bool rendered_by(GpuRenderer* gpu, const Render& render) {
   if (gpu == nullptr || gpu->gave_up()) return false;
   try {
-    return render();
+    render();
+    return true;
   } catch (const GpuError& error) {
     warn_of_gpu(error.what());
     gpu->give_up();
@@ -193,26 +194,18 @@ MixedView PreparedView::mixed_view() {
           .latitudes = Latitudes(output_.height)};
 }
 
-bool PreparedView::render_flat(const PanoramaPart& part, const Viewport& viewport, GpuRenderer* gpu,
-                               cv::Mat* image, PixelCounts* counts) {
-  return rendered_by(gpu,
-                     [&] { return gpu->render_flat(mixed_view(), part, viewport, image, counts); });
-}
-
-void PreparedView::render(std::span<PreparedView* const> eyes, const PanoramaPart& part,
-                          GpuRenderer* gpu, cv::Mat* image, cv::Mat1b* unread,
-                          PixelCounts* counts) {
+bool PreparedView::render(std::span<PreparedView* const> eyes, const PanoramaPart& part,
+                          GpuRenderer* gpu, const FlatPicture* flat, cv::Mat* image,
+                          cv::Mat1b* unread, PixelCounts* counts) {
   const int rows = part.rows.end - part.rows.begin;
   image->create(static_cast<int>(eyes.size()) * rows, part.columns, CV_8UC3);
   advise_huge_pages(*image);
   unread->release();
   std::vector<MixedView> mixed;
   for (PreparedView* eye : eyes) mixed.push_back(eye->mixed_view());
-  const bool by_card = rendered_by(gpu, [&] {
-    gpu->render(mixed, part, *image, unread, counts);
-    return true;
-  });
-  if (!by_card) {
+  bool flat_made = false;
+  const auto render = [&] { flat_made = gpu->render(mixed, part, flat, *image, unread, counts); };
+  if (!rendered_by(gpu, render)) {
     unread->release();
     for (PreparedView* eye : eyes) eye->gather();
     for (PreparedView* eye : eyes) eye->see();
@@ -226,6 +219,7 @@ void PreparedView::render(std::span<PreparedView* const> eyes, const PanoramaPar
     *counts += mixing.counts();
   }
   if (!unread->empty()) counts->unseen = cv::countNonZero(*unread);
+  return flat_made;
 }
 
 }  // namespace raywalk

@@ -10,10 +10,10 @@
 #include "core/view/edges.h"
 #include "core/view/exposure.h"
 #include "core/view/fill_stations.h"
+#include "core/view/flat_view.h"
 #include "core/view/rendered_part.h"
 #include "core/view/view_options.h"
 #include "core/view/view_plan.h"
-#include "core/view/viewport.h"
 #include "core/view/visibility.h"
 
 namespace raywalk {
@@ -46,14 +46,11 @@ class PreparedView {
   // All that needs pixels, of several eyes at once, whose columns read nearly the same ones of the
   // stations: each eye's part below that of the one before, CV_8UC3, bgr. Marks in `unread`, of the
   // image's size and empty before, what could not be read; it stays empty where all was. On `gpu`,
-  // if it is not null and does not fail.
-  static void render(std::span<PreparedView* const> eyes, const PanoramaPart& part,
-                     GpuRenderer* gpu, cv::Mat* image, cv::Mat1b* unread, PixelCounts* counts);
-
-  // On a card, a flat picture of this eye, resampled from a part that holds all that it shows.
-  // Returns false where no card does, or something could not be read, which is for render().
-  bool render_flat(const PanoramaPart& part, const Viewport& viewport, GpuRenderer* gpu,
-                   cv::Mat* image, PixelCounts* counts);
+  // if it is not null and does not fail; if all could be read there, `flat`, which shows nothing
+  // beyond the part, is made in place of the image. Returns whether it was.
+  static bool render(std::span<PreparedView* const> eyes, const PanoramaPart& part,
+                     GpuRenderer* gpu, const FlatPicture* flat, cv::Mat* image, cv::Mat1b* unread,
+                     PixelCounts* counts);
 
   const ViewPlan& plan() const { return *plan_; }
   PanoramaSize output() const { return output_; }

@@ -120,7 +120,7 @@ void Renderer::render_eyes(std::span<PreparedView* const> eyes, RenderedView* vi
   for (PreparedView* eye : eyes) eye->look_at(whole(size));
   PixelCounts counts;
   cv::Mat1b unread;
-  PreparedView::render(eyes, whole(size), gpu_.get(), &rendered, &unread, &counts);
+  PreparedView::render(eyes, whole(size), gpu_.get(), nullptr, &rendered, &unread, &counts);
   for (int eye = 0; eye < count && !unread.empty(); ++eye) {
     const cv::Range rows(eye * size.height, (eye + 1) * size.height);
     cv::Mat of_eye = rendered.rowRange(rows);
@@ -146,22 +146,23 @@ RenderedView Renderer::render(const Viewpoint& viewpoint, const Viewport& viewpo
   PanoramaPart part = part_shown(fine, panorama);
   PixelCounts counts;
   cv::Mat1b unread;
-  const auto render = [&] {
+  const auto render = [&](const FlatPicture* flat) {
     counts = {};
-    PreparedView::render(std::array{eye_.get()}, part, gpu_.get(), &part_, &unread, &counts);
+    return PreparedView::render(std::array{eye_.get()}, part, gpu_.get(), flat, &part_, &unread,
+                                &counts);
   };
   const auto seam = [&] { return part.columns == panorama.width ? Seam::kJoined : Seam::kOpen; };
   const auto rows = [&] { return ShownRows{part.rows.begin, panorama.height}; };
   cv::Mat& resampled = fold > 1 ? oversized_ : view.image;
   eye_->look_at(part);
-  if (!eye_->render_flat(part, fine, gpu_.get(), &resampled, &counts)) {
-    render();
+  const FlatPicture flat{fine, &resampled};
+  if (!render(&flat)) {
     // What surrounds a large unread place may lie beyond the part: then it is filled as in the
     // panorama, so that it looks the same from every direction.
     if (!unread.empty() && is_unread_at_border(unread, seam(), rows(), panorama.width / 64)) {
       part = whole(panorama);
       eye_->look_at(part);
-      render();
+      render(nullptr);
     }
     if (!unread.empty()) fill_picture(unread, seam(), rows(), &part_);
     resample_flat(part_, part, panorama, fine, options_.interpolation, &resampled);

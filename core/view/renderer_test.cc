@@ -136,7 +136,7 @@ TEST(PreparedView, OfThePlansOwnLinesIsTheViewAndBlackWithoutLines) {
     cv::Mat image;
     cv::Mat1b unread;
     PixelCounts counts;
-    PreparedView::render(std::array{&prepared}, whole, nullptr, &image, &unread, &counts);
+    PreparedView::render(std::array{&prepared}, whole, nullptr, nullptr, &image, &unread, &counts);
     const cv::Range left(0, view.cols / 2), right(view.cols / 2, view.cols);
     EXPECT_EQ(largest_difference(image.colRange(left), view.colRange(left)), 0.0)
         << method_name(method);

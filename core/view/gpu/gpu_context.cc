@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 #include <vector>
 
 namespace raywalk {
@@ -98,15 +99,49 @@ GpuContext::~GpuContext() {
   if (context_ != EGL_NO_CONTEXT) eglDestroyContext(display_, context_);
 }
 
-GpuContext::Turn::Turn(GpuContext* context) : context_(context), lock_(context->mutex_) {
-  if (eglMakeCurrent(context->display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context->context_) !=
-      EGL_TRUE) {
-    throw GpuError(context->name_ + " cannot be used any more");
+void GpuContext::Turn::take() {
+  {
+    std::unique_lock lock(context_->mutex_);
+    const std::uint64_t ticket = context_->came_++;
+    context_->passed_.wait(lock, [&] { return context_->gone_ == ticket; });
+    held_ = true;
   }
+  if (eglMakeCurrent(context_->display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_->context_) ==
+      EGL_TRUE) {
+    return;
+  }
+  pass();
+  throw GpuError(context_->name_ + " cannot be used any more");
 }
 
-GpuContext::Turn::~Turn() {
+void GpuContext::Turn::pass() {
+  if (!std::exchange(held_, false)) return;
   eglMakeCurrent(context_->display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  {
+    const std::lock_guard lock(context_->mutex_);
+    ++context_->gone_;
+  }
+  context_->passed_.notify_all();
+}
+
+void GpuContext::Turn::wait() {
+  constexpr GLuint64 kPatience_ns = 200'000;  // before the next one who came has a turn
+  const GLsync done = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+  glFlush();
+  GLenum state = GL_TIMEOUT_EXPIRED;
+  while (state == GL_TIMEOUT_EXPIRED) {
+    const bool others = [&] {
+      const std::lock_guard lock(context_->mutex_);
+      return context_->came_ > context_->gone_ + 1;
+    }();
+    if (others) {
+      pass();
+      take();
+    }
+    state = glClientWaitSync(done, 0, kPatience_ns);
+  }
+  glDeleteSync(done);
+  if (state == GL_WAIT_FAILED) throw GpuError(context_->name_ + " failed");
 }
 
 void check_gpu(const char* what) {
@@ -195,8 +230,8 @@ void GpuBuffer::bind(GLuint binding) const {
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, id_);
 }
 
-// From a copy: drivers may move what is mapped into the computer's memory for good.
-const std::byte* GpuBuffer::map(std::size_t bytes) const {
+// Drivers may move what is mapped into the computer's memory for good.
+void GpuBuffer::copy(std::size_t bytes) const {
   const auto size = static_cast<GLsizeiptr>(bytes);
   glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
   if (copy_ == 0) glGenBuffers(1, &copy_);
@@ -207,12 +242,19 @@ const std::byte* GpuBuffer::map(std::size_t bytes) const {
   }
   glBindBuffer(GL_COPY_READ_BUFFER, id_);
   glCopyBufferSubData(GL_COPY_READ_BUFFER, GL_COPY_WRITE_BUFFER, 0, 0, size);
-  const void* const mapped = glMapBufferRange(GL_COPY_WRITE_BUFFER, 0, size, GL_MAP_READ_BIT);
-  check_gpu("reading a picture");
-  if (mapped == nullptr) throw GpuError("a picture cannot be read from the card");
-  return static_cast<const std::byte*>(mapped);
 }
 
-void GpuBuffer::unmap() const { glUnmapBuffer(GL_COPY_WRITE_BUFFER); }
+GpuBuffer::Mapped::Mapped(GLuint id, std::size_t size) : id(id) {
+  glBindBuffer(GL_COPY_WRITE_BUFFER, id);
+  bytes = static_cast<const std::byte*>(
+      glMapBufferRange(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(size), GL_MAP_READ_BIT));
+  check_gpu("reading a picture");
+  if (bytes == nullptr) throw GpuError("a picture cannot be read from the card");
+}
+
+GpuBuffer::Mapped::~Mapped() {
+  glBindBuffer(GL_COPY_WRITE_BUFFER, id);
+  glUnmapBuffer(GL_COPY_WRITE_BUFFER);
+}
 
 }  // namespace raywalk

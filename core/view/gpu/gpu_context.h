@@ -5,7 +5,9 @@
 #include <EGL/egl.h>
 #include <GLES3/gl31.h>
 
+#include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <initializer_list>
 #include <map>
 #include <memory>
@@ -72,17 +74,24 @@ class GpuContext {
   const GpuProgram& program(const std::string& name, const std::string& defines,
                             std::initializer_list<const char*> texts);
 
-  // OpenGL may be used by the thread that holds one, by one at a time.
+  // OpenGL may be used by the thread that holds one, by one at a time, in the order they came.
   class Turn {
    public:
-    explicit Turn(GpuContext* context);
-    ~Turn();
+    explicit Turn(GpuContext* context) : context_(context) { take(); }
+    ~Turn() { pass(); }
     Turn(const Turn&) = delete;
     Turn& operator=(const Turn&) = delete;
 
+    // Returns when the card has done all that was asked of it. Others have turns meanwhile, so that
+    // the card has work: what was bound or set may be gone, and textures may hold other images.
+    void wait();
+
    private:
+    void take();
+    void pass();
+
     GpuContext* context_;
-    std::lock_guard<std::mutex> lock_;
+    bool held_ = false;
   };
 
  private:
@@ -93,8 +102,11 @@ class GpuContext {
   EGLContext context_ = EGL_NO_CONTEXT;
   std::string name_;
   bool is_software_ = false;
-  std::mutex mutex_;
   std::map<std::string, std::unique_ptr<GpuProgram>> programs_;
+
+  std::mutex mutex_;  // of what follows
+  std::condition_variable passed_;
+  std::uint64_t came_ = 0, gone_ = 0;  // turns that were asked for, and that ended
 };
 
 // Runs the program in use, after those before it, for so many groups of invocations, and for groups
@@ -119,16 +131,26 @@ class GpuBuffer {
     write(0, std::as_bytes(values));
   }
   void bind(GLuint binding) const;
-  // Calls `use` with what was written to the first bytes, when it is done.
+  // Calls `use` with what was written to the first bytes, when it is done; with a turn, others have
+  // theirs until then.
   template <typename Use>
-  void read(std::size_t bytes, const Use& use) const {
-    use(map(bytes));
-    unmap();
+  void read(std::size_t bytes, const Use& use, GpuContext::Turn* turn = nullptr) const {
+    copy(bytes);
+    if (turn != nullptr) turn->wait();
+    const Mapped mapped(copy_, bytes);
+    use(mapped.bytes);
   }
 
  private:
-  const std::byte* map(std::size_t bytes) const;
-  void unmap() const;
+  struct Mapped {
+    Mapped(GLuint id, std::size_t size);
+    ~Mapped();
+    Mapped(const Mapped&) = delete;
+    Mapped& operator=(const Mapped&) = delete;
+    GLuint id;
+    const std::byte* bytes;
+  };
+  void copy(std::size_t bytes) const;
 
   GLuint id_ = 0;
   std::size_t bytes_ = 0;

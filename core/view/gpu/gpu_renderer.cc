@@ -98,6 +98,14 @@ std::size_t picture_bytes(int columns, int rows) {
   return 4 * (kHeadWords + static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
 }
 
+using HeadWords = std::array<std::uint32_t, kHeadWords>;
+
+HeadWords head_of(const std::byte* picture) {
+  HeadWords words{};
+  std::memcpy(words.data(), picture, sizeof(words));
+  return words;
+}
+
 // A picture as programs write it: bgr, and how pixels were read where it is wanted.
 void unpack(const std::byte* picture, cv::Mat image, cv::Mat1b how) {
   const cv::Mat all(image.size(), CV_8UC4,
@@ -113,29 +121,44 @@ void unpack(const std::byte* picture, cv::Mat image, cv::Mat1b how) {
 
 }  // namespace
 
-struct GpuRenderer::Columns {
+// What the columns of a part are read from, and passes 1 to 3.
+struct GpuRenderer::Eye {
+  explicit Eye(GpuContext* context) : passes(context) {}
+
   void prepare(const MixedView& view, const PanoramaPart& part);
   // The stations of columns from `first` on, at most `most`; sets the end of these columns.
   std::set<ImageKey> stations(int first, std::size_t most, int* end) const;
+  std::size_t first_read(int column) const {
+    const auto at = static_cast<std::size_t>(column);
+    return at == columns.size() ? reads.size() : static_cast<std::size_t>(columns[at].first_read);
+  }
 
   std::vector<MixedColumn> mixed;
   std::vector<GpuColumn> columns;
   std::vector<GpuRead> reads;
   std::vector<ImageKey> of_reads;  // their stations
   std::size_t most_reads = 0;      // of a column
+  GpuView passes;
 };
 
 struct GpuRenderer::OnCard {
-  explicit OnCard(GpuContext* context) : eyes{GpuView(context), GpuView(context)} {}
+  explicit OnCard(GpuContext* context) : eyes{Eye(context), Eye(context)} {}
   ViewMaps maps;
-  std::array<GpuView, 2> eyes;
+  std::array<Eye, 2> eyes;
   GpuBuffer columns, reads, picture, flat;
+};
+
+// Columns whose stations fit, and what is searched to fill from.
+struct GpuRenderer::Block {
+  int first = 0, end = 0;
+  bool again = false;              // only pixels that wait for a station
+  std::vector<ImageKey> stations;  // that are there
+  std::vector<GLint> fill_layers;
 };
 
 GpuRenderer::GpuRenderer(GpuContext* context, std::shared_ptr<RoomTextures> textures)
     : context_(context),
       textures_(std::move(textures)),
-      columns_(std::make_unique<Columns>()),
       on_card_(std::make_unique<OnCard>(context)) {}
 
 GpuRenderer::~GpuRenderer() {
@@ -147,53 +170,65 @@ GpuRenderer::~GpuRenderer() {
   }
 }
 
-void GpuRenderer::prepare(std::span<const MixedView> eyes) {
+void GpuRenderer::plan(std::span<const MixedView> eyes) {
   if (eyes.front().is_initial()) return;
-  on_card_->maps.plan(eyes.front());
-  for (std::size_t i = 0; i < eyes.size(); ++i) on_card_->eyes[i].plan(eyes[i], &on_card_->maps);
+  OnCard& card = *on_card_;
+  card.maps.plan(eyes.front());
+  for (std::size_t i = 0; i < eyes.size(); ++i) card.eyes[i].passes.plan(eyes[i], &card.maps);
 }
 
-void GpuRenderer::prepare_on_card(std::span<const MixedView> eyes) {
+void GpuRenderer::prepare(std::span<const MixedView> eyes) {
   if (eyes.front().is_initial()) return;
   OnCard& card = *on_card_;
   card.maps.require(eyes.front(), textures_.get());
   textures_->bind();
-  for (std::size_t i = 0; i < eyes.size(); ++i) card.eyes[i].gather(eyes[i], card.maps);
+  for (std::size_t i = 0; i < eyes.size(); ++i) card.eyes[i].passes.gather(eyes[i], card.maps);
   for (std::size_t i = 0; i < eyes.size(); ++i) {
-    card.eyes[i].see(eyes[i], card.maps, card.eyes[eyes.size() - 1 - i]);
+    card.eyes[i].passes.see(eyes[i], card.maps, card.eyes[eyes.size() - 1 - i].passes);
   }
+  glFlush();  // so that the card begins
 }
 
-void GpuRenderer::render(std::span<const MixedView> eyes, const PanoramaPart& part, cv::Mat image,
-                         cv::Mat1b* unread, PixelCounts* counts) {
+bool GpuRenderer::render(std::span<const MixedView> eyes, const PanoramaPart& part,
+                         const FlatPicture* flat, cv::Mat image, cv::Mat1b* unread,
+                         PixelCounts* counts) {
+  plan(eyes);
+  GpuContext::Turn turn(context_);
   prepare(eyes);
-  const GpuContext::Turn turn(context_);
-  prepare_on_card(eyes);
   const int rows = part.rows.end - part.rows.begin;
+  const std::size_t bytes = picture_bytes(part.columns, rows);
   PixelCounts all;
   for (std::size_t i = 0; i < eyes.size(); ++i) {
     const cv::Range of_eye(static_cast<int>(i) * rows, static_cast<int>(i + 1) * rows);
-    const PixelCounts of_this = mix(eyes[i], on_card_->eyes[i], part);
-    all += of_this;
-    if (of_this.unseen > 0 && unread->empty()) *unread = cv::Mat1b::zeros(image.size());
-    on_card_->picture.read(picture_bytes(part.columns, rows), [&](const std::byte* picture) {
+    const auto use = [&](const std::byte* picture) {
+      const bool some_unread = head_of(picture)[kCounts + kUnread] > 0;
       cv::Mat1b how;
-      if (of_this.unseen > 0) how.create(rows, part.columns);
+      if (some_unread) how.create(rows, part.columns);
       unpack(picture + 4 * kHeadWords, image.rowRange(of_eye), how);
-      if (of_this.unseen > 0) unread->rowRange(of_eye).setTo(255, (how & kHow) == kUnread);
-    });
+      if (!some_unread) return;
+      if (unread->empty()) *unread = cv::Mat1b::zeros(image.size());
+      unread->rowRange(of_eye).setTo(255, (how & kHow) == kUnread);
+    };
+    Eye* const eye = &on_card_->eyes[i];
+    if (flat == nullptr) {
+      all += mix(eyes[i], eye, part, bytes, &turn, use);
+      continue;
+    }
+    all = mix(eyes[i], eye, part, 4 * kHeadWords, &turn, [](const std::byte*) {});
+    if (all.unseen == 0) {
+      draw_flat(eyes[i], part, *flat, &turn);
+    } else {
+      on_card_->picture.read(bytes, use, &turn);
+    }
   }
   *counts += all;
+  return flat != nullptr && all.unseen == 0;
 }
 
-bool GpuRenderer::render_flat(const MixedView& view, const PanoramaPart& part,
-                              const Viewport& viewport, cv::Mat* image, PixelCounts* counts) {
+void GpuRenderer::draw_flat(const MixedView& view, const PanoramaPart& part,
+                            const FlatPicture& flat, GpuContext::Turn* turn) {
   OnCard& card = *on_card_;
-  prepare({&view, 1});
-  const GpuContext::Turn turn(context_);
-  prepare_on_card({&view, 1});
-  const PixelCounts of_part = mix(view, card.eyes[0], part);
-  if (of_part.unseen > 0) return false;
+  const Viewport& viewport = flat.viewport;
   const GpuProgram& program = context_->program("flat", "", {kGeometryShader, kFlatShader});
   program.use();
   const FlatRays rays = flat_rays(viewport);
@@ -207,19 +242,18 @@ bool GpuRenderer::render_flat(const MixedView& view, const PanoramaPart& part,
   program.set("panorama_width", static_cast<float>(view.output.width));
   program.set("is_whole", part.columns == view.output.width);
   program.set("is_cubic", view.options.interpolation == Interpolation::kCubic);
-  image->create(viewport.height, viewport.width, CV_8UC3);
-  const std::size_t bytes = 4 * image->total();
+  flat.image->create(viewport.height, viewport.width, CV_8UC3);
+  const std::size_t bytes = 4 * flat.image->total();
   card.flat.reserve(bytes);
   card.flat.bind(kReadsBinding);
   card.picture.bind(kPictureBinding);
   run(viewport.width, viewport.height);
   check_gpu("a flat picture");
-  card.flat.read(bytes, [&](const std::byte* picture) { unpack(picture, *image, {}); });
-  *counts += of_part;
-  return true;
+  card.flat.read(
+      bytes, [&](const std::byte* picture) { unpack(picture, *flat.image, {}); }, turn);
 }
 
-void GpuRenderer::Columns::prepare(const MixedView& view, const PanoramaPart& part) {
+void GpuRenderer::Eye::prepare(const MixedView& view, const PanoramaPart& part) {
   mixed.resize(static_cast<std::size_t>(part.columns));
   columns.resize(mixed.size());
   parallel_for(0, part.columns, 16, [&](int begin, int end) {
@@ -245,7 +279,7 @@ void GpuRenderer::Columns::prepare(const MixedView& view, const PanoramaPart& pa
   });
 }
 
-std::set<ImageKey> GpuRenderer::Columns::stations(int first, std::size_t most, int* end) const {
+std::set<ImageKey> GpuRenderer::Eye::stations(int first, std::size_t most, int* end) const {
   std::set<ImageKey> all;
   for (*end = first; *end < static_cast<int>(columns.size()); ++*end) {
     const GpuColumn& column = columns[static_cast<std::size_t>(*end)];
@@ -262,100 +296,94 @@ std::set<ImageKey> GpuRenderer::Columns::stations(int first, std::size_t most, i
   return all;
 }
 
-const GpuProgram& GpuRenderer::mixing_program(const MixedView& view) {
+const GpuProgram& GpuRenderer::mixing_program(const MixedView& view, const Eye& eye) {
   constexpr std::size_t kMany = 6;  // samples that are judged by each other (sampler.cc)
   const bool keep =
       (view.options.interpolation == Interpolation::kCubic || view.exposure != nullptr) &&
-      columns_->most_reads >= kMany;
+      eye.most_reads >= kMany;
   return context_->program(
       "mixing", keep ? "#define KEEP_SAMPLES\n" : "",
       {kGeometryShader, kMapsShader, kLookupShader, kQuartersShader, kFillShader, kMixingShader});
 }
 
-int GpuRenderer::mix_block(const MixedView& view, int first, const PanoramaPart& part,
-                           const GpuProgram& program) {
-  Columns& from = *columns_;
+// All is set anew, because others may have had their turns.
+void GpuRenderer::mix_block(const MixedView& view, Eye* eye, const PanoramaPart& part,
+                            const Block& block) {
   OnCard& card = *on_card_;
-  // One more may be needed to fill from.
-  const std::size_t most = textures_->most_stations() - (view.is_initial() ? 0 : 1);
-  int end = first;
-  const std::set<ImageKey> of_lines = from.stations(first, most, &end);
-  std::vector<ImageKey> stations(of_lines.begin(), of_lines.end());
-  textures_->require_stations(stations);
-  const auto read = [&](int column) {
-    return column == part.columns ? from.reads.size()
-                                  : static_cast<std::size_t>(
-                                        from.columns[static_cast<std::size_t>(column)].first_read);
-  };
-  for (std::size_t i = read(first); i < read(end); ++i) {
-    from.reads[i].layer = textures_->station_layer(from.of_reads[i]);
+  if (!view.is_initial()) card.maps.require(view, textures_.get());
+  const std::size_t first = eye->first_read(block.first), end = eye->first_read(block.end);
+  for (std::size_t i = first; i < end; ++i) {
+    eye->reads[i].layer = textures_->station_layer(eye->of_reads[i]);
   }
-  card.reads.write(
-      read(first) * sizeof(GpuRead),
-      std::as_bytes(std::span(from.reads).subspan(read(first), read(end) - read(first))));
-  const int rows = part.rows.end - part.rows.begin;
-  const auto fills = view.is_initial() ? std::span<const MapStation>() : view.fill.maps();
-  for (bool waiting = true, again = false; waiting; again = true) {
-    const std::array<std::uint32_t, kFillWords> none{};
-    card.picture.write(0, std::as_bytes(std::span(none)));
-    std::vector<GLint> layers(kMostFills, -1);
-    for (std::size_t i = 0; i < fills.size(); ++i) {
-      layers[i] = textures_->station_layer({fills[i].line, fills[i].station});
-    }
-    textures_->bind();
-    glUniform1iv(program.at("fill_layers"), static_cast<GLsizei>(kMostFills), layers.data());
-    glUniform4i(program.at("part"), first, end - first, part.columns, rows);
-    program.set("again", again);
-    run(end - first, rows);
-    waiting = false;
-    if (fills.empty()) break;
-    // Those that are used stay, those that are missing are uploaded as far as they fit.
-    std::array<std::uint32_t, kFillWords> wanted{};
-    card.picture.read(sizeof(wanted), [&](const std::byte* words) {
-      std::memcpy(wanted.data(), words, sizeof(wanted));
-    });
-    stations.resize(of_lines.size());
-    for (const bool there : {false, true}) {
-      for (std::size_t i = 0; i < fills.size(); ++i) {
-        const ImageKey station{fills[i].line, fills[i].station};
-        const bool is_wanted = (wanted[i / 32] >> (i % 32) & 1) != 0;
-        if (!is_wanted || (layers[i] >= 0) != there || of_lines.contains(station)) continue;
-        if (stations.size() == textures_->most_stations()) break;
-        stations.push_back(station);
-        waiting |= !there;
-      }
-    }
-    textures_->require_stations(stations);
-  }
-  return end;
-}
-
-PixelCounts GpuRenderer::mix(const MixedView& view, const GpuView& eye, const PanoramaPart& part) {
-  Columns& from = *columns_;
-  OnCard& card = *on_card_;
-  from.prepare(view, part);
-  const GpuProgram& program = mixing_program(view);
+  card.reads.write(first * sizeof(GpuRead),
+                   std::as_bytes(std::span(eye->reads).subspan(first, end - first)));
+  const std::array<std::uint32_t, kFillWords> none{};
+  card.picture.write(0, std::as_bytes(std::span(none)));
+  const GpuProgram& program = mixing_program(view, *eye);
   program.use();
   program.set("stations", static_cast<int>(RoomTextures::kStations));
-  eye.bind(view, card.maps, program);
+  eye->passes.bind(view, card.maps, program);
   program.set("output_size", view.output);
   program.set("first_column", part.first_column);
   program.set("first_row", part.rows.begin);
   program.set("is_initial", view.is_initial());
   program.set("is_cubic", view.options.interpolation == Interpolation::kCubic);
-  card.columns.write(std::span<const GpuColumn>(from.columns));
-  card.reads.reserve(std::max(from.reads.size(), std::size_t{1}) * sizeof(GpuRead));
+  program.set("again", block.again);
+  glUniform1iv(program.at("fill_layers"), static_cast<GLsizei>(kMostFills),
+               block.fill_layers.data());
   const int rows = part.rows.end - part.rows.begin;
-  card.picture.reserve(picture_bytes(part.columns, rows));
-  std::array<std::uint32_t, kHeadWords> head{};
-  card.picture.write(0, std::as_bytes(std::span(head)));
+  glUniform4i(program.at("part"), block.first, block.end - block.first, part.columns, rows);
   card.columns.bind(kColumnsBinding);
   card.reads.bind(kReadsBinding);
   card.picture.bind(kPictureBinding);
-  for (int first = 0; first < part.columns;) first = mix_block(view, first, part, program);
+  textures_->bind();
+  run(block.end - block.first, rows);
   check_gpu("a picture");
-  card.picture.read(sizeof(head),
-                    [&](const std::byte* words) { std::memcpy(head.data(), words, sizeof(head)); });
+}
+
+PixelCounts GpuRenderer::mix(const MixedView& view, Eye* eye, const PanoramaPart& part,
+                             std::size_t bytes, GpuContext::Turn* turn, const Use& use) {
+  OnCard& card = *on_card_;
+  const int rows = part.rows.end - part.rows.begin;
+  const auto fills = view.is_initial() ? std::span<const MapStation>() : view.fill.maps();
+  // One more may be needed to fill from.
+  const std::size_t most = textures_->most_stations() - (view.is_initial() ? 0 : 1);
+  eye->prepare(view, part);
+  card.columns.write(std::span<const GpuColumn>(eye->columns));
+  card.reads.reserve(std::max(eye->reads.size(), std::size_t{1}) * sizeof(GpuRead));
+  card.picture.reserve(picture_bytes(part.columns, rows));
+  HeadWords head{};
+  card.picture.write(0, std::as_bytes(std::span(head)));
+  Block block;
+  while (block.end < part.columns) {
+    block.first = block.end;
+    const std::set<ImageKey> of_lines = eye->stations(block.first, most, &block.end);
+    block.stations.assign(of_lines.begin(), of_lines.end());
+    block.again = false;
+    for (bool waiting = true; waiting; block.again = true) {
+      textures_->require_stations(block.stations);
+      block.fill_layers.assign(kMostFills, -1);
+      for (std::size_t i = 0; i < fills.size(); ++i) {
+        block.fill_layers[i] = textures_->station_layer({fills[i].line, fills[i].station});
+      }
+      mix_block(view, eye, part, block);
+      const bool is_last = block.end == part.columns;
+      const auto look = [&](const std::byte* picture) {
+        head = head_of(picture);
+        // Those that are missing are uploaded as far as they fit.
+        block.stations.resize(of_lines.size());
+        for (std::size_t i = 0; i < fills.size(); ++i) {
+          const bool is_wanted = (head[i / 32] >> (i % 32) & 1) != 0;
+          if (!is_wanted || block.fill_layers[i] >= 0) continue;
+          if (block.stations.size() == textures_->most_stations()) break;
+          block.stations.emplace_back(fills[i].line, fills[i].station);
+        }
+        waiting = block.stations.size() > of_lines.size();
+        if (is_last && !waiting) use(picture);
+      };
+      card.picture.read(is_last ? bytes : sizeof(head), look, turn);
+    }
+  }
   return {.all = static_cast<std::int64_t>(part.columns) * rows,
           .filled = head[kCounts + kFilled],
           .unseen = head[kCounts + kUnread],

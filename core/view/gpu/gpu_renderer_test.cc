@@ -5,8 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <deque>
+#include <future>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "core/base/test_log.h"
@@ -195,18 +196,33 @@ TEST(GpuDevice, AutoDoesNotTakeWhatStandsInForACard) {
   }
 }
 
-TEST(GpuDevice, RenderersOfOneRoomMayTakeTurnsInThreads) {
-  const TestRoom room(box_room(64));
-  const OnDevice device(Device::kGpu);
-  Renderer one(room.room(), {}), other(room.room(), {.method = ViewMethod::kInitial});
-  const cv::Mat first = one.render({0.1, 0.2}).image.clone();
-  const cv::Mat initial = other.render({0.1, 0.2}).image.clone();
-  cv::Mat again, initial_again;
-  std::jthread thread([&] { again = one.render({0.1, 0.2}).image; });
-  initial_again = other.render({0.1, 0.2}).image;
-  thread.join();
-  EXPECT_EQ(largest_difference(first, again), 0.0);
-  EXPECT_EQ(largest_difference(initial, initial_again), 0.0);
+// With little memory each view replaces panoramas that others wait to read.
+TEST(GpuDevice, ViewsInThreadsAreThoseOfOneThread) {
+  const TestRoom room(hiding(pillar_spec(128), false));
+  const PanoramaSize size = room.room().panorama();
+  for (const int panoramas : {1000, kFewPanoramas}) {
+    const OnDevice device(Device::kGpu, 1e-6 * (4.0 * size.width * size.height * panoramas + 1.0));
+    std::deque<Renderer> renderers;
+    for (const ViewMethod method : kViewMethods) {
+      renderers.emplace_back(room.room(), ViewOptions{.method = method});
+    }
+    const auto views = [](Renderer* renderer) {
+      cv::Mat all = renderer->render(kViewpoints[5]).image;
+      for (const PlanPoint at : {kViewpoints[1], kViewpoints[7], kViewpoints[9]}) {
+        all.push_back(renderer->render(at).image);
+      }
+      return all;
+    };
+    std::vector<cv::Mat> expected;
+    for (Renderer& renderer : renderers) expected.push_back(views(&renderer));
+    std::vector<std::future<cv::Mat>> found;
+    for (Renderer& renderer : renderers) {
+      found.push_back(std::async(std::launch::async, views, &renderer));
+    }
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      EXPECT_EQ(largest_difference(found[i].get(), expected[i]), 0.0) << i << " of " << panoramas;
+    }
+  }
 }
 
 }  // namespace
