@@ -2,9 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <deque>
+#include <future>
+#include <vector>
+
 #include "core/base/error.h"
 #include "core/files/words.h"
 #include "core/panorama/panorama_rotation.h"
+#include "core/view/gpu/gpu_device.h"
 
 namespace raywalk::render {
 namespace {
@@ -108,6 +113,30 @@ RenderedView render_framed(Renderer* renderer, const Viewpoint& viewpoint, const
                                 : renderer->render(viewpoint);
   turn_panoramas(attitude_of(frame), is_stereo ? 2 : 1, &view.image);
   return view;
+}
+
+void render_frames(const Room& room, const ViewOptions& options,
+                   std::span<const PlacedFrame> frames,
+                   const std::function<void(std::size_t, const cv::Mat&)>& use) {
+  const std::size_t at_once = on_graphics_card() ? 2 : 1;
+  std::deque<Renderer> renderers;
+  while (renderers.size() < at_once) renderers.emplace_back(room, options);
+  std::vector<std::future<cv::Mat>> rendered(at_once);
+  std::future<void> used;
+  const auto start = [&](std::size_t i) {
+    if (i >= frames.size()) return;
+    rendered[i % at_once] = std::async(std::launch::async, [&, i] {
+      return render_framed(&renderers[i % at_once], frames[i].viewpoint, frames[i].frame).image;
+    });
+  };
+  for (std::size_t i = 0; i < at_once; ++i) start(i);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const cv::Mat image = rendered[i % at_once].get();
+    start(i + at_once);
+    if (used.valid()) used.get();
+    used = std::async(std::launch::async, [&use, i, image] { use(i, image); });
+  }
+  if (used.valid()) used.get();
 }
 
 }  // namespace raywalk::render

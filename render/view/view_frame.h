@@ -1,7 +1,9 @@
 // Direction, field of view and size of a view, as given on the command line.
 #pragma once
 
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "core/view/renderer.h"
@@ -53,5 +55,16 @@ std::string stereo_text(const ViewFrame& frame);
 // Renders a frame: a flat picture, or one or two panoramas turned by resampling them. Throws
 // UsageError as viewport_of() does, Error as the renderer does.
 RenderedView render_framed(Renderer* renderer, const Viewpoint& viewpoint, const ViewFrame& frame);
+
+// Renders many frames. Calls `use` with the picture of each in their order, in another thread,
+// while the next one is rendered; on a card, two are, so that it draws one while the processor
+// plans and reads back the other. Throws as render_framed() and `use` do.
+struct PlacedFrame {
+  Viewpoint viewpoint;
+  ViewFrame frame;
+};
+void render_frames(const Room& room, const ViewOptions& options,
+                   std::span<const PlacedFrame> frames,
+                   const std::function<void(std::size_t, const cv::Mat&)>& use);
 
 }  // namespace raywalk::render

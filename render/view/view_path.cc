@@ -175,7 +175,6 @@ fs::path prepared_replacement(const fs::path& out, const json& wanted) {
 std::string render_path(const Room& room, const ViewMode& mode, const ViewFrame& frame,
                         std::span<const PathView> views, const PictureFormat& format, json record,
                         const fs::path& out) {
-  Renderer renderer(room, mode.options);
   make_directories(out);
   require_no_strangers(out, views, format);
   const int captured_px = room.panorama().width;
@@ -183,27 +182,31 @@ std::string render_path(const Room& room, const ViewMode& mode, const ViewFrame&
   const double enlargement = enlargement_of(frame, output_px, captured_px);
   write_record(out, std::move(record), enlargement);
 
+  std::vector<PlacedFrame> frames;
+  std::vector<fs::path> pictures;
+  for (const PathView& view : views) {
+    const fs::path picture = path_picture(out, view, format);
+    if (fs::exists(picture)) continue;
+    frames.push_back({view.viewpoint, turned_as(view, frame)});
+    pictures.push_back(picture);
+  }
+  std::size_t done = views.size() - frames.size();
   Progress progress("rendering", static_cast<std::int64_t>(views.size()), "views");
-  std::size_t done = 0;
-  int rendered = 0;
+  progress.advance(static_cast<std::int64_t>(done));
+  const auto use = [&](std::size_t i, const cv::Mat& image) {
+    write_picture(pictures[i], image, format,
+                  describe_view(room, mode, frames[i].viewpoint, frames[i].frame));
+    progress.advance();
+    ++done;
+  };
   try {
-    for (; done < views.size(); ++done) {
-      const PathView& view = views[done];
-      const fs::path picture = path_picture(out, view, format);
-      if (!fs::exists(picture)) {
-        const ViewFrame turned = turned_as(view, frame);
-        write_picture(picture, render_framed(&renderer, view.viewpoint, turned).image, format,
-                      describe_view(room, mode, view.viewpoint, turned));
-        ++rendered;
-      }
-      progress.advance();
-    }
+    render_frames(room, mode.options, frames, use);
   } catch (const Interrupted&) {
     throw Interrupted(fmt::format("interrupted after {} of {} views; the same command resumes",
                                   done, views.size()));
   }
   const std::string enlarged = enlargement_text(enlargement, captured_px);
-  return fmt::format("{} views, {} of them rendered now{}", views.size(), rendered,
+  return fmt::format("{} views, {} of them rendered now{}", views.size(), frames.size(),
                      enlarged.empty() ? "" : ", " + enlarged);
 }
 

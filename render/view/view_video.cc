@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <future>
 #include <span>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -31,23 +31,16 @@ std::optional<StereoMode> stereo_mode_of(const ViewFrame& frame) {
 std::string encode_video(const Room& room, const ViewMode& mode, const ViewFrame& frame,
                          std::span<const PathView> views, const VideoSettings& settings,
                          const fs::path& file) {
-  Renderer renderer(room, mode.options);
   const cv::Size size = size_of(room, mode, frame);
   const VideoShape shape{size, std::ssize(views)};
   VideoWriter video(settings, shape, stereo_mode_of(frame), file);
   Progress progress("rendering", static_cast<std::int64_t>(views.size()), "frames");
-  // A frame is handed over while the next one is rendered.
-  std::future<void> handed_over;
-  const auto wait = [&] {
-    if (handed_over.valid()) handed_over.get();
-  };
-  for (const PathView& view : views) {
-    const cv::Mat image = render_framed(&renderer, view.viewpoint, turned_as(view, frame)).image;
-    wait();
-    handed_over = std::async(std::launch::async, [&video, image] { video.add(image); });
+  std::vector<PlacedFrame> frames;
+  for (const PathView& view : views) frames.push_back({view.viewpoint, turned_as(view, frame)});
+  render_frames(room, mode.options, frames, [&](std::size_t, const cv::Mat& image) {
+    video.add(image);
     progress.advance();
-  }
-  wait();
+  });
   video.finish();
   const int captured_px = room.panorama().width;
   const std::string enlarged =
