@@ -10,6 +10,8 @@ namespace raywalk::python {
 void bind_room(pybind11::module_& module);
 // What renders views of a room.
 void bind_views(pybind11::module_& module);
+// Of the last single view; the next one is rendered as set since.
+void forget_renderer();
 // Picture files, and what compares pictures.
 void bind_pictures(pybind11::module_& module);
 

@@ -94,6 +94,7 @@ std::string set_device(const std::string& device, double gpu_mb) {
     throw UsageError(fmt::format("{} MB of a graphics card; give 1 to 1e7", gpu_mb));
   }
   choose_device(device_from_name(device), gpu_mb);
+  forget_renderer();
   return device_name();
 }
 

@@ -168,12 +168,45 @@ cv::Mat rgb_view(Renderer* renderer, const Viewpoint& viewpoint, const render::V
   return picture;
 }
 
-py::array view(const Room& room, double x_m, double z_m, std::optional<double> y_m,
+// The renderer of the last single view, with what it read of the room and holds on a card: the next
+// view has the same settings as a rule. It keeps its room open.
+struct KeptRenderer {
+  std::shared_ptr<Room> room;
+  ViewOptions options;
+  std::unique_ptr<Renderer> renderer;
+};
+
+// Never destroyed: the end of a program may come after that of a card's driver.
+struct Kept {
+  std::mutex mutex;
+  std::optional<KeptRenderer> last;
+};
+Kept& kept() {
+  static auto* const kept = new Kept;
+  return *kept;
+}
+
+// The kept one, if it fits, for one thread at a time; else a new one.
+KeptRenderer take_renderer(const std::shared_ptr<Room>& room, const ViewOptions& options) {
+  std::optional<KeptRenderer> taken;
+  {
+    const std::lock_guard lock(kept().mutex);
+    taken = std::exchange(kept().last, std::nullopt);
+  }
+  if (taken && taken->room == room && taken->options == options) return *std::move(taken);
+  taken.reset();  // before the card holds another room
+  return {room, options, std::make_unique<Renderer>(*room, options)};
+}
+
+py::array view(const std::shared_ptr<Room>& room, double x_m, double z_m, std::optional<double> y_m,
                const py::dict& arguments) {
   const ViewRequest request(arguments);
   return array_of(without_lock([&] {
-    Renderer renderer(room, request.mode(room).options);
-    return rgb_view(&renderer, {{x_m, z_m}, y_m}, request.frame);
+    KeptRenderer taken = take_renderer(room, request.mode(*room).options);
+    cv::Mat picture = rgb_view(taken.renderer.get(), {{x_m, z_m}, y_m}, request.frame);
+    const std::lock_guard lock(kept().mutex);
+    kept().last = std::move(taken);
+    return picture;
   }));
 }
 
@@ -306,6 +339,11 @@ py::dict view_settings(const Room& room, const py::dict& arguments) {
 }
 
 }  // namespace
+
+void forget_renderer() {
+  const std::lock_guard lock(kept().mutex);
+  kept().last.reset();
+}
 
 void bind_views(py::module_& module) {
   py::class_<PathViews, SharedPath>(module, "PathViews")

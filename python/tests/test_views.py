@@ -237,8 +237,10 @@ def test_a_graphics_card_or_what_stands_in_for_one_shows_the_same(room, method):
         if raywalk.set_device("gpu") == "the processor":
             pytest.skip("no EGL here")
         gpu = views()
+        single = [room.view(*place, method=method) for place in places]
     finally:
         assert raywalk.set_device("cpu") == "the processor"
+    assert all(np.array_equal(a, b) for a, b in zip(single, gpu))
     assert min(raywalk.metrics.psnr_db(a, b) for a, b in zip(gpu, cpu)) > 45
 
 
