@@ -228,6 +228,9 @@ BENCHMARK_CAPTURE(bench_fast, two_sided, ViewMethod::kTwoSided)->Apply(pairs);
 BENCHMARK_CAPTURE(bench_view, initial, ViewMethod::kInitial)->Apply(pairs);
 BENCHMARK_CAPTURE(bench_view, hlf_vd, ViewMethod::kHlfVd)->Apply(pairs);
 BENCHMARK_CAPTURE(bench_view, two_sided, ViewMethod::kTwoSided)->Apply(pairs);
+BENCHMARK_CAPTURE(bench_options, sixteen_stations,
+                  {.method = ViewMethod::kTwoSided, .stations_mixed = 16})
+    ->Apply(pairs);
 
 }  // namespace
 }  // namespace raywalk::bench
