@@ -64,16 +64,16 @@ class Camera {
   virtual std::string prepare(const ExposureSettings& exposure, const std::string& earlier) = 0;
   // Takes all exposures of one station. Returns no picture exposed before `settled_at`.
   virtual Shot shoot(SteadyTime settled_at) = 0;
-  // Start and end a film, for capture while the slider moves slowly. Throw UsageError for a camera
-  // that cannot film under the program's control.
-  virtual void start_film() { refuse_film(); }
-  virtual void stop_film() { refuse_film(); }
+  // Start and end a video, for capture while the slider moves slowly. Throw UsageError for a camera
+  // that cannot record video under the program's control.
+  virtual void start_video() { refuse_video(); }
+  virtual void stop_video() { refuse_video(); }
   // Whether pictures stay on the camera's card and are imported later.
   virtual bool keeps_pictures() const { return false; }
 
  private:
-  [[noreturn]] void refuse_film() const {
-    throw UsageError(description() + " cannot film under the program's control");
+  [[noreturn]] void refuse_video() const {
+    throw UsageError(description() + " cannot record video under the program's control");
   }
 };
 

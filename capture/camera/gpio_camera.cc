@@ -87,11 +87,11 @@ Shot GpioCamera::shoot(SteadyTime settled_at) {
   return shot;
 }
 
-void GpioCamera::start_film() { expose(); }
+void GpioCamera::start_video() { expose(); }
 
-void GpioCamera::stop_film() {
+void GpioCamera::stop_video() {
   press();
-  wait_until_done("after the film was stopped");
+  wait_until_done("after the video was stopped");
 }
 
 GpioCamera::Exposed GpioCamera::expose() {

@@ -30,7 +30,7 @@ struct Wiring {
   bool active_low = false;  // as wired, independent of the program's settings
   double busy_delay_ms = 30.0;
   double busy_ms = 400.0;
-  bool films = false;  // a press starts a film, the next one stops it
+  bool records_video = false;  // a press starts a video, the next one stops it
   Misbehaves camera = Misbehaves::kNever;
   int bad_press = 0;            // the only press, from 1, that misbehaves; 0: all
   int taken_line = -1;          // owned by another program
@@ -71,11 +71,12 @@ struct FakeGpio {
     ++presses;
     const bool misbehaves = wiring.bad_press == 0 || wiring.bad_press == presses;
     const bool for_ever = misbehaves && wiring.camera == Misbehaves::kBusyForEver;
-    const bool is_end = wiring.films && busy;
-    if ((busy && !wiring.films) || (misbehaves && wiring.camera == Misbehaves::kNeverBusy)) return;
+    const bool is_end = wiring.records_video && busy;
+    if ((busy && !wiring.records_video) || (misbehaves && wiring.camera == Misbehaves::kNeverBusy))
+      return;
     const SteadyTime change = clock->now() + duration_from_ms(wiring.busy_delay_ms);
     if (!is_end) edges.push_back(change);
-    if (wiring.films ? is_end && !for_ever : !for_ever) {
+    if (wiring.records_video ? is_end && !for_ever : !for_ever) {
       edges.push_back(change + duration_from_ms(is_end ? 0.0 : wiring.busy_ms));
     }
   }
@@ -244,29 +245,29 @@ TEST(GpioCamera, RefusesExposureSettings) {
   EXPECT_EQ(rig.camera.prepare({}, ""), "");
 }
 
-TEST(GpioCamera, FilmIsAPressAtEachEndAndTheBusyLineIsReported) {
-  CableRig rig({.busy_delay_ms = 40, .films = true});
+TEST(GpioCamera, VideoIsAPressAtEachEndAndTheBusyLineIsReported) {
+  CableRig rig({.busy_delay_ms = 40, .records_video = true});
   EXPECT_EQ(rig.camera.report().identity, "camera on line 1 of /dev/gpiochip-fake (fake, 8 lines)");
-  rig.camera.start_film();
+  rig.camera.start_video();
   rig.clock.sleep(std::chrono::seconds(60));
   EXPECT_EQ(rig.camera.report().state, "busy");
-  rig.camera.stop_film();
+  rig.camera.stop_video();
   EXPECT_EQ(rig.camera.report().state, "idle");
   EXPECT_EQ(rig.gpio.presses, 2);
   EXPECT_EQ(CableRig({}, wired(kFocus, -1)).camera.report().state, "unknown");
 }
 
-TEST(GpioCamera, FilmThatDoesNotStartOrStopIsAFault) {
-  CableRig dead({.films = true, .camera = Misbehaves::kNeverBusy});
-  EXPECT_EQ(fault_of([&] { dead.camera.start_film(); }).kind(), FaultKind::kMissingPicture);
-  CableRig endless({.films = true, .camera = Misbehaves::kBusyForEver});
-  endless.camera.start_film();
-  EXPECT_EQ(fault_of([&] { endless.camera.stop_film(); }).kind(), FaultKind::kBusy);
+TEST(GpioCamera, VideoThatDoesNotStartOrStopIsAFault) {
+  CableRig dead({.records_video = true, .camera = Misbehaves::kNeverBusy});
+  EXPECT_EQ(fault_of([&] { dead.camera.start_video(); }).kind(), FaultKind::kMissingPicture);
+  CableRig endless({.records_video = true, .camera = Misbehaves::kBusyForEver});
+  endless.camera.start_video();
+  EXPECT_EQ(fault_of([&] { endless.camera.stop_video(); }).kind(), FaultKind::kBusy);
 }
 
 TEST(GpioCamera, WaitsForACameraThatIsStillBusy) {
   CableRig rig({.busy_delay_ms = 0, .busy_ms = 5000});
-  rig.camera.start_film();  // returns as soon as the camera is busy
+  rig.camera.start_video();  // returns as soon as the camera is busy
   EXPECT_EQ(rig.shoot().triggered_at, rig.start + milliseconds(300 + 5000 + 300));
 }
 

@@ -328,7 +328,7 @@ TEST(V4l2Camera, ReportsWithoutStreaming) {
   rig.camera.prepare({}, "");
   EXPECT_EQ(rig.camera.report().state, "streams 64x32 MJPG");
   EXPECT_EQ(rig.camera.description(), "Fake 360 at /dev/video-fake");
-  EXPECT_THROW(rig.camera.start_film(), UsageError);
+  EXPECT_THROW(rig.camera.start_video(), UsageError);
 }
 
 TEST(V4l2Camera, UsesTheCurrentSizeIfNoneIsConfigured) {

@@ -30,7 +30,7 @@ struct ImportArguments {
   std::vector<std::filesystem::path> files{};
   std::string first_station{};
   std::string video{};
-  FilmImportOptions film{};
+  VideoImportOptions frames{};
 };
 
 std::shared_ptr<SessionArguments> add_session(CLI::App* command) {
@@ -46,9 +46,9 @@ void import_files(const ImportArguments& arguments) {
   }
   const ImportResult result =
       arguments.video.empty()
-          ? import_pictures(arguments.session, arguments.files, arguments.film.allow_missing,
+          ? import_pictures(arguments.session, arguments.files, arguments.frames.allow_missing,
                             &clock, arguments.first_station)
-          : import_film(arguments.session, arguments.video, arguments.film, &clock);
+          : import_video(arguments.session, arguments.video, arguments.frames, &clock);
   fmt::print("{}\n", result.summary);
 }
 
@@ -96,12 +96,12 @@ void add_verify(CLI::App* app) {
 
 void add_import(CLI::App* app) {
   CLI::App* command = app->add_subcommand(
-      "import", "Import pictures from the camera's card, or a film, into a session");
+      "import", "Import pictures from the camera's card, or a video, into a session");
   auto arguments = std::make_shared<ImportArguments>();
   command->add_option("session", arguments->session, "Session directory")->required();
   CLI::Option* files =
       command->add_option("files", arguments->files, "Pictures, or directories that hold them");
-  command->add_flag("--allow-missing", arguments->film.allow_missing,
+  command->add_flag("--allow-missing", arguments->frames.allow_missing,
                     "Import the matched pictures even if some stations or pictures have no match");
   command
       ->add_option("--station", arguments->first_station,
@@ -110,16 +110,16 @@ void add_import(CLI::App* app) {
       ->type_name("NAME")
       ->needs(files);
   CLI::Option* video =
-      command->add_option("--video", arguments->video, "A film shot while the slider moved slowly")
+      command->add_option("--video", arguments->video, "A video shot while the slider moved slowly")
           ->excludes(files);
   command
-      ->add_option("--line", arguments->film.line,
-                   "The line that the film shows (default: detect it)")
+      ->add_option("--line", arguments->frames.line,
+                   "The line that the video shows (default: detect it)")
       ->type_name("NAME")
       ->needs(video);
   command
-      ->add_option("--format", arguments->film.format,
-                   "Format of the frames extracted from a film: jpg or png")
+      ->add_option("--format", arguments->frames.format,
+                   "Format of the frames extracted from a video: jpg or png")
       ->check(CLI::IsMember({"jpg", "png"}))
       ->needs(video);
   command->footer(

@@ -45,7 +45,7 @@ struct CaptureScene {
   double tolerance_px = 2.0;
 };
 
-// Pictures at stations with the slider at rest, or a film of each line while it moves slowly.
+// Pictures at stations with the slider at rest, or a video of each line while it moves slowly.
 enum class CaptureMode { kStations, kVideo };
 inline constexpr std::array kCaptureModes{CaptureMode::kStations, CaptureMode::kVideo};
 

@@ -1,4 +1,4 @@
-// Imports into a session what a camera kept to itself: pictures from its card, or a film.
+// Imports into a session what a camera kept to itself: pictures from its card, or a video.
 #pragma once
 
 #include <cstddef>
@@ -31,23 +31,23 @@ ImportResult import_pictures(const std::filesystem::path& session_directory,
                              bool allow_missing, Clock* clock,
                              const std::string& first_station = "");
 
-struct FilmImportOptions {
-  std::string line{};          // the filmed line; empty: detect it
+struct VideoImportOptions {
+  std::string line{};          // the recorded line; empty: detect it
   bool allow_missing = false;  // import even if some stations have no frame
   std::string format = "jpg";  // of the frames: "jpg" or "png"
 };
 
-// Compares the clock of a film, shot while the slider moved slowly, with the journal, selects the
-// nearest sharp frame for each station of the filmed lines (film_stations.h) and records it with
+// Compares the clock of a video, shot while the slider moved slowly, with the journal, selects the
+// nearest sharp frame for each station of the recorded lines (video_stations.h) and records it with
 // the carriage's position at that time. Stations that have a picture are skipped, so an interrupted
-// import can be resumed. Reads the film twice and does not change it.
+// import can be resumed. Reads the video twice and does not change it.
 //
 // Throws, with nothing imported: UsageError for a line that is not there; Error if the session has
-// no journal, the file is not a film or its aspect ratio or size differs from the session's frames,
-// its clock offset is ambiguous or too uncertain for the spacing, or stations lack frames.
+// no journal, the file is not a video or its aspect ratio or size differs from the session's
+// frames, its clock offset is ambiguous or too uncertain for the spacing, or stations lack frames.
 // Interrupted at any time.
-ImportResult import_film(const std::filesystem::path& session_directory,
-                         const std::filesystem::path& film, const FilmImportOptions& options,
-                         Clock* clock);
+ImportResult import_video(const std::filesystem::path& session_directory,
+                          const std::filesystem::path& video, const VideoImportOptions& options,
+                          Clock* clock);
 
 }  // namespace raywalk::capture

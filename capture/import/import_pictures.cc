@@ -63,7 +63,7 @@ SessionShots read_session_shots(SessionReader* reader) {
   }
   if (facts.mode == CaptureMode::kVideo) {
     throw UsageError(fmt::format(
-        "{}: this session was captured as video; import its film with --video", directory));
+        "{}: this session was captured as video; import its video with --video", directory));
   }
   SessionShots shots{.exposures = facts.exposures()};
   SqliteStatement exposed = reader->query(kExposedStations, "an exposed attempt");

@@ -170,7 +170,7 @@ int placements_needed(const CaptureConfig& config, const LinePlace& place) {
   if (needed > 1 && config.run.mode == CaptureMode::kVideo) {
     refuse_setting(config, "run.mode",
                    fmt::format("is video, but line {} of {:.6g} m needs {} placements of the rail; "
-                               "only a line of one placement can be filmed",
+                               "only a line of one placement can be recorded",
                                place.id, place.run.last_m() - place.run.first_m, needed));
   }
   return needed;

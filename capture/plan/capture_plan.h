@@ -67,7 +67,7 @@ double angle_reached_deg(const CaptureGrid& grid, double overhang_m);
 
 // Throws UsageError naming file, line, key and value for an impossible plan: a spacing of which
 // whole steps do not fill the cell's side, a station outside the soft limits, a line that needs
-// more placements of the rail than slider.placements_per_line (or several, while it is filmed),
+// more placements of the rail than slider.placements_per_line (or several, while it is recorded),
 // over 100,000 stations, a validation line that overlaps another line.
 CapturePlan plan_capture(const CaptureConfig& config);
 

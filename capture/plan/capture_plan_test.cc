@@ -251,7 +251,7 @@ TEST(CapturePlan, ALineLongerThanTheRailHasSeveralPlacements) {
   EXPECT_THAT(refusal(config), HasSubstr("slider.placements_per_line"));
   config.slider.placements_per_line = 3;
   config.run.mode = CaptureMode::kVideo;
-  EXPECT_THAT(refusal(config), HasSubstr("only a line of one placement can be filmed"));
+  EXPECT_THAT(refusal(config), HasSubstr("only a line of one placement can be recorded"));
 }
 
 TEST(PlanJson, IsStableAndRounded) {
@@ -448,7 +448,7 @@ TEST(PlanReport, TimeIsReadable) {
   config.run.placing_s = 3600.0;
   EXPECT_THAT(text_on(config), HasSubstr("placing the rail 4 h 00 min\n"));
   config.run.mode = CaptureMode::kVideo;
-  EXPECT_THAT(text_on(config), HasSubstr("filmed in motion"));
+  EXPECT_THAT(text_on(config), HasSubstr("recorded in motion"));
 }
 
 TEST(PlanReport, DaysCardsAndChargesAreSaid) {
@@ -497,7 +497,7 @@ TEST(CaptureTime, AddsUpSliderAndCamera) {
   EXPECT_NEAR(time.total_s(), time.motion_s + 44.0 + 168.0 + 1200.0, 1e-9);
 }
 
-TEST(CaptureTime, AFilmPassesWithoutAStop) {
+TEST(CaptureTime, AVideoPassesWithoutAStop) {
   CaptureConfig config = one_cell_config();
   config.grid.overhang_mm = 0.0;
   config.run.mode = CaptureMode::kVideo;

@@ -49,7 +49,7 @@ double approach_mm(const CaptureLine& line, const CaptureConfig& config) {
 }
 
 // One pass without a stop.
-double film_s(const CaptureLine& line, const CaptureConfig& config) {
+double video_s(const CaptureLine& line, const CaptureConfig& config) {
   const MotionProfile pass{config.run.video_speed_mm_s,
                            config.slider.motion.profile.acceleration_mm_s2};
   return move_s(line.stations.back().rail_mm - approach_mm(line, config), pass);
@@ -83,19 +83,19 @@ double homing_s(const CaptureConfig& config) {
 CaptureTime estimate_time(const CapturePlan& plan, const CaptureConfig& config) {
   const SliderConfig& slider = config.slider;
   const MotionRules& motion = slider.motion;
-  const bool film = config.run.mode == CaptureMode::kVideo;
+  const bool video = config.run.mode == CaptureMode::kVideo;
   CaptureTime time;
   time.motion_s = homing_s(config);
   double at_mm = slider.low_limit_mm;
   const std::vector<CaptureLine> placements = placements_of(plan);
   for (const CaptureLine& line : placements) {
     time.motion_s += move_s(std::abs(at_mm - approach_mm(line, config)), motion.profile);
-    time.motion_s += film ? film_s(line, config) : station_moves_s(line, config);
-    const double stops = film ? 2.0 : static_cast<double>(line.stations.size()) + 1.0;
+    time.motion_s += video ? video_s(line, config) : station_moves_s(line, config);
+    const double stops = video ? 2.0 : static_cast<double>(line.stations.size()) + 1.0;
     time.settling_s += stops * motion.settle_ms * kSecondsPerMillisecond;
     at_mm = line.stations.back().rail_mm;
   }
-  if (!film) time.pictures_s = static_cast<double>(plan.stations()) * picture_s(config);
+  if (!video) time.pictures_s = static_cast<double>(plan.stations()) * picture_s(config);
   time.placing_s = static_cast<double>(placements.size()) * config.run.placing_s;
   return time;
 }

@@ -96,12 +96,12 @@ function drawing(lines: Json[]) {
   });
 }
 
-function times({ time, film }: Json): Content {
+function times({ time, video }: Json): Content {
   const parts: [string, number][] = [
     ["moving, with homing once", time.motion_s],
     ["settling", time.settling_s],
     [
-      film ? "pictures: filmed in motion" : `pictures, ${text(time.one_station_s)} s a station`,
+      video ? "pictures: recorded in motion" : `pictures, ${text(time.one_station_s)} s a station`,
       time.pictures_s,
     ],
     ["placing the rail", time.placing_s],

@@ -146,7 +146,7 @@ std::int64_t days_needed(const CaptureConfig& config, double total_s) {
   return 1 + rounded_up((total_s - day_s) / (day_s - begin_s));
 }
 
-// 0: unknown, or a card is smaller than a picture. The size of films is not estimated.
+// 0: unknown, or a card is smaller than a picture. The size of videos is not estimated.
 std::int64_t pictures_of_card(const CaptureConfig& config,
                               const std::optional<double>& picture_mb) {
   const bool has_card = config.camera.kind != CameraKind::kV4l2;
@@ -225,7 +225,7 @@ PlanJson plan_report(const CapturePlan& plan, const CaptureConfig& config) {
                         {"k_deg", config.grid.k_deg},
                         {"blend_deg", config.grid.blend_deg},
                         {"angle_reached_deg", angle_reached_deg(config.grid, plan.overhang_m)}};
-  report["film"] = config.run.mode == CaptureMode::kVideo;
+  report["video"] = config.run.mode == CaptureMode::kVideo;
   report["time"] = time_json(time, config);
   report["storage"] = {{"pictures", pictures},
                        {"exposures_per_station", exposures},

@@ -63,9 +63,9 @@ std::string overhang_text(const PlanJson& overhang) {
 std::string time_text(const PlanJson& report) {
   const PlanJson& time = report["time"];
   const std::string pictures =
-      report["film"] ? "filmed in motion"
-                     : fmt::format("pictures {} ({} each)", duration(time["pictures_s"]),
-                                   duration(time["one_station_s"]));
+      report["video"] ? "recorded in motion"
+                      : fmt::format("pictures {} ({} each)", duration(time["pictures_s"]),
+                                    duration(time["one_station_s"]));
   return fmt::format("about {}: moving {}, settling {}, {}, placing the rail {}",
                      duration(time["total_s"]), duration(time["motion_s"]),
                      duration(time["settling_s"]), pictures, duration(time["placing_s"]));
@@ -99,9 +99,9 @@ std::string days_text(const PlanJson& work) {
   return fmt::format("{} of {} h, {}", counted(work["days"], "day"), hours, placements);
 }
 
-std::string cards_text(const PlanJson& work, bool film) {
+std::string cards_text(const PlanJson& work, bool video) {
   if (!work["uses_cards"]) return "none; the session's disk holds the pictures";
-  if (film) return "not known: the size of films is not estimated";
+  if (video) return "not known: the size of videos is not estimated";
   if (work["card_gb"].is_null()) return "not known; set camera.card_gb to count them";
   if (work["cards"].is_null()) {
     return "not known; the size of a picture is not, or exceeds camera.card_gb";
@@ -151,7 +151,7 @@ PlanJson plan_summary(const PlanJson& report) {
           {"time", time_text(report)},
           {"storage", storage_text(report["storage"])},
           {"days", days_text(work)},
-          {"cards", cards_text(work, report["film"])},
+          {"cards", cards_text(work, report["video"])},
           {"batteries", batteries_text(work)},
           {"spacing", spacing_text(report["spacing"])}};
 }

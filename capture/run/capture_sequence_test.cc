@@ -15,9 +15,9 @@
 
 #include "capture/import/test_pictures.h"
 #include "capture/run/fake_camera.h"
-#include "capture/run/film_lines.h"
 #include "capture/run/place_rail.h"
 #include "capture/run/run_session.h"
+#include "capture/run/video_lines.h"
 #include "capture/session/test_session.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -59,12 +59,12 @@ class CaptureSequenceTest : public SessionCase {
     CaptureSequence({&carriage, &camera_, session.get(), place_, clock()}, rules_)
         .run(capture_.plan);
   }
-  void film() {
+  void record() {
     capture_.config.run.mode = CaptureMode::kVideo;
     const auto session = capture_.open();
     Carriage carriage(slider_->driver(), clock(), limits_, motion_);
-    film_lines(capture_.plan, {&carriage, &camera_, session.get(), place_, clock()},
-               {.profile = {50.0, 200.0}, .approach_mm = 5.0, .still_ms = 1000.0});
+    record_lines(capture_.plan, {&carriage, &camera_, session.get(), place_, clock()},
+                {.profile = {50.0, 200.0}, .approach_mm = 5.0, .still_ms = 1000.0});
   }
   std::string paused_message() {
     try {
@@ -276,27 +276,27 @@ TEST_F(CaptureSequenceTest, OwnTimeExcludesWhatTheDevicesTake) {
   EXPECT_NEAR(capture_.status()["times"]["exposing_ms"].get<double>(), 400.0, 1e-6);
 }
 
-TEST_F(CaptureSequenceTest, FilmsEachLineWithAJournalOfThePass) {
-  film();
-  EXPECT_EQ(camera_.films(), 2);
-  EXPECT_FALSE(camera_.is_filming());
+TEST_F(CaptureSequenceTest, RecordsEachLineWithAJournalOfThePass) {
+  record();
+  EXPECT_EQ(camera_.videos(), 2);
+  EXPECT_FALSE(camera_.is_recording());
   const auto journal = SessionReader(capture_.directory).journal("x0");
   ASSERT_GT(journal.size(), 100u);
   EXPECT_NEAR(journal.front().position_mm, 45.0, 1.0);
   EXPECT_NEAR(journal.back().position_mm, 555.0, 0.5);
-  film();
-  EXPECT_EQ(camera_.films(), 2);  // nothing is left to film
+  record();
+  EXPECT_EQ(camera_.videos(), 2);  // nothing is left to record
 }
 
-TEST_F(CaptureSequenceTest, AStallWhileFilmingEndsTheFilmAndKeepsNoJournal) {
+TEST_F(CaptureSequenceTest, AStallWhileRecordingEndsTheVideoAndKeepsNoJournal) {
   slider_->faults.add({.kind = RigFault::kStall, .after_ms = 6000.0});
-  EXPECT_THROW(film(), Paused);
-  EXPECT_EQ(camera_.films(), 1);
-  EXPECT_FALSE(camera_.is_filming());
+  EXPECT_THROW(record(), Paused);
+  EXPECT_EQ(camera_.videos(), 1);
+  EXPECT_FALSE(camera_.is_recording());
   EXPECT_FALSE(capture_.open()->has_journal("x0"));
 }
 
-TEST(RunSession, OfASessionThatIsFilmedNeedsNoDevice) {
+TEST(RunSession, OfASessionThatIsRecordedNeedsNoDevice) {
   const TestDirectory directory;
   CaptureConfig config;
   config.grid.spacing_mm = 50.0;
@@ -313,7 +313,7 @@ TEST(RunSession, OfASessionThatIsFilmedNeedsNoDevice) {
     for (const CaptureLine& line : plan.lines) session->record_journal(line.id, {&sample, 1});
   }
   EXPECT_THAT(run_session(config, {.session = directory / "hall"}),
-              AllOf(HasSubstr("all 4 lines are filmed"), HasSubstr("--video")));
+              AllOf(HasSubstr("all 4 lines are recorded"), HasSubstr("--video")));
 }
 
 // --- Placing the rail ----------------------------------------------------------------------------

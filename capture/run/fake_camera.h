@@ -35,8 +35,8 @@ class FakeCamera final : public Camera {
   }
 
   int shots() const { return shots_; }
-  bool is_filming() const { return filming_; }
-  int films() const { return films_; }
+  bool is_recording() const { return recording_; }
+  int videos() const { return videos_; }
 
   std::string description() const override { return "fake camera"; }
   CameraReport report() override { return {.identity = "fake", .state = "idle"}; }
@@ -70,17 +70,17 @@ class FakeCamera final : public Camera {
     return shot;
   }
   bool keeps_pictures() const override { return keeps; }
-  void start_film() override {
-    filming_ = true;
-    ++films_;
+  void start_video() override {
+    recording_ = true;
+    ++videos_;
   }
-  void stop_film() override { filming_ = false; }
+  void stop_video() override { recording_ = false; }
 
  private:
   Clock* clock_;
   int shots_ = 0;
-  bool filming_ = false;
-  int films_ = 0;
+  bool recording_ = false;
+  int videos_ = 0;
 };
 
 }  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include "capture/plan/line_selection.h"
 #include "capture/run/capture_sequence.h"
 #include "capture/run/check_devices.h"
-#include "capture/run/film_lines.h"
+#include "capture/run/video_lines.h"
 #include "capture/session/session_status.h"
 #include "capture/slider/modbus_slider.h"
 #include "core/base/error.h"
@@ -49,7 +49,7 @@ void require_frames(Session* session) {
 
 void capture(const CapturePlan& plan, const CaptureConfig& config, const CaptureParts& parts) {
   if (config.run.mode == CaptureMode::kVideo) {
-    film_lines(
+    record_lines(
         plan, parts,
         {.profile = {config.run.video_speed_mm_s, config.slider.motion.profile.acceleration_mm_s2},
          .approach_mm = config.run.approach_mm});
@@ -71,7 +71,7 @@ std::string outcome_text(const CapturePlan& plan, const CaptureConfig& config,
   const std::string lines = counted(plan.lines.size(), "line");
   const std::string done =
       config.run.mode == CaptureMode::kVideo
-          ? fmt::format("all {} are filmed", lines)
+          ? fmt::format("all {} are recorded", lines)
           : fmt::format("all {} stations of {} are {}", plan.stations(), lines,
                         status["exposed"] > 0 ? "on the camera's card" : "captured");
   return fmt::format("{}: {}; next: {}", escaped(session.string()), done,
@@ -94,10 +94,10 @@ std::string run_session(const CaptureConfig& config, const RunOptions& options) 
   require_frames(session.get());
   const std::size_t pictures =
       count_missing(plan, *session) * config.camera.exposure.bracket_ev.size();
-  // Stations of a film have their pictures only once it is imported.
-  const auto is_filmed = [&](const CaptureLine& line) { return session->has_journal(line.id); };
+  // Stations of a video have their pictures only once it is imported.
+  const auto is_recorded = [&](const CaptureLine& line) { return session->has_journal(line.id); };
   const bool is_complete = config.run.mode == CaptureMode::kVideo
-                               ? std::ranges::all_of(plan.lines, is_filmed)
+                               ? std::ranges::all_of(plan.lines, is_recorded)
                                : pictures == 0;
   if (is_complete) return outcome_text(plan, config, options.session);
 

@@ -47,13 +47,13 @@ struct Part {
 };
 using Parts = std::vector<std::unique_ptr<Part>>;
 
-// A line and the session that it is taken from, which has captured a station of it or filmed it.
+// A line and the session that it is taken from, which has captured a station of it or recorded it.
 struct MergedLine {
   std::string id{};
   const Part* part = nullptr;
   int captured = 0;                     // stations, also with pictures still on the card
   int planned = 0;                      // stations
-  std::int64_t ended_utc_us = 0;        // of its last captured station or its film
+  std::int64_t ended_utc_us = 0;        // of its last captured station or its video
   std::vector<const Part*> replaced{};  // sessions whose older line is not taken
 };
 

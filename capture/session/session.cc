@@ -264,8 +264,8 @@ void Session::complete_attempt(const AttemptId& attempt, const SettledPosition& 
                  shot.transfer_ms, own_ms);
 }
 
-void Session::complete_from_film(const AttemptId& attempt, double measured_mm, WallTime exposed_at,
-                                 std::span<const StoredFrame> frames) {
+void Session::complete_from_video(const AttemptId& attempt, double measured_mm, WallTime exposed_at,
+                                  std::span<const StoredFrame> frames) {
   change_attempt(attempt, "NULL",
                  "outcome = 'captured', ended_utc_us = ?2, measured_mm = ?3, exposed_utc_us = ?4",
                  frames, now_us(), measured_mm, utc_us_from(exposed_at));

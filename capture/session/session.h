@@ -74,7 +74,7 @@ class Session {
   std::optional<PanoramaSize> frame_size() const;
   // What it holds now. Throws Error as read_session_contents does.
   SessionContents contents();
-  // Whether a film pass over the line was recorded.
+  // Whether a video pass over the line was recorded.
   bool has_journal(const std::string& line) const;
 
   // All calls below are committed when they return, and throw Error if the database cannot be
@@ -91,9 +91,9 @@ class Session {
   // as exposed: its pictures are on the camera's card.
   void complete_attempt(const AttemptId& attempt, const SettledPosition& settled, const Shot& shot,
                         std::span<const StoredFrame> frames, double own_ms);
-  // The same for a frame of a film; `measured_mm` is the carriage's position when it was exposed.
-  void complete_from_film(const AttemptId& attempt, double measured_mm, WallTime exposed_at,
-                          std::span<const StoredFrame> frames);
+  // The same for a frame of a video; `measured_mm` is the carriage's position when it was exposed.
+  void complete_from_video(const AttemptId& attempt, double measured_mm, WallTime exposed_at,
+                           std::span<const StoredFrame> frames);
   // Adds the imported pictures of an exposed station, which becomes captured.
   void add_pictures(const AttemptId& exposed, std::span<const StoredFrame> frames);
   void fail_attempt(const AttemptId& attempt, std::string_view fault, const std::string& message);

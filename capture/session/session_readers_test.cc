@@ -137,13 +137,13 @@ TEST_F(SessionReadersTest, PicturesOnTheCardAreToBeImported) {
   EXPECT_THAT(refusal({.partial = true}), HasSubstr("nothing to export"));
 }
 
-TEST_F(SessionReadersTest, StatusNamesEachStepOfAFilm) {
+TEST_F(SessionReadersTest, StatusNamesEachStepOfAVideo) {
   capture_.config.run.mode = CaptureMode::kVideo;
   const std::unique_ptr<Session> session = capture_.open();
   const JournalSample sample{capture_.clock.wall_now(), 50.0};
   session->record_journal("x0", {&sample, 1});
-  EXPECT_THAT(next_step(), EndsWith("films line x1"));
-  EXPECT_TRUE(status()["lines"][0]["filmed"].get<bool>());
+  EXPECT_THAT(next_step(), EndsWith("records line x1"));
+  EXPECT_TRUE(status()["lines"][0]["recorded"].get<bool>());
   for (const std::string line : {"x1", "z0", "z1", "v0"}) {
     session->record_journal(line, {&sample, 1});
   }

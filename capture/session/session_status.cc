@@ -55,7 +55,7 @@ Json lines_of(SessionReader* session, const SessionContents& contents,
                      {"exposed", row.number(5, 0, kMostAttempts)},
                      {"lost", lost[i]},
                      {"attempts", row.number(3, 0, kMostAttempts)},
-                     {"filmed", row.boolean(6)}});
+                     {"recorded", row.boolean(6)}});
   }
   return lines;
 }
@@ -99,7 +99,7 @@ void add_times(SessionReader* session, Json* status) {
       if (row.is_null(column)) continue;
       times_ms[i].push_back(row.real(column, -kLongest_ms, kLongest_ms));
     }
-    if (row.is_null(0)) continue;  // a frame of a film
+    if (row.is_null(0)) continue;  // a frame of a video
     if (row.integer(kLine) == line) {
       intervals_s.push_back(static_cast<double>(row.utc_us(kEnded) - ended_us) / kUsPerSecond);
     }
@@ -140,11 +140,11 @@ std::string next_step_of(const Json& status, const SessionContents& contents, Ca
   if (mode == CaptureMode::kVideo) {
     const Json& lines = status["lines"];
     const auto line = std::find_if(lines.begin(), lines.end(),
-                                   [](const Json& each) { return !each["filmed"].get<bool>(); });
+                                   [](const Json& each) { return !each["recorded"].get<bool>(); });
     if (line == lines.end()) {
       return "raywalk-capture import " + directory + " --video FILE";
     }
-    return "raywalk-capture run CONFIG --session " + directory + ", which films line " +
+    return "raywalk-capture run CONFIG --session " + directory + ", which records line " +
            (*line)["id"].get<std::string>();
   }
   const auto planned = std::ranges::find_if(
@@ -170,7 +170,7 @@ std::string line_text(const Json& line) {
   const auto count = [&](const char* name) { return line[name].get<int>(); };
   std::string text = fmt::format("  {:<4} {:>6} of {} captured{}", line["id"].get<std::string>(),
                                  count("captured"), count("stations"), elsewhere_text(line));
-  if (line["filmed"]) text += ", filmed";
+  if (line["recorded"]) text += ", recorded";
   const int more = count("attempts") - count("captured") - count("exposed") - count("lost");
   if (more > 0) text += fmt::format(", {} further attempts", more);
   return text + (line["validation"] ? "  (validation)\n" : "\n");

@@ -1,4 +1,4 @@
-#include "capture/run/film_lines.h"
+#include "capture/run/video_lines.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -20,25 +20,25 @@ void wait(Clock* clock, double ms) {
   }
 }
 
-// Stops the film on every path, so that no camera is left recording.
-class Film {
+// Stops the video on every path, so that no camera is left recording.
+class Video {
  public:
-  explicit Film(Camera* camera) : camera_(camera) { camera_->start_film(); }
-  ~Film() {
+  explicit Video(Camera* camera) : camera_(camera) { camera_->start_video(); }
+  ~Video() {
     if (camera_ == nullptr) return;
     try {
-      camera_->stop_film();
+      camera_->stop_video();
     } catch (const std::exception& error) {
       spdlog::warn("the camera may still be recording: {}", error.what());
     }
   }
-  Film(const Film&) = delete;
-  Film& operator=(const Film&) = delete;
+  Video(const Video&) = delete;
+  Video& operator=(const Video&) = delete;
 
   void stop() {
     Camera* camera = camera_;
     camera_ = nullptr;
-    camera->stop_film();
+    camera->stop_video();
   }
 
  private:
@@ -62,7 +62,7 @@ class Journal {
   std::vector<JournalSample> samples_;
 };
 
-void film_line(const CaptureLine& line, const CaptureParts& parts, const FilmRules& rules) {
+void record_line(const CaptureLine& line, const CaptureParts& parts, const VideoRules& rules) {
   Carriage& carriage = *parts.carriage;
   const SoftLimits& limits = carriage.limits();
   const double first_mm = line.stations.front().rail_mm - rules.approach_mm;
@@ -70,16 +70,16 @@ void film_line(const CaptureLine& line, const CaptureParts& parts, const FilmRul
   const SafePosition start = limits.require(std::max(limits.low_mm(), first_mm), "start");
   const SafePosition end = limits.require(std::min(limits.high_mm(), last_mm), "end");
   carriage.move_to(start);
-  Film film(parts.camera);
+  Video video(parts.camera);
   wait(parts.clock, rules.still_ms);
   const Journal journal(&carriage);
   carriage.move_to(end, rules.profile);
   wait(parts.clock, rules.still_ms);
-  film.stop();
+  video.stop();
   parts.session->record_journal(line.id, journal.samples());
 }
 
-std::size_t count_filmed(const CapturePlan& plan, const Session& session) {
+std::size_t count_recorded(const CapturePlan& plan, const Session& session) {
   return static_cast<std::size_t>(
       std::count_if(plan.lines.begin(), plan.lines.end(),
                     [&](const CaptureLine& line) { return session.has_journal(line.id); }));
@@ -87,10 +87,10 @@ std::size_t count_filmed(const CapturePlan& plan, const Session& session) {
 
 }  // namespace
 
-void film_lines(const CapturePlan& plan, const CaptureParts& parts, const FilmRules& rules) {
+void record_lines(const CapturePlan& plan, const CaptureParts& parts, const VideoRules& rules) {
   WorkState state;
   state.done = [&] {
-    return fmt::format("{} of {} lines filmed", count_filmed(plan, *parts.session),
+    return fmt::format("{} of {} lines recorded", count_recorded(plan, *parts.session),
                        plan.lines.size());
   };
   const int count = static_cast<int>(plan.lines.size());
@@ -101,8 +101,8 @@ void film_lines(const CapturePlan& plan, const CaptureParts& parts, const FilmRu
       state.place = "line " + line.id;
       parts.place_rail(line, i + 1, count);
       parts.session->record_event("line-placed", line.id);
-      film_line(line, parts, rules);
-      spdlog::info("line {} is filmed", line.id);
+      record_line(line, parts, rules);
+      spdlog::info("line {} is recorded", line.id);
     }
   });
   parts.session->record_event("finished", state.done());

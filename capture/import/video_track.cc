@@ -1,4 +1,4 @@
-#include "capture/import/film_track.h"
+#include "capture/import/video_track.h"
 
 #include <fmt/format.h>
 
@@ -40,18 +40,18 @@ double sharpness_of(const cv::Mat& picture) {
 
 }  // namespace
 
-void read_film(const std::filesystem::path& film,
-               const std::function<bool(const DecodedFrame&)>& visit) {
-  if (!std::filesystem::is_regular_file(film)) {
-    throw Error(fmt::format("{}: no such file", film.string()));
+void read_video(const std::filesystem::path& video,
+                const std::function<bool(const DecodedFrame&)>& visit) {
+  if (!std::filesystem::is_regular_file(video)) {
+    throw Error(fmt::format("{}: no such file", video.string()));
   }
   // Naming the backend keeps OpenCV from taking the file for an image sequence or a camera.
   // FFmpeg's own messages name no file (-8: AV_LOG_QUIET).
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
   cv::VideoCapture capture;
   // Absolute, as FFmpeg takes "hall:1.mp4" for an address.
-  if (!capture.open(std::filesystem::absolute(film).string(), cv::CAP_FFMPEG)) {
-    throw Error(fmt::format("{}: not a film that can be read", film.string()));
+  if (!capture.open(std::filesystem::absolute(video).string(), cv::CAP_FFMPEG)) {
+    throw Error(fmt::format("{}: not a video that can be read", video.string()));
   }
   const double rate_hz = capture.get(cv::CAP_PROP_FPS);
   const bool has_rate = rate_hz > 0.0 && rate_hz < 1e4;
@@ -69,24 +69,24 @@ void read_film(const std::filesystem::path& film,
     }
     if (frame.picture.size() != size || frame.picture.type() != CV_8UC3) {
       throw Error(fmt::format(
-          "{}: frame {} is {} x {} pixels, the first {} x {}; cut the film there", film.string(),
+          "{}: frame {} is {} x {} pixels, the first {} x {}; cut the video there", video.string(),
           frame.number, frame.picture.cols, frame.picture.rows, size.width, size.height));
     }
     const bool is_stamped = stated_s - first_s > frame.time_s;
     if (!is_stamped && !has_rate) {
-      throw Error(fmt::format("{}: frame {} has no timestamp, and the film has no frame rate",
-                              film.string(), frame.number));
+      throw Error(fmt::format("{}: frame {} has no timestamp, and the video has no frame rate",
+                              video.string(), frame.number));
     }
     frame.time_s = is_stamped ? stated_s - first_s : frame.time_s + 1.0 / rate_hz;
     if (!visit(frame)) return;
   }
-  if (frame.number == 0) throw Error(fmt::format("{}: no frame can be decoded", film.string()));
+  if (frame.number == 0) throw Error(fmt::format("{}: no frame can be decoded", video.string()));
 }
 
-FilmTrack track_film(const std::filesystem::path& film) {
-  FilmTrack track;
+VideoTrack track_video(const std::filesystem::path& video) {
+  VideoTrack track;
   cv::Mat before;
-  read_film(film, [&](const DecodedFrame& frame) {
+  read_video(video, [&](const DecodedFrame& frame) {
     cv::Mat now = small_grey(frame.picture);
     const double change = before.empty() ? 0.0 : cv::norm(before, now, cv::NORM_L1);
     track.frames.push_back(
@@ -98,16 +98,16 @@ FilmTrack track_film(const std::filesystem::path& film) {
   return track;
 }
 
-std::vector<bool> blurred_frames(const FilmTrack& track) {
+std::vector<bool> blurred_frames(const VideoTrack& track) {
   // The variance halves when motion blurs edges over about two pixels.
   constexpr double kBlurredShare = 0.6;
   constexpr double kNeighbours_s = 0.5;
-  const std::vector<FilmFrame>& frames = track.frames;
+  const std::vector<VideoFrame>& frames = track.frames;
   std::vector<bool> blurred;
   blurred.reserve(frames.size());
-  for (const FilmFrame& frame : frames) {
+  for (const VideoFrame& frame : frames) {
     const auto first =
-        std::ranges::lower_bound(frames, frame.time_s - kNeighbours_s, {}, &FilmFrame::time_s);
+        std::ranges::lower_bound(frames, frame.time_s - kNeighbours_s, {}, &VideoFrame::time_s);
     std::vector<double> near;
     for (auto other = first; other != frames.end() && other->time_s <= frame.time_s + kNeighbours_s;
          ++other) {

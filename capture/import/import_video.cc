@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "capture/camera/check_picture.h"
-#include "capture/import/film_stations.h"
-#include "capture/import/film_track.h"
 #include "capture/import/import.h"
 #include "capture/import/name_list.h"
+#include "capture/import/video_stations.h"
+#include "capture/import/video_track.h"
 #include "capture/session/session.h"
 #include "capture/session/session_database.h"
 #include "core/base/error.h"
@@ -52,32 +52,33 @@ std::vector<Travel> read_travels(SessionReader* reader, const SessionContents& c
   return travels;
 }
 
-void require_size(const FilmTrack& track, const SessionFacts& facts, const Session& session,
-                  const fs::path& film) {
+void require_size(const VideoTrack& track, const SessionFacts& facts, const Session& session,
+                  const fs::path& video) {
   const PanoramaSize size{track.size.width, track.size.height};
   if (facts.frames == FrameKind::kPanorama && size.width != 2 * size.height) {
     throw Error(
         fmt::format("{}: is {} x {} pixels, but a panorama is twice as wide as high; "
-                    "stitch the film first",
-                    film.string(), size.width, size.height));
+                    "stitch the video first",
+                    video.string(), size.width, size.height));
   }
   const auto others = session.frame_size();
   if (others && *others != size) {
     throw Error(fmt::format("{}: is {} x {} pixels, but the session's frames are {} x {}",
-                            film.string(), size.width, size.height, others->width, others->height));
+                            video.string(), size.width, size.height, others->width,
+                            others->height));
   }
 }
 
 // The stations without a frame and why; empty if there are none.
-std::string missing_frames(const FilmStations& film) {
+std::string missing_frames(const VideoStations& video) {
   std::vector<std::string> parts;
-  if (!film.missing.empty()) {
-    parts.push_back(fmt::format("{} stations that the film does not show: {}", film.missing.size(),
-                                name_list(film.missing)));
+  if (!video.missing.empty()) {
+    parts.push_back(fmt::format("{} stations that the video does not show: {}",
+                                video.missing.size(), name_list(video.missing)));
   }
-  if (!film.only_blurred.empty()) {
+  if (!video.only_blurred.empty()) {
     parts.push_back(fmt::format("{} stations with blurred frames only: {}",
-                                film.only_blurred.size(), name_list(film.only_blurred)));
+                                video.only_blurred.size(), name_list(video.only_blurred)));
   }
   return fmt::format("{}", fmt::join(parts, "; "));
 }
@@ -87,7 +88,8 @@ WallTime journal_time(const SessionFacts& facts, double time_s) {
          std::chrono::duration_cast<WallTime::duration>(std::chrono::duration<double>(time_s));
 }
 
-Picture encode(const DecodedFrame& frame, const fs::path& film, const FilmImportOptions& options) {
+Picture encode(const DecodedFrame& frame, const fs::path& video,
+               const VideoImportOptions& options) {
   std::vector<unsigned char> bytes;
   std::vector<int> parameters;
   if (options.format == "jpg") parameters = {cv::IMWRITE_JPEG_QUALITY, kJpegQuality};
@@ -95,67 +97,67 @@ Picture encode(const DecodedFrame& frame, const fs::path& film, const FilmImport
   Picture picture;
   picture.bytes.assign(bytes.begin(), bytes.end());
   picture.extension = options.format;
-  picture.camera_name = fmt::format("{} frame {}", film.filename().string(), frame.number);
+  picture.camera_name = fmt::format("{} frame {}", video.filename().string(), frame.number);
   picture.size = {frame.picture.cols, frame.picture.rows};
   return picture;
 }
 
-// Reads the film again and stores the chosen frames; `chosen` is in order of frames.
-void store_frames(Session* session, const fs::path& film, const FilmImportOptions& options,
+// Reads the video again and stores the chosen frames; `chosen` is in order of frames.
+void store_frames(Session* session, const fs::path& video, const VideoImportOptions& options,
                   const std::vector<StationFrame>& chosen,
                   const std::vector<SessionStation>& stations, const SessionFacts& facts) {
   Progress progress("Importing frames", static_cast<std::int64_t>(chosen.size()), "stations");
   auto next = chosen.begin();
   if (next == chosen.end()) return;
-  read_film(film, [&](const DecodedFrame& frame) {
+  read_video(video, [&](const DecodedFrame& frame) {
     if (frame.number != next->frame) return true;
-    const Picture picture = encode(frame, film, options);
-    if (next == chosen.begin()) require_frame_kind(picture.bytes, facts.frames, film.string());
+    const Picture picture = encode(frame, video, options);
+    if (next == chosen.begin()) require_frame_kind(picture.bytes, facts.frames, video.string());
     const SessionStation& station = stations[next->station];
     const AttemptId attempt = session->begin_attempt(station.name, station.planned_mm);
     const StoredFrame stored = session->store_frame(attempt, 0, picture);
-    session->complete_from_film(attempt, next->position_mm, journal_time(facts, next->time_s),
-                                {&stored, 1});
+    session->complete_from_video(attempt, next->position_mm, journal_time(facts, next->time_s),
+                                 {&stored, 1});
     progress.advance();
     return ++next != chosen.end();
   });
   if (next == chosen.end()) return;
   throw Error(fmt::format("{}: ended before frame {} on the second read; was it changed?",
-                          film.string(), next->frame));
+                          video.string(), next->frame));
 }
 
 }  // namespace
 
-ImportResult import_film(const fs::path& session_directory, const fs::path& film,
-                         const FilmImportOptions& options, Clock* clock) {
+ImportResult import_video(const fs::path& session_directory, const fs::path& video,
+                          const VideoImportOptions& options, Clock* clock) {
   const std::unique_ptr<Session> session = Session::open(session_directory, clock);
   SessionReader reader(session_directory);
   const SessionFacts facts = reader.facts();
   const SessionContents contents = reader.contents();
   const std::vector<Travel> travels = read_travels(&reader, contents, options.line, facts.created);
 
-  const FilmTrack track = track_film(film);
-  require_size(track, facts, *session, film);
-  const FilmClock film_clock = match_film_clock(track, travels, film.string());
-  const FilmStations frames =
-      find_station_frames(contents, track, travels, film_clock, film.string());
+  const VideoTrack track = track_video(video);
+  require_size(track, facts, *session, video);
+  const VideoClock video_clock = match_video_clock(track, travels, video.string());
+  const VideoStations frames =
+      find_station_frames(contents, track, travels, video_clock, video.string());
   const std::string account = missing_frames(frames);
   if (!account.empty() && !options.allow_missing) {
     throw Error(fmt::format("{}: {} (nothing was imported; --allow-missing imports the others)",
-                            film.string(), account));
+                            video.string(), account));
   }
-  store_frames(session.get(), film, options, frames.found, contents.stations, facts);
+  store_frames(session.get(), video, options, frames.found, contents.stations, facts);
 
   ImportResult result{.imported = frames.found.size(), .already_there = frames.captured_before};
   result.summary = fmt::format(
-      "{} stations imported, {} had been before; the film starts at {} by the session's clock, "
+      "{} stations imported, {} had been before; the video starts at {} by the session's clock, "
       "within {:.3f} s or {:.2f} mm; frames are at most {:.2f} mm from their stations; blurred "
       "frames skipped: {}{}{}",
       result.imported, result.already_there,
-      utc_text(utc_us_from(journal_time(facts, film_clock.offset_s))), film_clock.uncertainty_s,
+      utc_text(utc_us_from(journal_time(facts, video_clock.offset_s))), video_clock.uncertainty_s,
       frames.uncertainty_mm, frames.farthest_mm, frames.blurred_skipped,
       account.empty() ? "" : "; ", account);
-  session->record_event("film-imported", result.summary);
+  session->record_event("video-imported", result.summary);
   return result;
 }
 

@@ -13,9 +13,9 @@
 #include <random>
 #include <vector>
 
-#include "capture/import/film_stations.h"
-#include "capture/import/film_track.h"
 #include "capture/import/import.h"
+#include "capture/import/video_stations.h"
+#include "capture/import/video_track.h"
 #include "capture/session/session.h"
 #include "capture/session/session_database.h"
 #include "capture/session/test_session.h"
@@ -34,7 +34,7 @@ using testing::HasSubstr;
 using testing::Optional;
 using testing::ThrowsMessage;
 
-// --- A pass of the carriage along a line, its journal, and a film shot from it ------------------
+// --- A pass of the carriage along a line, its journal, and a video shot from it ------------------
 
 // From rest to rest at constant acceleration and speed.
 struct TestPass {
@@ -93,7 +93,7 @@ class TestScene {
   cv::RNG random_;
 };
 
-struct TestFilm {
+struct TestVideo {
   double rate_hz = 25.0;
   double start_s = 0.0;  // when its first frame is exposed
   double length_s = 0.0;
@@ -101,63 +101,64 @@ struct TestFilm {
   std::function<bool(double position_mm)> blurred{};
 };
 
-// Shoots a film (MJPG in AVI) of a carriage that is at `position_mm(time)`.
-void shoot_test_film(const std::filesystem::path& file, const TestFilm& film,
-                     const std::function<double(double time_s)>& position_mm) {
-  cv::VideoWriter writer(file.string(), cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), film.rate_hz,
-                         film.size);
-  TestScene scene(film.size);
-  const auto frames = static_cast<std::size_t>(film.length_s * film.rate_hz);
+// Shoots a video (MJPG in AVI) of a carriage that is at `position_mm(time)`.
+void shoot_test_video(const std::filesystem::path& file, const TestVideo& video,
+                      const std::function<double(double time_s)>& position_mm) {
+  cv::VideoWriter writer(file.string(), cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), video.rate_hz,
+                         video.size);
+  TestScene scene(video.size);
+  const auto frames = static_cast<std::size_t>(video.length_s * video.rate_hz);
   for (std::size_t i = 0; i < frames; ++i) {
-    const double time_s = film.start_s + static_cast<double>(i) / film.rate_hz;
+    const double time_s = video.start_s + static_cast<double>(i) / video.rate_hz;
     const double along_mm = position_mm(time_s);
     cv::Mat picture = scene.picture(along_mm);
-    if (film.blurred && film.blurred(along_mm)) cv::blur(picture, picture, cv::Size(9, 1));
+    if (video.blurred && video.blurred(along_mm)) cv::blur(picture, picture, cv::Size(9, 1));
     writer.write(picture);
   }
 }
 
-// --- What a film shows ---------------------------------------------------------------------------
+// --- What a video shows
+// ---------------------------------------------------------------------------
 
-class FilmTrackTest : public testing::Test {
+class VideoTrackTest : public testing::Test {
  protected:
   TestDirectory directory_;
-  const std::filesystem::path film_ = directory_ / "film.avi";
+  const std::filesystem::path video_ = directory_ / "video.avi";
 };
 
 // As a user names it, relative to the folder; FFmpeg takes a scheme's name for that of an address.
-TEST_F(FilmTrackTest, AFilmMayHaveAnyName) {
+TEST_F(VideoTrackTest, AVideoMayHaveAnyName) {
   const auto before = std::filesystem::current_path();
-  shoot_test_film(film_, {.length_s = 1.0}, [](double) { return 0.0; });
+  shoot_test_video(video_, {.length_s = 1.0}, [](double) { return 0.0; });
   std::filesystem::current_path(directory_.path());
-  for (const char* name : {"hall:1.avi", "line %02d.avi", "rtsp:film", "'x0' \xc3\xbc?.avi"}) {
-    std::filesystem::copy_file(film_, name);
-    EXPECT_EQ(track_film(name).frames.size(), 25U) << name;
+  for (const char* name : {"hall:1.avi", "line %02d.avi", "rtsp:video", "'x0' \xc3\xbc?.avi"}) {
+    std::filesystem::copy_file(video_, name);
+    EXPECT_EQ(track_video(name).frames.size(), 25U) << name;
   }
   std::filesystem::current_path(before);
 }
 
-TEST_F(FilmTrackTest, ASmoothSceneIsNotBlurred) {
-  FilmTrack track;
+TEST_F(VideoTrackTest, ASmoothSceneIsNotBlurred) {
+  VideoTrack track;
   for (int i = 0; i < 100; ++i) {
     track.frames.push_back({0.04 * i, 1.0, 100.0 * std::exp(-0.03 * i)});  // texture decreases
   }
   EXPECT_THAT(blurred_frames(track), testing::Each(false));
 }
 
-TEST_F(FilmTrackTest, AFileThatIsNotAFilmIsRefused) {
-  EXPECT_THAT([&] { track_film(film_); }, ThrowsMessage<Error>(HasSubstr("no such file")));
-  std::ofstream(film_) << "<!DOCTYPE html>";
-  EXPECT_THAT([&] { track_film(film_); }, ThrowsMessage<Error>(HasSubstr("not a film")));
-  std::ofstream(film_, std::ios::trunc).close();
-  EXPECT_THAT([&] { track_film(film_); }, ThrowsMessage<Error>(HasSubstr("film.avi")));
+TEST_F(VideoTrackTest, AFileThatIsNotAVideoIsRefused) {
+  EXPECT_THAT([&] { track_video(video_); }, ThrowsMessage<Error>(HasSubstr("no such file")));
+  std::ofstream(video_) << "<!DOCTYPE html>";
+  EXPECT_THAT([&] { track_video(video_); }, ThrowsMessage<Error>(HasSubstr("not a video")));
+  std::ofstream(video_, std::ios::trunc).close();
+  EXPECT_THAT([&] { track_video(video_); }, ThrowsMessage<Error>(HasSubstr("video.avi")));
 }
 
-TEST_F(FilmTrackTest, ATruncatedFilmGivesItsRemainingFrames) {
-  shoot_test_film(film_, {.length_s = 2.0}, [](double) { return 0.0; });
-  const std::string whole = read_file(film_);
-  std::ofstream(film_, std::ios::binary | std::ios::trunc) << whole.substr(0, whole.size() / 2);
-  const FilmTrack track = track_film(film_);
+TEST_F(VideoTrackTest, ATruncatedVideoGivesItsRemainingFrames) {
+  shoot_test_video(video_, {.length_s = 2.0}, [](double) { return 0.0; });
+  const std::string whole = read_file(video_);
+  std::ofstream(video_, std::ios::binary | std::ios::trunc) << whole.substr(0, whole.size() / 2);
+  const VideoTrack track = track_video(video_);
   EXPECT_GT(track.frames.size(), 10U);
   EXPECT_LT(track.frames.size(), 40U);
 }
@@ -180,10 +181,10 @@ TEST(Travel, AGapSplitsTheJournalAndSamplesOutOfOrderAreDropped) {
   EXPECT_TRUE(travels_of("x0", {}, kEpoch).empty());
 }
 
-// The track of a film of some passes, without pictures: activity is proportional to the distance
+// The track of a video of some passes, without pictures: activity is proportional to the distance
 // between two frames and varies along the line with the scene.
 struct TrackSettings {
-  double offset_s = 0.0;  // journal time minus film time
+  double offset_s = 0.0;  // journal time minus video time
   double length_s = 20.0;
   double rate_hz = 25.0;
   double noise = 0.1;      // of the activity, in grey levels
@@ -191,10 +192,10 @@ struct TrackSettings {
   std::uint32_t seed = 1;
 };
 
-FilmTrack track_of(const std::vector<TestPass>& passes, const TrackSettings& settings) {
+VideoTrack track_of(const std::vector<TestPass>& passes, const TrackSettings& settings) {
   std::mt19937 random(settings.seed);
   std::normal_distribution<double> noise(0.0, settings.noise);
-  FilmTrack track;
+  VideoTrack track;
   const double step_s = 1.0 / settings.rate_hz;
   for (int i = 0; i * step_s < settings.length_s; ++i) {
     const double now_s = i * step_s + settings.offset_s;
@@ -211,26 +212,26 @@ FilmTrack track_of(const std::vector<TestPass>& passes, const TrackSettings& set
   return track;
 }
 
-FilmClock match(const FilmTrack& track, const std::vector<TestPass>& passes) {
+VideoClock match(const VideoTrack& track, const std::vector<TestPass>& passes) {
   std::vector<Travel> travels;
   for (const TestPass& pass : passes) {
     for (const Travel& each : travels_of("x0", pass.journal(kEpoch), kEpoch)) {
       travels.push_back(each);
     }
   }
-  return match_film_clock(track, travels, "film.mp4");
+  return match_video_clock(track, travels, "video.mp4");
 }
 
-TEST(FilmClock, TheOffsetIsFoundFromStartsAndStops) {
+TEST(VideoClock, TheOffsetIsFoundFromStartsAndStops) {
   struct Case {
     const char* what;
     std::vector<TestPass> passes;
-    TrackSettings film;
+    TrackSettings video;
     double within_s;
   };
   const std::vector<Case> cases{
       {"one pass", {{.start_s = 100.0}}, {.offset_s = 97.654, .length_s = 16.0}, 0.008},
-      {"a film that ends before the pass",
+      {"a video that ends before the pass",
        {{.start_s = 100.0, .to_mm = 1200.0}},
        {.offset_s = 98.2, .length_s = 15.0},
        0.02},
@@ -239,47 +240,47 @@ TEST(FilmClock, TheOffsetIsFoundFromStartsAndStops) {
        {.offset_s = 98.0, .length_s = 46.0},
        0.01},
   };
-  for (const auto& [what, passes, film, within_s] : cases) {
-    const FilmClock clock = match(track_of(passes, film), passes);
-    EXPECT_NEAR(clock.offset_s, film.offset_s, within_s) << what;
+  for (const auto& [what, passes, video, within_s] : cases) {
+    const VideoClock clock = match(track_of(passes, video), passes);
+    EXPECT_NEAR(clock.offset_s, video.offset_s, within_s) << what;
     EXPECT_LT(clock.uncertainty_s, 0.04) << what;
   }
 }
 
-TEST(FilmClock, AFilmOfSomethingElseOrTooShortIsRefused) {
+TEST(VideoClock, AVideoOfSomethingElseOrTooShortIsRefused) {
   const std::vector<TestPass> passes{{.start_s = 100.0, .to_mm = 1200.0}};
   const std::vector<TestPass> others{{.start_s = 103.0, .to_mm = 60.0},
                                      {.start_s = 106.0, .to_mm = 40.0},
                                      {.start_s = 112.0, .to_mm = 100.0},
                                      {.start_s = 122.0, .to_mm = 30.0}};
-  const FilmTrack other = track_of(others, {.offset_s = 100.0, .length_s = 30.0});
+  const VideoTrack other = track_of(others, {.offset_s = 100.0, .length_s = 30.0});
   EXPECT_THAT([&] { match(other, passes); },
-              ThrowsMessage<Error>(HasSubstr("film.mp4: the motion, with 8 starts and stops, does "
+              ThrowsMessage<Error>(HasSubstr("video.mp4: the motion, with 8 starts and stops, does "
                                              "not fit the journal")));
-  const FilmTrack glimpse = track_of(passes, {.offset_s = 98.0, .length_s = 0.3});
+  const VideoTrack glimpse = track_of(passes, {.offset_s = 98.0, .length_s = 0.3});
   EXPECT_THAT([&] { match(glimpse, passes); }, ThrowsMessage<Error>(HasSubstr("too few")));
 }
 
-TEST(FilmStations, AClockTooUncertainToTellStationsApartIsRefused) {
+TEST(VideoStations, AClockTooUncertainToTellStationsApartIsRefused) {
   const TestPass pass{.start_s = 100.0};
   SessionContents contents{.lines = {{.id = "x0"}}};
   for (const double planned_mm : {100.0, 104.0, 108.0}) {
     contents.stations.push_back({.name = "x0", .planned_mm = planned_mm});
   }
   const auto travels = travels_of("x0", pass.journal(kEpoch), kEpoch);
-  const FilmTrack track = track_of({pass}, {.offset_s = 98.0, .length_s = 14.0});
+  const VideoTrack track = track_of({pass}, {.offset_s = 98.0, .length_s = 14.0});
   const auto found = [&](double uncertainty_s) {
-    return find_station_frames(contents, track, travels, {98.0, uncertainty_s}, "film.mp4").found;
+    return find_station_frames(contents, track, travels, {98.0, uncertainty_s}, "video.mp4").found;
   };
   EXPECT_EQ(found(0.04).size(), 3U);  // at 40 mm/s
   EXPECT_THAT([&] { found(0.06); },
               ThrowsMessage<Error>(HasSubstr("known to 0.06 s, or 2.4 mm of travel")));
 }
 
-TEST(FilmClockProperty, TheOffsetLiesWithinItsUncertaintyOrIsRefused) {
+TEST(VideoClockProperty, TheOffsetLiesWithinItsUncertaintyOrIsRefused) {
   int found = 0;
-  constexpr int kFilms = 40;
-  for (std::uint32_t seed = 0; seed < kFilms; ++seed) {
+  constexpr int kVideos = 40;
+  for (std::uint32_t seed = 0; seed < kVideos; ++seed) {
     std::mt19937 random(seed);
     const auto between = [&](double low, double high) {
       return std::uniform_real_distribution<double>(low, high)(random);
@@ -294,7 +295,7 @@ TEST(FilmClockProperty, TheOffsetLiesWithinItsUncertaintyOrIsRefused) {
     settings.noise = std::exp(between(std::log(0.01), std::log(0.5)));
     settings.variation = between(0.0, 0.6);
     try {
-      const FilmClock clock = match(track_of({pass}, settings), {pass});
+      const VideoClock clock = match(track_of({pass}, settings), {pass});
       ++found;
       // 95 % of errors are within the uncertainty; one more frame interval of margin is still far
       // from a wrong match.
@@ -304,16 +305,16 @@ TEST(FilmClockProperty, TheOffsetLiesWithinItsUncertaintyOrIsRefused) {
       continue;
     }
   }
-  EXPECT_GT(found, kFilms * 3 / 4);
+  EXPECT_GT(found, kVideos * 3 / 4);
 }
 
 // --- The import ----------------------------------------------------------------------------------
 
 constexpr double kApproach_mm = 5.0;
 
-// A filmed session of one line, eleven stations 40 mm apart. Its film starts at an unknown time
+// A recorded session of one line, eleven stations 40 mm apart. Its video starts at an unknown time
 // before the carriage does.
-class ImportFilmTest : public SessionCase {
+class ImportVideoTest : public SessionCase {
  protected:
   void SetUp() override {
     capture_.config.run.mode = CaptureMode::kVideo;
@@ -331,33 +332,33 @@ class ImportFilmTest : public SessionCase {
     session->record_journal(line, pass.journal(capture_.clock.wall_now()));
   }
   // The usual: one line, from two seconds before its pass until two after.
-  void film_line(const std::function<bool(double position_mm)>& blurred = {}) {
+  void shoot_line(const std::function<bool(double position_mm)>& blurred = {}) {
     record("x0", pass_);
-    shoot({.start_s = kFilmStart_s,
-           .length_s = pass_.end_s() - kFilmStart_s + 2.0,
+    shoot({.start_s = kVideoStart_s,
+           .length_s = pass_.end_s() - kVideoStart_s + 2.0,
            .blurred = blurred});
   }
-  void shoot(const TestFilm& film) {
-    shoot_test_film(film_, film, [&](double time_s) { return pass_.position_mm(time_s); });
+  void shoot(const TestVideo& video) {
+    shoot_test_video(video_, video, [&](double time_s) { return pass_.position_mm(time_s); });
   }
-  ImportResult import(const FilmImportOptions& options = {}) {
-    return import_film(capture_.directory, film_, options, &capture_.clock);
+  ImportResult import(const VideoImportOptions& options = {}) {
+    return import_video(capture_.directory, video_, options, &capture_.clock);
   }
-  std::string error_of_import(const FilmImportOptions& options = {}) {
+  std::string error_of_import(const VideoImportOptions& options = {}) {
     return error_of([&] { import(options); });
   }
 
-  static constexpr double kFilmStart_s = 27.813;
-  const fs::path film_ = directory_ / "film.avi";
-  TestPass pass_{};  // over the line that is filmed
+  static constexpr double kVideoStart_s = 27.813;
+  const fs::path video_ = directory_ / "video.avi";
+  TestPass pass_{};  // over the line that is recorded
 };
 
-TEST_F(ImportFilmTest, EveryStationGetsAFrameWithItsTruePosition) {
-  film_line();
+TEST_F(ImportVideoTest, EveryStationGetsAFrameWithItsTruePosition) {
+  shoot_line();
   const ImportResult result = import({.format = "png"});
   EXPECT_EQ(result.imported, 11U);
   EXPECT_THAT(result.summary,
-              AllOf(HasSubstr("11 stations imported"), HasSubstr("the film starts at")));
+              AllOf(HasSubstr("11 stations imported"), HasSubstr("the video starts at")));
   const WallTime created = SessionReader(capture_.directory).facts().created;
   TestScene scene({160, 80});
   const SessionContents captured = contents();
@@ -385,9 +386,9 @@ TEST_F(ImportFilmTest, EveryStationGetsAFrameWithItsTruePosition) {
   EXPECT_EQ(contents().frames.size(), 11U);
 }
 
-TEST_F(ImportFilmTest, BlurredFramesAreSkipped) {
+TEST_F(ImportVideoTest, BlurredFramesAreSkipped) {
   const double station_mm = capture_.plan.lines[0].stations[5].rail_mm;
-  film_line([&](double position_mm) { return std::abs(position_mm - station_mm) < 2.5; });
+  shoot_line([&](double position_mm) { return std::abs(position_mm - station_mm) < 2.5; });
   const ImportResult result = import();
   EXPECT_EQ(result.imported, 11U);
   EXPECT_THAT(result.summary, HasSubstr("blurred frames skipped: 1"));
@@ -396,9 +397,9 @@ TEST_F(ImportFilmTest, BlurredFramesAreSkipped) {
   EXPECT_LT(off_mm, 4.5);
 }
 
-TEST_F(ImportFilmTest, AFilmShorterThanThePassListsTheMissingStations) {
+TEST_F(ImportVideoTest, AVideoShorterThanThePassListsTheMissingStations) {
   record("x0", pass_);
-  shoot({.start_s = kFilmStart_s, .length_s = 8.5});
+  shoot({.start_s = kVideoStart_s, .length_s = 8.5});
   EXPECT_THAT(error_of_import(),
               AllOf(HasSubstr("does not show"), HasSubstr("x0_010"), HasSubstr("--allow-missing")));
   EXPECT_TRUE(contents().frames.empty());
@@ -408,9 +409,9 @@ TEST_F(ImportFilmTest, AFilmShorterThanThePassListsTheMissingStations) {
   EXPECT_THAT(result.summary, HasSubstr("x0_010"));
 }
 
-TEST_F(ImportFilmTest, TwoEqualLinesRequireTheLineOption) {
+TEST_F(ImportVideoTest, TwoEqualLinesRequireTheLineOption) {
   capture_.plan.lines.push_back(test_line("x1", LineAxis::kX, -0.5, -0.2, 0.04, 11));
-  film_line();
+  shoot_line();
   record("x1", pass_over(capture_.plan.lines[1], 90.0));
   EXPECT_THAT(error_of_import(),
               AllOf(HasSubstr("at two times, 60.0 s apart"), HasSubstr("--line")));
@@ -421,15 +422,15 @@ TEST_F(ImportFilmTest, TwoEqualLinesRequireTheLineOption) {
   }
 }
 
-TEST_F(ImportFilmTest, WhatCannotBeImportedIsNamed) {
+TEST_F(ImportVideoTest, WhatCannotBeImportedIsNamed) {
   { const auto session = capture_.open(); }
   shoot({.length_s = 1.0});
   EXPECT_THAT(error_of_import(), AllOf(HasSubstr("no journal"), HasSubstr("run.mode: video")));
-  film_line();
+  shoot_line();
   EXPECT_THAT(error_of_import({.line = "x7"}), AllOf(HasSubstr("no line x7"), HasSubstr("x0")));
   shoot({.start_s = 0.0, .length_s = 10.0});
   EXPECT_THAT(error_of_import(), HasSubstr("no start or stop of motion"));
-  shoot({.start_s = kFilmStart_s, .length_s = 14.0, .size = {160, 96}});
+  shoot({.start_s = kVideoStart_s, .length_s = 14.0, .size = {160, 96}});
   EXPECT_THAT(error_of_import(), AllOf(HasSubstr("160 x 96"), HasSubstr("stitch")));
 }
 

@@ -1,4 +1,4 @@
-#include "capture/import/film_stations.h"
+#include "capture/import/video_stations.h"
 
 #include <fmt/format.h>
 
@@ -83,10 +83,10 @@ std::vector<Edge> edges_of(const Motion& motion) {
   return edges;
 }
 
-std::vector<Edge> edges_of(const FilmTrack& track, const std::string& film) {
+std::vector<Edge> edges_of(const VideoTrack& track, const std::string& video) {
   constexpr std::size_t kFewestFrames = 10;
   if (track.frames.size() <= kFewestFrames) {
-    throw Error(fmt::format("{}: {} frames are too few to detect the carriage's motion", film,
+    throw Error(fmt::format("{}: {} frames are too few to detect the carriage's motion", video,
                             track.frames.size()));
   }
   Motion raw;
@@ -100,8 +100,8 @@ std::vector<Edge> edges_of(const FilmTrack& track, const std::string& film) {
   if (levels.steady >= 1.3 * levels.rest + kLeastRise) return edges_of(scaled(raw, levels));
   throw Error(fmt::format(
       "{}: shows no start or stop of motion (the picture changes by {:.2f} to {:.2f} grey levels "
-      "from frame to frame); film some seconds at rest before and after each line",
-      film, levels.rest, levels.steady));
+      "from frame to frame); stay some seconds at rest before and after each line",
+      video, levels.rest, levels.steady));
 }
 
 std::vector<Edge> edges_of(const Travel& travel) {
@@ -114,18 +114,18 @@ std::vector<Edge> edges_of(const Travel& travel) {
   return edges_of(scaled(raw, {0.0, std::max(levels_of(raw.values).steady, 1e-9)}));
 }
 
-// The clock by which the film's edges are the journal's from `first` on, if they can be.
-std::optional<FilmClock> clock_from(const std::vector<Edge>& film, const std::vector<Edge>& journal,
-                                    std::size_t first) {
+// The clock by which the video's edges are the journal's from `first` on, if they can be.
+std::optional<VideoClock> clock_from(const std::vector<Edge>& video,
+                                     const std::vector<Edge>& journal, std::size_t first) {
   std::vector<double> offsets_s;
-  for (std::size_t i = 0; i < film.size(); ++i) {
-    if (film[i].starts != journal[first + i].starts) return std::nullopt;
-    offsets_s.push_back(journal[first + i].time_s - film[i].time_s);
+  for (std::size_t i = 0; i < video.size(); ++i) {
+    if (video[i].starts != journal[first + i].starts) return std::nullopt;
+    offsets_s.push_back(journal[first + i].time_s - video[i].time_s);
   }
   const auto [least_s, most_s] = std::ranges::minmax(offsets_s);
   if (most_s - least_s > kLargestMismatch_s) return std::nullopt;
-  return FilmClock{.offset_s = 0.5 * (offsets_s.front() + offsets_s.back()),
-                   .uncertainty_s = 0.5 * (most_s - least_s)};
+  return VideoClock{.offset_s = 0.5 * (offsets_s.front() + offsets_s.back()),
+                    .uncertainty_s = 0.5 * (most_s - least_s)};
 }
 
 // Position of a frame on a line.
@@ -136,8 +136,8 @@ struct PlacedFrame {
   bool blurred = false;
 };
 
-std::vector<PlacedFrame> place_frames(const FilmTrack& track, std::span<const Travel> travels,
-                                      const FilmClock& clock) {
+std::vector<PlacedFrame> place_frames(const VideoTrack& track, std::span<const Travel> travels,
+                                      const VideoClock& clock) {
   constexpr double kSpeedOver_s = 0.05;
   const std::vector<bool> blurred = blurred_frames(track);
   std::vector<PlacedFrame> placed;
@@ -170,13 +170,13 @@ double reach_mm(const std::vector<SessionStation>& stations, std::size_t of) {
 }
 
 // Prevents a frame from being assigned to the wrong station.
-void require_certain(const PlacedFrame& frame, double within_mm, const FilmClock& clock,
-                     const std::string& film) {
+void require_certain(const PlacedFrame& frame, double within_mm, const VideoClock& clock,
+                     const std::string& video) {
   if (frame.error_mm < within_mm) return;
   throw Error(fmt::format(
       "{}: the clock offset is only known to {:.2f} s, or {:.1f} mm of travel, and stations are "
-      "{:.1f} mm apart; film more slowly, with some seconds at rest before and after each line",
-      film, clock.uncertainty_s, frame.error_mm, 2.0 * within_mm));
+      "{:.1f} mm apart; move more slowly, with some seconds at rest before and after each line",
+      video, clock.uncertainty_s, frame.error_mm, 2.0 * within_mm));
 }
 
 }  // namespace
@@ -214,39 +214,39 @@ std::vector<Travel> travels_of(const std::string& line, std::span<const JournalS
   return travels;
 }
 
-FilmClock match_film_clock(const FilmTrack& track, std::span<const Travel> travels,
-                           const std::string& film) {
-  const std::vector<Edge> shown = edges_of(track, film);
+VideoClock match_video_clock(const VideoTrack& track, std::span<const Travel> travels,
+                             const std::string& video) {
+  const std::vector<Edge> shown = edges_of(track, video);
   std::vector<Edge> recorded;
   for (const Travel& travel : travels) {
     const std::vector<Edge> edges = edges_of(travel);
     recorded.insert(recorded.end(), edges.begin(), edges.end());
   }
-  std::vector<FilmClock> clocks;
+  std::vector<VideoClock> clocks;
   for (std::size_t first = 0; !shown.empty() && first + shown.size() <= recorded.size(); ++first) {
     if (const auto clock = clock_from(shown, recorded, first)) clocks.push_back(*clock);
   }
   if (clocks.empty()) {
     throw Error(fmt::format(
         "{}: the motion, with {} starts and stops, does not fit the journal at any time; is it the "
-        "film of another session? Cut parts in which the camera is carried",
-        film, shown.size()));
+        "video of another session? Cut parts in which the camera is carried",
+        video, shown.size()));
   }
   if (clocks.size() > 1) {
     throw Error(fmt::format(
-        "{}: the motion fits the journal at two times, {:.1f} s apart; name the filmed line with "
+        "{}: the motion fits the journal at two times, {:.1f} s apart; name the recorded line with "
         "--line",
-        film, clocks[1].offset_s - clocks[0].offset_s));
+        video, clocks[1].offset_s - clocks[0].offset_s));
   }
   const double frame_s = track.frames.back().time_s / static_cast<double>(track.frames.size() - 1);
   clocks[0].uncertainty_s += 0.5 * frame_s;
   return clocks[0];
 }
 
-FilmStations find_station_frames(const SessionContents& contents, const FilmTrack& track,
-                                 std::span<const Travel> travels, const FilmClock& clock,
-                                 const std::string& film) {
-  FilmStations result;
+VideoStations find_station_frames(const SessionContents& contents, const VideoTrack& track,
+                                  std::span<const Travel> travels, const VideoClock& clock,
+                                  const std::string& video) {
+  VideoStations result;
   const std::vector<PlacedFrame> frames = place_frames(track, travels, clock);
   std::set<std::string> lines;
   for (const PlacedFrame& frame : frames) lines.insert(frame.line);
@@ -274,7 +274,7 @@ FilmStations find_station_frames(const SessionContents& contents, const FilmTrac
     } else if (sharp_error_mm(sharp) == HUGE_VAL) {
       result.only_blurred.push_back(station.name);
     } else {
-      require_certain(sharp, within_mm, clock, film);
+      require_certain(sharp, within_mm, clock, video);
       const double off_mm = std::abs(sharp.frame.position_mm - station.planned_mm);
       result.farthest_mm = std::max(result.farthest_mm, off_mm);
       result.uncertainty_mm = std::max(result.uncertainty_mm, sharp.error_mm);
