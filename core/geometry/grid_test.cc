@@ -425,6 +425,34 @@ TEST(LineNotes, NameLinesThatMayBePassesOfOne) {
               AllOf(HasSubstr("x0 and x1 are 12 mm apart"), HasSubstr("--line-tolerance-mm 12")));
 }
 
+// Stations from (x, z) on, 0.1 m apart.
+void add_line(const std::string& name, LineAxis axis, double x, double z, int count,
+              std::vector<StationPose>* stations) {
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3d step =
+        0.1 * i * Eigen::Vector3d(axis == LineAxis::kX, 0, axis == LineAxis::kZ);
+    stations->push_back({fmt::format("{}{:02}", name, i), Eigen::Vector3d(x, 0.0, z) + step});
+  }
+}
+
+TEST(LineNotes, NameTheSideThatACellLacks) {
+  std::vector<StationPose> stations;
+  add_line("front", LineAxis::kX, -0.65, 0.5, 14, &stations);
+  add_line("left", LineAxis::kZ, -0.5, -0.65, 14, &stations);
+  add_line("right", LineAxis::kZ, 0.5, -0.65, 14, &stations);
+  const std::vector<std::string> three = line_notes(find_grid(stations, {}));
+  ASSERT_EQ(three.size(), 1U);
+  EXPECT_THAT(three[0],
+              HasSubstr("x0, z0 and z1 are three sides of a cell; the fourth, along x from "
+                        "about -0.5,-0.5 to 0.5,-0.5 (x,z in metres), is missing"));
+  add_line("back", LineAxis::kX, -0.65, -0.5, 8, &stations);
+  const std::vector<std::string> half = line_notes(find_grid(stations, {}));
+  ASSERT_EQ(half.size(), 1U);
+  EXPECT_THAT(half[0], HasSubstr("line x0 ends 450 mm before the corner with line z1 at 0.5,-0.5"));
+  add_line("rest", LineAxis::kX, 0.15, -0.5, 6, &stations);
+  EXPECT_TRUE(line_notes(find_grid(stations, {})).empty());
+}
+
 TEST(DoubtOfUnit, MillimetresAreNotMetres) {
   EXPECT_FALSE(doubt_of_unit(find_grid(stations_of({}), {})));
   EXPECT_FALSE(doubt_of_unit(find_grid(stations_of({.spacing_m = 1.5}), {}))) << "a hall";

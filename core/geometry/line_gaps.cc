@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <functional>
@@ -43,6 +44,46 @@ std::optional<double> distance_between(const Line& a, const Line& b) {
   const PlanPoint on_a = place_at(a, 0.5 * (begin + end));
   const PlanPoint on_b = place_at(b, along_line(b, on_a));
   return std::hypot(on_a.x_m - on_b.x_m, on_a.z_m - on_b.z_m);
+}
+
+// Of the corner where a line ends that the line `other` intersects: as far before the line's other
+// end as it reaches beyond `other`.
+PlanPoint far_corner(const Line& line, const Line& other) {
+  const double at_m = along_line(line, crossing_of(line, other));
+  const double before_m = at_m - line.first_m(), behind_m = line.last_m() - at_m;
+  return place_at(line, behind_m > before_m ? line.last_m() - std::max(0.0, before_m)
+                                            : line.first_m() + std::max(0.0, behind_m));
+}
+
+// Why lines that intersect close no cell; none if the reason is not that a side is missing.
+std::optional<std::string> missing_side(const Grid& grid) {
+  std::array<std::vector<const Line*>, 2> lines;  // along x, along z
+  for (const Line& line : grid.lines) lines[line.axis == LineAxis::kX ? 0 : 1].push_back(&line);
+  for (const std::size_t axis : {0, 1}) {
+    const std::vector<const Line*>&these = lines[axis], &others = lines[1 - axis];
+    if (these.empty() || others.size() < 2) continue;
+    const Line &a = *others.front(), &b = *others.back();
+    if (these.size() == 1) {
+      const PlanPoint from = far_corner(a, *these[0]), to = far_corner(b, *these[0]);
+      return fmt::format(
+          "lines {}, {} and {} are three sides of a cell; the fourth, along {} from about {:.3g},"
+          "{:.3g} to {:.3g},{:.3g} (x,z in metres), is missing: capture it, or list its stations",
+          these[0]->id, a.id, b.id, name_of(these[0]->axis), from.x_m, from.z_m, to.x_m, to.z_m);
+    }
+    for (const Line* line : {these.front(), these.back()}) {
+      for (const Line* other : {&a, &b}) {
+        const PlanPoint corner = crossing_of(*line, *other);
+        const double at_m = along_line(*line, corner);
+        const double short_m = std::max(line->first_m() - at_m, at_m - line->last_m());
+        if (short_m <= covering_spacing(*line)) continue;
+        return fmt::format(
+            "line {} ends {} before the corner with line {} at {:.3g},{:.3g} (x,z in metres), so "
+            "no cell is closed: capture it up to there, or list its stations",
+            line->id, mm_text(short_m), other->id, corner.x_m, corner.z_m);
+      }
+    }
+  }
+  return std::nullopt;
 }
 
 struct Neighbour {
@@ -130,6 +171,8 @@ std::vector<std::string> line_notes(const Grid& grid) {
           a->id, b->id, mm_text(*apart_m), mm_at_least(*apart_m)));
     }
   }
+  const auto missing = grid.cells.empty() ? missing_side(grid) : std::nullopt;
+  if (missing) notes.push_back(*missing);
   return notes;
 }
 

@@ -38,8 +38,9 @@ double median_spacing_m(const Line& line);
 // cell, a missing section does.
 std::vector<LineGap> missing_sections(const Line& line);
 
-// Sentences for users: of every missing section, and of lines side by side, closer than their
-// stations' spacing, which may be passes of one line.
+// Sentences for users: of every missing section, of lines side by side, closer than their stations'
+// spacing, which may be passes of one line, and of the side that is missing where no cell is
+// closed.
 std::vector<std::string> line_notes(const Grid& grid);
 
 // Why the positions look like millimetres or centimetres, and what to do; none if they do not.
