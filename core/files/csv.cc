@@ -176,6 +176,11 @@ CsvTable CsvTable::parse(std::string_view text, const std::string& source,
 
 CsvTable CsvTable::read(const std::filesystem::path& file, const std::vector<std::string>& required,
                         const std::vector<std::string>& optional) {
+  std::error_code error;
+  if (file != "-" && !std::filesystem::exists(file, error)) {
+    throw Error(fmt::format("{}: no such file; give a table with the columns {}", file.string(),
+                            fmt::join(required, ",")));
+  }
   return parse(read_file_or_stdin(file), input_name(file), required, optional);
 }
 

@@ -89,6 +89,13 @@ TEST(CsvTable, HeaderErrorsNameTheRequiredColumns) {
   EXPECT_THAT(table_error("file,x,y,z,\n"), StartsWith("poses.csv:1: unknown column ''"));
 }
 
+TEST(CsvTable, AMissingFileIsNamedWithTheColumnsItNeeds) {
+  EXPECT_EQ(error_of([] {
+              CsvTable::read("nowhere/walk.csv", {"name", "x", "z"}, {"y"});
+            }),
+            "nowhere/walk.csv: no such file; give a table with the columns name,x,z");
+}
+
 TEST(CsvTable, RowsOfAnotherLengthAreErrors) {
   EXPECT_EQ(table_error("file,x,y,z\na.jpg,1,2,3\nb.jpg,1,2\n"),
             "poses.csv:3: 3 fields where the header has 4 (file,x,y,z)");
