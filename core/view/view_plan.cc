@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "core/base/error.h"
@@ -56,6 +57,23 @@ double overhang(const Line& line, PlanPoint corner, PlanPoint centre) {
   const double at = along_line(line, corner);
   const bool towards_end = at > along_line(line, centre);
   return std::max(0.0, towards_end ? line.last_m() - at : at - line.first_m());
+}
+
+// The place inside a cell nearest to one outside all, to the millimetre.
+PlanPoint nearest_inside(const std::vector<Cell>& cells, PlanPoint from) {
+  const auto within = [](double value, double least, double most) {
+    return std::min(std::max(value, std::ceil(1e3 * least) / 1e3), std::floor(1e3 * most) / 1e3);
+  };
+  PlanPoint nearest;
+  double least_m = std::numeric_limits<double>::infinity();
+  for (const Cell& cell : cells) {
+    const PlanPoint at{within(from.x_m, cell.x_min_m, cell.x_max_m),
+                       within(from.z_m, cell.z_min_m, cell.z_max_m)};
+    const double apart_m = std::hypot(at.x_m - from.x_m, at.z_m - from.z_m);
+    if (apart_m < least_m) nearest = at;
+    least_m = std::min(least_m, apart_m);
+  }
+  return nearest;
 }
 
 }  // namespace
@@ -122,10 +140,11 @@ ViewPlan::ViewPlan(const Grid& grid, const Viewpoint& viewpoint, const Connectio
   } else if (grid.cells.empty()) {
     plan_open_grid();
   } else {
+    const PlanPoint inside = nearest_inside(grid.cells, at);
     throw Error(
-        fmt::format("viewpoint {},{} m is outside every cell of the room; choose one inside "
-                    "(raywalk-build-lf info lists the cells)",
-                    at.x_m, at.z_m));
+        fmt::format("viewpoint {},{} m is outside every cell of the room; choose one inside, the "
+                    "nearest is {:g},{:g} (raywalk-build-lf info lists the cells)",
+                    at.x_m, at.z_m, inside.x_m, inside.z_m));
   }
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/geometry/sphere.h"
 #include "core/view/test_grid.h"
 
@@ -159,6 +160,15 @@ TEST(ViewPlan, CountsTheCornersThatNeedMoreOverhang) {
   EXPECT_EQ(ViewPlan(bare, {0.3, 0.1}, rule_of(45.0)).limited_corners(), 4);
   EXPECT_EQ(ViewPlan(bare, {0.3, 0.1}, rule_of(90.0)).limited_corners(), 0);
   EXPECT_EQ(ViewPlan(square_grid(1.0, 1.0), {0.3, 0.1}, rule_of(45.0)).limited_corners(), 0);
+}
+
+TEST(ViewPlan, OutsideOfEveryCellNamesTheNearestPlaceInside) {
+  const Grid grid = square_grid(1.0003, 0.0);
+  const auto error_at = [&](PlanPoint at) {
+    return error_of([&] { ViewPlan(grid, at, kPhysical); });
+  };
+  EXPECT_THAT(error_at({0.7, 0.25}), testing::HasSubstr("the nearest is 0.5,0.25 ("));
+  EXPECT_THAT(error_at({-500.0, 1000.0}), testing::HasSubstr("the nearest is -0.5,0.5 ("));
 }
 
 TEST(LineCrossing, LiesOnTheRayAndOnAnObliqueLineUnlessParallel) {
