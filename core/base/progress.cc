@@ -18,6 +18,10 @@ using std::chrono::steady_clock;
 constexpr auto kTerminalInterval = std::chrono::milliseconds(100);
 constexpr auto kLogInterval = std::chrono::seconds(1);
 constexpr std::int64_t kLogLines = 10;
+// The first units of a task also start it, so that what is left is estimated from this time on,
+// and from a twentieth of the work on, or a minute.
+constexpr double kFirstEstimate_s = 3.0, kSureEstimate_s = 60.0;
+constexpr std::int64_t kEstimatedPart = 20;
 
 std::string duration_text(double seconds) {
   // The clamp keeps the cast defined; an estimate above a hundred hours is meaningless anyway.
@@ -84,7 +88,8 @@ void Progress::print(bool final) {
   if (rate > 0.0) line += fmt::format(", {:.3g} {}/s", rate, unit_);
   if (final) {
     line += ", took " + duration_text(elapsed_s);
-  } else if (total_ > 0 && rate > 0.0) {
+  } else if (total_ > 0 && rate > 0.0 && elapsed_s >= kFirstEstimate_s &&
+             (done_ * kEstimatedPart >= total_ || elapsed_s >= kSureEstimate_s)) {
     line += ", " + duration_text(static_cast<double>(total_ - done_) / rate) + " left";
   }
   // "\r" returns to the start of the live line; ESC [ K (ECMA-48, EL) clears what a longer one
