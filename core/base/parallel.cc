@@ -3,6 +3,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_group.h>
 
 #include <algorithm>
 #include <atomic>
@@ -79,6 +80,7 @@ void parallel_for(int begin, int end, int grain, const std::function<void(int, i
   const AtEnd take_at_end([&] { take(&from_bodies); });
   // The simple partitioner splits until a chunk holds at most `grain` indices; the default one may
   // make far larger chunks, which would delay the response to Ctrl-C.
+  tbb::task_group_context context;
   tbb::parallel_for(
       tbb::blocked_range<int>(begin, end, chunk),
       [&](const tbb::blocked_range<int>& range) {
@@ -87,7 +89,9 @@ void parallel_for(int begin, int end, int grain, const std::function<void(int, i
         throw_if_interrupted();
         body(range.begin(), range.end());
       },
-      tbb::simple_partitioner());
+      tbb::simple_partitioner(), context);
+  // Where another body of an outer loop has failed, TBB ends this one without its bodies.
+  if (context.is_group_execution_cancelled()) throw Interrupted("interrupted");
 }
 
 void check_in_parallel(int count, const std::function<void(int)>& check) {
