@@ -229,6 +229,9 @@ std::string import_poses(const ImportOptions& options) {
   const std::vector<fs::path> files = find_panoramas(poses, options.panoramas);
   const GridAxes axes = axes_of(poses, options);
   const Grid grid = find_grid(stations_of(poses.frames, axes), options.axes.tolerance);
+  if (const auto doubt = doubt_of_unit(grid)) {
+    spdlog::warn("{}: {}", options.source.string(), *doubt);
+  }
   for (const std::string& note : line_notes(grid)) {
     spdlog::warn("{}: {}", options.source.string(), note);
   }

@@ -10,6 +10,7 @@
 #include "calibrate/import/face_poses.h"
 #include "calibrate/import/grid_axes.h"
 #include "core/base/test_error.h"
+#include "core/base/test_log.h"
 #include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
@@ -203,6 +204,14 @@ TEST_F(ImportPosesTest, ListsThePanoramasInTheAxesOfTheirGrid) {
               HasSubstr("4 lines, stations 250.0 to 250.0 mm apart, 1 cell ("));
   expect_true_list();
   EXPECT_THAT(read_file(out() / "import.json"), HasSubstr("\"raywalk-import\""));
+}
+
+TEST_F(ImportPosesTest, MillimetresInPlaceOfMetresAreWarnedOf) {
+  ImportOptions given = options();
+  given.axes.scale = {.metres_per_unit = 500.0};  // of a unit of half a metre
+  const CapturedLog log;
+  import_poses(given);
+  EXPECT_THAT(log.text(), HasSubstr("divide millimetres by 1000"));
 }
 
 // As COLMAP 4.1 writes it, with rigs and frames beside.

@@ -177,6 +177,8 @@ std::vector<std::string> line_notes(const Grid& grid) {
 }
 
 std::optional<std::string> doubt_of_unit(const Grid& grid) {
+  // Neighbours are of one placement of the slider, whose stroke is 1.75 m in our example
+  // (configs/capture-osc.yaml); the sides of a cell may take up to 28 of those.
   constexpr double kWidestSpacing_m = 2.0, kWidestCell_m = 50.0;
   double spacing_m = 0.0, cell_m = 0.0;
   for (const Line& line : grid.lines) spacing_m = std::max(spacing_m, median_spacing_m(line));
