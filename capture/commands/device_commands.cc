@@ -77,6 +77,7 @@ void add_config(CLI::App* command, ConfigArguments* arguments) {
 CaptureConfig config_of(const ConfigArguments& arguments) {
   CaptureConfig config = read_config(arguments.config);
   if (!arguments.rig.empty()) use_rig_addresses(&config, arguments.rig);
+  require_devices(config);
   return config;
 }
 

@@ -46,6 +46,21 @@ std::vector<Rule> plan_rules(const CaptureConfig& config) {
 std::vector<Rule> slider_rules(const CaptureConfig& config) {
   const SliderConfig& slider = config.slider;
   const MotionRules& motion = slider.motion;
+  return {
+      {!(slider.low_limit_mm < slider.high_limit_mm), "slider.high_limit_mm",
+       fmt::format("is {}; it must be above low_limit_mm, which is {}", slider.high_limit_mm,
+                   slider.low_limit_mm)},
+      {motion.following_error_mm < motion.settle_tolerance_mm, "slider.motion.following_error_mm",
+       fmt::format("is {}; it must not be below settle_tolerance_mm, which is {}",
+                   motion.following_error_mm, motion.settle_tolerance_mm)},
+      {motion.poll_ms > motion.stall_ms, "slider.motion.poll_ms",
+       fmt::format("is {}; it must not exceed stall_ms, which is {}", motion.poll_ms,
+                   motion.stall_ms)},
+  };
+}
+
+// What the drive needs to be reached.
+std::vector<Rule> drive_rules(const SliderConfig& slider) {
   const std::filesystem::path& map = slider.register_map;
   const auto impossible = impossible_connection(slider);
   std::error_code unreadable;
@@ -59,15 +74,6 @@ std::vector<Rule> slider_rules(const CaptureConfig& config) {
       {impossible.has_value(), impossible ? impossible->key : "",
        impossible ? impossible->what : ""},
       {!map_fault.empty(), "slider.register_map", map_fault},
-      {!(slider.low_limit_mm < slider.high_limit_mm), "slider.high_limit_mm",
-       fmt::format("is {}; it must be above low_limit_mm, which is {}", slider.high_limit_mm,
-                   slider.low_limit_mm)},
-      {motion.following_error_mm < motion.settle_tolerance_mm, "slider.motion.following_error_mm",
-       fmt::format("is {}; it must not be below settle_tolerance_mm, which is {}",
-                   motion.following_error_mm, motion.settle_tolerance_mm)},
-      {motion.poll_ms > motion.stall_ms, "slider.motion.poll_ms",
-       fmt::format("is {}; it must not exceed stall_ms, which is {}", motion.poll_ms,
-                   motion.stall_ms)},
   };
 }
 
@@ -157,11 +163,15 @@ CaptureConfig read_capture_config(const std::filesystem::path& file) {
   if (!map.empty()) map = config_path(map, ConfigKind::kSlider, file.parent_path());
   require(config, plan_rules(config));
   require(config, slider_rules(config));
-  require(config, device_rules(config.camera));
   require(config, picture_rules(config));
+  return config;
+}
+
+void require_devices(const CaptureConfig& config) {
+  require(config, drive_rules(config.slider));
+  require(config, device_rules(config.camera));
   const std::string& place_url = config.run.place_url;
   if (!place_url.empty()) require(config, {url_rule("run.place_url", place_url)});
-  return config;
 }
 
 void use_rig_addresses(CaptureConfig* config, const std::filesystem::path& directory) {

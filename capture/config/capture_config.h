@@ -81,10 +81,13 @@ struct CaptureConfig {
   RunConfig run{};
 };
 
-// Reads the file. Throws UsageError naming file, line and key: as SettingsSchema does, for an
-// invalid combination (a gpio camera without a shutter line, limits in the wrong order), or a
-// missing register map.
+// Reads the file. Throws UsageError naming file, line and key: as SettingsSchema does, and for an
+// invalid combination (limits in the wrong order).
 CaptureConfig read_capture_config(const std::filesystem::path& file);
+
+// What a plan does without. Throws UsageError as above where slider, camera or rail placement
+// cannot be reached: no serial port, no register map, a gpio camera without a shutter line.
+void require_devices(const CaptureConfig& config);
 
 // To rehearse a session as planned: replaces the addresses of slider, camera and rail placement by
 // those of the rig that runs in `directory` (raywalk-simulate rig). Throws UsageError: no rig runs

@@ -41,7 +41,9 @@ class CaptureConfigTest : public testing::Test {
   CaptureConfig read(const ConfigText& text) {
     write_file_atomically(directory_ / "capture.yaml",
                           text.grid + text.slider + text.camera + text.rest);
-    return read_capture_config(directory_ / "capture.yaml");
+    CaptureConfig config = read_capture_config(directory_ / "capture.yaml");
+    require_devices(config);
+    return config;
   }
 
   // What is wrong, from "capture.yaml:" on; "no error" if nothing is.
@@ -85,6 +87,13 @@ TEST_F(CaptureConfigTest, EveryGroupIsRead) {
   EXPECT_EQ(config.validation[0].axis, LineAxis::kZ);
   EXPECT_EQ(config.validation[1].to_m, 0.4);
   EXPECT_EQ(config.run.shots, 5);
+}
+
+TEST_F(CaptureConfigTest, APlanNeedsNoDevices) {
+  write_file_atomically(directory_ / "plan.yaml", "slider: {high_limit_mm: 2000}\n");
+  const CaptureConfig config = read_capture_config(directory_ / "plan.yaml");
+  EXPECT_THAT(error_of([&] { require_devices(config); }),
+              HasSubstr("plan.yaml: 'slider.device' is missing"));
 }
 
 TEST_F(CaptureConfigTest, PathsAreRelativeToTheFile) {

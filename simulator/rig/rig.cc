@@ -32,7 +32,9 @@ capture::CaptureConfig capture_of(const RigConfig& config) {
     throw UsageError("'capture_config' " +
                      missing_config_text(config.capture_config, ConfigKind::kCapture));
   }
-  return capture::read_capture_config(config.capture_config);
+  capture::CaptureConfig capture = capture::read_capture_config(config.capture_config);
+  capture::require_devices(capture);
+  return capture;
 }
 
 // The room is built around the capture grid.
