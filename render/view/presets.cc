@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <array>
 #include <limits>
 
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 #include "core/room/distance_maps.h"
 #include "core/room/requirements.h"
 
@@ -96,10 +98,20 @@ Preset preset_of(const std::string& name, const SceneNumbers& scene) {
   return preset;
 }
 
+void warn_without_distances(const Room& room) {
+  if (room.has_distances()) return;
+  const std::string name = room.directory().string();
+  spdlog::warn(
+      "{}: has no distances, so views are initial ones, off above and below the height of the "
+      "lines; run raywalk-build-lf depth {} first",
+      name, shell_word(name));
+}
+
 Preset preset_settings(const ViewFlags& flags, const Room& room) {
   const ViewSettings plain = view_settings(flags);
   if (plain.preset == "none") return {plain, {}};
   const Preset preset = preset_of(plain.preset, scene_numbers(room));
+  warn_without_distances(room);
   return {view_settings(flags, preset.settings),
           fmt::format("preset {}: {}", plain.preset, preset.reason)};
 }

@@ -37,6 +37,10 @@ struct Preset {
 // Without distances all presets give initial views. Throws UsageError for an unknown name.
 Preset preset_of(const std::string& name, const SceneNumbers& scene);
 
+// Warns that views are initial ones where a preset or an export would correct them by distances
+// that the room does not have.
+void warn_without_distances(const Room& room);
+
 // view_settings() on top of the preset that the flags or the file name, and the reason for its
 // settings (empty where no preset is named). Throws as view_settings() and scene_numbers() do.
 Preset preset_settings(const ViewFlags& flags, const Room& room);

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "core/base/error.h"
+#include "core/base/test_log.h"
 #include "core/files/test_directory.h"
 #include "core/view/renderer.h"
 #include "core/view/test_room.h"
@@ -92,6 +93,19 @@ TEST_F(PresetSettingsTest, FlagsAndFileOverrideThePreset) {
   EXPECT_EQ(mixed.settings.options.distance_maps, 2);
   EXPECT_TRUE(preset_settings({}, room_).settings == ViewSettings());
   EXPECT_TRUE(preset_settings({}, room_).reason.empty());
+}
+
+TEST_F(PresetSettingsTest, ARoomWithoutDistancesIsWarnedOf) {
+  const auto warning = [](const ViewFlags& flags, const Room& room) {
+    const CapturedLog log;
+    preset_settings(flags, room);
+    return log.text();
+  };
+  const TestRoom bare({.width = 64, .distances = false});
+  EXPECT_THAT(warning({.preset = "accurate"}, bare.room()),
+              HasSubstr("run raywalk-build-lf depth"));
+  EXPECT_EQ(warning({}, bare.room()), "");
+  EXPECT_EQ(warning({.preset = "accurate"}, room_), "");
 }
 
 TEST_F(PresetSettingsTest, EveryPresetRenders) {

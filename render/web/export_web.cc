@@ -17,6 +17,7 @@
 #include "core/view/view_plan.h"
 #include "render/view/path_curve.h"
 #include "render/view/path_table.h"
+#include "render/view/presets.h"
 #include "render/web/hotspots.h"
 #include "render/web/station_files.h"
 #include "render/web/truth_pairs.h"
@@ -150,6 +151,7 @@ std::string export_web(const Room& room, const WebExportOptions& options, const 
   const fs::path page = page_of(options);
   WebContent content{
       .title = options.title, .budget_mb = options.budget_mb, .view = view_options(room, options)};
+  warn_without_distances(room);
   const ConnectionRule rule = rule_of(content.view);
   content.start = start_of(room.grid(), rule, options);
   content.path = walk_of(room, rule, options);
