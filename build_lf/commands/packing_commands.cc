@@ -1,5 +1,6 @@
 // Commands that make rooms: all, pack, repack, refine.
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -53,6 +54,22 @@ CLI::Option* add_compress_option(CLI::App* command, std::string* name) {
       ->capture_default_str();
 }
 
+// Of the folder of a capture, too, as for raywalk-calibrate; its list is rarely calibrated.
+std::filesystem::path list_in(const std::filesystem::path& folder) {
+  const auto calibrated = folder / "calibration" / "poses.csv";
+  if (std::filesystem::exists(calibrated)) {
+    spdlog::warn("{}: its positions are taken as listed; for the calibrated ones give --frames {}",
+                 folder.string(), shell_word(calibrated.string()));
+  } else if (!std::filesystem::exists(folder / "rectify.json") &&
+             !std::filesystem::exists(folder / "import.json")) {
+    spdlog::warn(
+        "{}: its positions are taken as listed; if they were measured by hand, run "
+        "raywalk-calibrate all {} first",
+        folder.string(), shell_word(folder.string()));
+  }
+  return folder / "poses.csv";
+}
+
 // What `all` and `pack` have in common.
 void add_frames_options(CLI::App* command, Arguments<PackOptions>* arguments) {
   PackOptions* options = &arguments->options;
@@ -73,8 +90,7 @@ void add_frames_options(CLI::App* command, Arguments<PackOptions>* arguments) {
 
 PackOptions given_options(const Arguments<PackOptions>& arguments) {
   PackOptions options = arguments.options;
-  // The folder of a capture, too, as for raywalk-calibrate.
-  if (std::filesystem::is_directory(options.frames)) options.frames /= "poses.csv";
+  if (std::filesystem::is_directory(options.frames)) options.frames = list_in(options.frames);
   options.form = ray_form_from_name(arguments.compress);
   set_thread_count(arguments.threads);
   if (options.out.empty()) options.out = default_room_name(options.frames);
