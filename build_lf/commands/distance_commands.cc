@@ -73,8 +73,9 @@ void add_depth(CLI::App* app) {
   depth->footer(
       "Examples:\n  raywalk-build-lf depth room.lf\n"
       "  raywalk-build-lf depth room.lf --step sweep --part 1/16\n"
-      "The same command resumes a stopped run. Views then use the estimated distances; those\n"
-      "packed with the room are kept, and `raywalk-build-lf distances` goes back to them.");
+      "Views then use the estimated distances; those packed with the room are kept, and\n"
+      "`raywalk-build-lf distances` goes back to them.");
+  add_resumption(depth);
   depth->callback([arguments, options] {
     options->method = depth_method_from_name(arguments->method);
     set_thread_count(arguments->threads);

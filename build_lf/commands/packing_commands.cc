@@ -126,8 +126,8 @@ void add_all(CLI::App* app) {
   add_frames_options(command, arguments.get());
   command->footer(
       "Example:\n  raywalk-build-lf all --frames hall/calibration/poses.csv\n"
-      "Makes hall.lf, from it hall-refined.lf, and prints the command of a view. The same command\n"
-      "resumes a stopped run, and repeats nothing that is done.");
+      "Makes hall.lf, from it hall-refined.lf, and prints the command of a view.");
+  add_resumption(command);
   command->callback([arguments] { fmt::print("{}\n", make_room(given_options(*arguments))); });
 }
 
@@ -141,11 +141,11 @@ void add_pack(CLI::App* app) {
   add_part_option(command, &arguments->part, "lines");
   command->footer(
       "Example:\n  raywalk-build-lf pack --frames poses.csv --distance dist --out room.lf\n"
-      "The same command resumes a stopped run.\n"
       "In parts, each on any machine, and finished:\n"
       "  raywalk-build-lf pack --frames poses.csv --out room.lf --part 1/2\n"
       "  raywalk-build-lf pack --frames poses.csv --out room.lf --part 2/2\n"
       "  raywalk-build-lf pack --frames poses.csv --out room.lf");
+  add_resumption(command);
   command->callback([arguments] {
     const PackOptions options = given_options(*arguments);
     if (arguments->part) {
@@ -172,7 +172,8 @@ void add_repack(CLI::App* app) {
   command->footer(
       "Example:\n  raywalk-build-lf repack room.lf --compress jpeg:95 --out small.lf\n"
       "JPEG is made from what is stored: from JPEG it loses once more. What was measured of views\n"
-      "is left out. The same command resumes a stopped run.");
+      "is left out.");
+  add_resumption(command);
   command->callback([arguments, options] {
     options->form = ray_form_from_name(arguments->compress);
     set_thread_count(arguments->threads);
@@ -206,7 +207,8 @@ void add_refine(CLI::App* app) {
   command->footer(
       "Examples:\n  raywalk-build-lf refine hall.lf\n"
       "  raywalk-build-lf refine hall.lf --stations 24 --compress jpeg:95 --out small.lf\n"
-      "The result is a room like any other. The same command resumes a stopped run.");
+      "The result is a room like any other.");
+  add_resumption(command);
   command->callback([arguments, options] {
     options->form = ray_form_from_name(arguments->compress);
     set_thread_count(arguments->threads);

@@ -9,6 +9,7 @@
 #include "calibrate/commands/commands.h"
 #include "calibrate/commands/step_options.h"
 #include "core/base/parallel.h"
+#include "core/command_line/command_options.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -69,8 +70,10 @@ void add_all(CLI::App* app) {
       "A column mask of poses.csv is honoured by every step. Frames of a gt.csv beside poses.csv "
       "are\n"
       "posed and rectified too, for raywalk-render validate, but have no part in the lines.\n"
-      "An interrupted run is resumed by the same command; steps whose inputs and options have not\n"
-      "changed are skipped. The exit code is 1 on an error or if the result is not trustworthy.");
+      "Steps whose inputs and options have not changed are skipped. The exit code is 1 on an "
+      "error\n"
+      "or if the result is not trustworthy.");
+  add_resumption(command);
   command->callback([arguments] { run(*arguments); });
 }
 

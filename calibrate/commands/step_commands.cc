@@ -105,9 +105,8 @@ void add_stitch(CLI::App* app) {
                                    "Lens file to use (default: result of the step lens)"),
                ConfigKind::kLens);
   add_stitch_options(command, arguments.get());
-  command->footer(
-      "Example:\n  raywalk-calibrate stitch hall\n"
-      "An interrupted run is resumed by the same command.");
+  command->footer("Example:\n  raywalk-calibrate stitch hall");
+  add_resumption(command);
   command->callback([arguments] { run_stitch(*arguments); });
 }
 
@@ -130,8 +129,8 @@ void add_poses(CLI::App* app) {
   add_poses_options(command, arguments.get());
   command->footer(
       "Example:\n  raywalk-calibrate poses hall --keyframes-mm 100\n"
-      "Frames of a gt.csv beside poses.csv are solved with the stations, all of them.\n"
-      "An interrupted run is resumed by the same command.");
+      "Frames of a gt.csv beside poses.csv are solved with the stations, all of them.");
+  add_resumption(command);
   command->callback([arguments] { run_poses(*arguments); });
 }
 

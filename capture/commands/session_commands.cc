@@ -14,6 +14,7 @@
 #include "capture/session/session_frames.h"
 #include "capture/session/session_status.h"
 #include "core/base/escaped.h"
+#include "core/command_line/command_options.h"
 
 namespace raywalk::capture {
 namespace {
@@ -126,7 +127,8 @@ void add_import(CLI::App* app) {
       "Example:\n  raywalk-capture import hall /media/card/DCIM\n"
       "  raywalk-capture import hall R0005.JPG --station x1_004\n"
       "  raywalk-capture import hall --video x0.mp4 --line x0\n"
-      "The given files are not modified. The same command resumes an interrupted import.");
+      "The given files are not modified.");
+  add_resumption(command);
   command->callback([arguments] { import_files(*arguments); });
 }
 
@@ -163,8 +165,8 @@ void add_merge(CLI::App* app) {
   command->footer(
       "Example:\n  raywalk-capture merge monday tuesday --out hall\n"
       "  raywalk-capture merge hall x3-again --replace --out hall-2\n"
-      "The given sessions are not modified; frames are linked where the disk allows it. The same "
-      "command resumes an interrupted merge.");
+      "The given sessions are not modified; frames are linked where the disk allows it.");
+  add_resumption(command);
   command->callback([options] {
     SystemClock clock;
     fmt::print("{}\n", merge_sessions(*options, &clock));

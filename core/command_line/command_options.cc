@@ -54,6 +54,10 @@ void add_line_tolerance_options(CLI::App* command, GridTolerance* tolerance) {
 void add_force_flag(CLI::App* command, bool* force, const std::string& description) {
   command->add_flag("-f,--force", *force, description)->group(kCommonGroup);
 }
+void add_resumption(CLI::App* command) {
+  command->footer(command->get_footer() + "\n" + kResumption);
+}
+
 
 CLI::Option* takes_config(CLI::Option* option, ConfigKind kind) {
   return option->type_name(

@@ -25,6 +25,11 @@ void add_line_tolerance_options(CLI::App* command, GridTolerance* tolerance);
 
 // Adds the flag -f, --force; `description` says what it replaces.
 void add_force_flag(CLI::App* command, bool* force, const std::string& description);
+// Says in the command's help that it resumes a stopped run, and where it is interrupted
+// (program.h). Called after footer().
+void add_resumption(CLI::App* command);
+inline constexpr const char* kResumption = "The same command resumes a stopped run.";
+
 
 // An option or argument whose value is a configuration file: a path, or the name of one of
 // Raywalk's own, which the help lists. The command finds the file with named_config()

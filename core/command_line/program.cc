@@ -84,6 +84,15 @@ int unforeseen(const std::string& program, const std::exception& e) {
               ExitCode::kFailed);
 }
 
+// What becomes of the work, where the library that stopped does not say it.
+std::string interruption(const CLI::App& app, const std::string& text) {
+  const std::vector<CLI::App*> given = app.get_subcommands();
+  if (given.empty() || text != "interrupted") return text;
+  const bool resumes = given.front()->get_footer().find(kResumption) != std::string::npos;
+  return resumes ? text + "; what is finished is kept, the same command resumes"
+                 : text + "; no result was written";
+}
+
 // On a pipe POLLERR means that the reading end is closed (poll(2)).
 bool reader_of_stdout_is_gone() {
   pollfd descriptor = {STDOUT_FILENO, POLLOUT, 0};
@@ -159,7 +168,7 @@ int run_program(CLI::App& app, int argc, char** argv, const RewrittenWords& rewr
   } catch (const Paused& e) {
     return fail(program, e.what(), ExitCode::kPaused);
   } catch (const Interrupted& e) {
-    return fail(program, e.what(), ExitCode::kInterrupted);
+    return fail(program, interruption(app, e.what()), ExitCode::kInterrupted);
   } catch (const std::filesystem::filesystem_error& e) {
     return fail(program, e.path1().string() + ": " + e.code().message(), ExitCode::kFailed);
   } catch (const Error& e) {

@@ -18,6 +18,7 @@
 
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
+#include "core/command_line/command_options.h"
 
 namespace raywalk {
 namespace {
@@ -102,7 +103,9 @@ TEST(RunProgram, EveryKindOfFailureHasItsExitCodeAndLine) {
   EXPECT_EQ(paused.err, "raywalk-test: error: station x0_003: stalled; look\n");
   const Outcome interrupted = run_throwing(Interrupted("interrupted"));
   EXPECT_EQ(interrupted.exit_code, 130);
-  EXPECT_EQ(interrupted.err, "raywalk-test: error: interrupted\n");
+  EXPECT_EQ(interrupted.err, "raywalk-test: error: interrupted; no result was written\n");
+  EXPECT_EQ(run_throwing(Interrupted("interrupted; look")).err,
+            "raywalk-test: error: interrupted; look\n");
   const Outcome other = run_throwing(std::logic_error("impossible"));
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_THAT(other.err, AllOf(HasSubstr("please report"), HasSubstr("(impossible)")));
@@ -195,18 +198,20 @@ TEST(RunProgramDeathTest, ClosedPipeIsNoFailure) {
 
 int exit_code_after_ctrl_c() {
   CLI::App app("", "raywalk-test");
-  app.callback([] {
+  CLI::App* command = app.add_subcommand("work", "Does the work");
+  add_resumption(command);
+  command->callback([] {
     std::raise(SIGINT);
     throw_if_interrupted();
   });
-  std::string name = "raywalk-test";
-  std::vector<char*> argv = {name.data(), nullptr};
-  return run_program(app, 1, argv.data());
+  std::string name = "raywalk-test", work = "work";
+  std::vector<char*> argv = {name.data(), work.data(), nullptr};
+  return run_program(app, 2, argv.data());
 }
 
-TEST(RunProgramDeathTest, CtrlCGives130) {
+TEST(RunProgramDeathTest, CtrlCGives130AndSaysThatTheCommandResumes) {
   EXPECT_EXIT(std::_Exit(exit_code_after_ctrl_c()), testing::ExitedWithCode(130),
-              "raywalk-test: error: interrupted");
+              "error: interrupted; what is finished is kept, the same command resumes");
 }
 
 }  // namespace

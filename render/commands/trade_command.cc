@@ -74,8 +74,8 @@ void add_trade(CLI::App* app) {
   command->footer(
       "Examples:\n  raywalk-render trade room.lf --truth gt.csv --report trade\n"
       "  raywalk-render trade room.lf --held-out 8 --report trade\n"
-      "The result is stored in the room for view --budget-ms and --min-psnr-db.\n"
-      "An interrupted run is resumed by the same command.");
+      "The result is stored in the room for view --budget-ms and --min-psnr-db.");
+  add_resumption(command);
   command->callback([arguments] { run(*arguments); });
 }
 

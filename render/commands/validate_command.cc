@@ -73,9 +73,8 @@ void add_validate(CLI::App* app) {
   add_device_flags(command, "cpu", &arguments->device);
   add_threads_option(command, &arguments->threads);
   add_connection_flags(command, &arguments->flags);
-  command->footer(
-      "Example:\n  raywalk-render validate room.lf --truth gt.csv --report report\n"
-      "An interrupted run is resumed by the same command.");
+  command->footer("Example:\n  raywalk-render validate room.lf --truth gt.csv --report report");
+  add_resumption(command);
   command->callback([arguments] { run(*arguments); });
 }
 
