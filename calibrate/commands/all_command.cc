@@ -57,7 +57,7 @@ void add_all(CLI::App* app) {
   command
       ->add_option("--redo", arguments->redo,
                    "Run this step again, and the steps that depend on it")
-      ->check(CLI::IsMember(step_names()));
+      ->check(one_of(step_names()));
   command
       ->add_option("--compare-keyframes", arguments->chain.compare_keyframes_mm,
                    "Also solve with these keyframe spacings, mm, and report time and accuracy")

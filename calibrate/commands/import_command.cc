@@ -82,7 +82,7 @@ void add_import(CLI::App* app) {
   command
       ->add_option("--axes", arguments->axes,
                    "fit: turn the lines along x and z, up along y; keep: as in the source")
-      ->check(CLI::IsMember({"fit", "keep"}))
+      ->check(one_of({"fit", "keep"}))
       ->capture_default_str();
   add_scale_options(command, arguments.get());
   command->add_option("-o,--out", options->out, "Directory for poses.csv and import.json")

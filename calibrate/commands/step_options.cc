@@ -52,7 +52,7 @@ void add_stitch_options(CLI::App* command, StepArguments* arguments) {
                    "Width of the panoramas in pixels (default: by the lenses' resolution)")
       ->check(CLI::Range(32, 32768));
   command->add_option("--blend", arguments->blend, "Blending of the lenses at the seam")
-      ->check(CLI::IsMember({"multi-band", "feather"}))
+      ->check(one_of({"multi-band", "feather"}))
       ->capture_default_str();
   command->add_option("--blend-deg", stitch->blend_deg, "Width of the blend, degrees")
       ->check(CLI::Range(0.01, 30.0))

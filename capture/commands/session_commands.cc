@@ -121,7 +121,7 @@ void add_import(CLI::App* app) {
   command
       ->add_option("--format", arguments->frames.format,
                    "Format of the frames extracted from a video: jpg or png")
-      ->check(CLI::IsMember({"jpg", "png"}))
+      ->check(one_of({"jpg", "png"}))
       ->needs(video);
   command->footer(
       "Example:\n  raywalk-capture import hall /media/card/DCIM\n"

@@ -4,10 +4,13 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/files/words.h"
 
 namespace raywalk {
@@ -51,13 +54,23 @@ void add_line_tolerance_options(CLI::App* command, GridTolerance* tolerance) {
       "spacing)");
 }
 
-void add_force_flag(CLI::App* command, bool* force, const std::string& description) {
-  command->add_flag("-f,--force", *force, description)->group(kCommonGroup);
-}
 void add_resumption(CLI::App* command) {
   command->footer(command->get_footer() + "\n" + kResumption);
 }
 
+void add_force_flag(CLI::App* command, bool* force, const std::string& description) {
+  command->add_flag("-f,--force", *force, description)->group(kCommonGroup);
+}
+
+CLI::Validator one_of(std::vector<std::string> words) {
+  const std::string description = fmt::format("{{{}}}", fmt::join(words, ","));
+  return {[words = std::move(words)](const std::string& text) {
+            return std::ranges::find(words, text) != words.end()
+                       ? std::string()
+                       : excerpt(text) + " is not a valid choice" + suggestion(text, words);
+          },
+          description};
+}
 
 CLI::Option* takes_config(CLI::Option* option, ConfigKind kind) {
   return option->type_name(

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "core/files/shipped_configs.h"
 #include "core/geometry/grid.h"
@@ -10,6 +11,7 @@
 namespace CLI {
 class App;
 class Option;
+class Validator;
 }  // namespace CLI
 
 namespace raywalk {
@@ -23,13 +25,16 @@ void add_threads_option(CLI::App* command, int* threads);
 // list are found.
 void add_line_tolerance_options(CLI::App* command, GridTolerance* tolerance);
 
-// Adds the flag -f, --force; `description` says what it replaces.
-void add_force_flag(CLI::App* command, bool* force, const std::string& description);
 // Says in the command's help that it resumes a stopped run, and where it is interrupted
 // (program.h). Called after footer().
 void add_resumption(CLI::App* command);
 inline constexpr const char* kResumption = "The same command resumes a stopped run.";
 
+// Adds the flag -f, --force; `description` says what it replaces.
+void add_force_flag(CLI::App* command, bool* force, const std::string& description);
+
+// Accepts these words; the message of any other suggests the nearest.
+CLI::Validator one_of(std::vector<std::string> words);
 
 // An option or argument whose value is a configuration file: a path, or the name of one of
 // Raywalk's own, which the help lists. The command finds the file with named_config()

@@ -45,6 +45,21 @@ TEST(LineToleranceOptionsTest, GiveMetres) {
   }
 }
 
+TEST(OneOfTest, AnotherWordIsRefusedWithTheNearest) {
+  CLI::App app("", "raywalk-test");
+  std::string method;
+  app.add_option("--method", method)->check(one_of({"initial", "hlf-vd", "two-sided"}));
+  app.parse("--method hlf-vd");
+  EXPECT_EQ(method, "hlf-vd");
+  EXPECT_THAT(app.help(), testing::HasSubstr("{initial,hlf-vd,two-sided}"));
+  try {
+    app.parse("--method twosided");
+    FAIL();
+  } catch (const CLI::ParseError& e) {
+    EXPECT_STREQ(e.what(), "--method: 'twosided' is not a valid choice; did you mean 'two-sided'?");
+  }
+}
+
 TEST(QuietFlagTest, EveryCommandHasItAndJsonIsStillPrinted) {
   CLI::App app("", "raywalk-test");
   bool json = false;

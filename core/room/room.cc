@@ -11,6 +11,7 @@
 #include "core/base/escaped.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
+#include "core/files/words.h"
 #include "core/room/hdf5_file.h"
 
 namespace raywalk {
@@ -20,6 +21,19 @@ namespace fs = std::filesystem;
 
 // A manifest has about 150 bytes per station, so this allows 3,000,000 stations.
 constexpr std::size_t kMaxManifestBytes = std::size_t{512} << 20;
+
+// The names of the rooms in the folder where `room` would be.
+std::vector<std::string> rooms_beside(const fs::path& room) {
+  std::vector<std::string> names;
+  std::error_code error;
+  const fs::path folder = room.parent_path();
+  for (fs::directory_iterator entry(folder.empty() ? "." : folder, error), end;
+       !error && entry != end; entry.increment(error)) {
+    if (fs::exists(manifest_path(*entry), error)) names.push_back(entry->path().filename());
+  }
+  std::ranges::sort(names);
+  return names;
+}
 
 }  // namespace
 
@@ -40,7 +54,10 @@ fs::path distance_volume_path(const fs::path& room, const std::string& line_id, 
 RoomManifest read_manifest(const fs::path& room) {
   std::error_code error;
   if (!fs::is_directory(room, error)) {
-    throw Error(room.string() + ": no such room; `raywalk-build-lf pack` makes one");
+    const std::vector<std::string> rooms = rooms_beside(room);
+    throw Error(room.string() + ": no such room" +
+                (rooms.empty() ? "; `raywalk-build-lf pack` makes one"
+                               : suggestion(room.filename().string(), rooms)));
   }
   const fs::path manifest = manifest_path(room);
   if (!fs::exists(manifest, error)) {

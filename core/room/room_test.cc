@@ -252,7 +252,10 @@ TEST_F(RoomTest, DistancesAreThoseOfTheManifest) {
 }
 
 TEST_F(RoomTest, EveryMissingPartIsNamed) {
-  EXPECT_THAT(error_of([&] { Room::open(directory_ / "none"); }), HasSubstr("no such room"));
+  EXPECT_THAT(error_of([&] { Room::open(directory_ / "none/a.lf"); }),
+              HasSubstr("no such room; `raywalk-build-lf pack` makes one"));
+  EXPECT_THAT(error_of([&] { Room::open(directory_ / "rom.lf"); }),
+              HasSubstr("no such room; did you mean 'room.lf'?"));
   EXPECT_THAT(error_of([&] { Room::open(room_ / "lines"); }), HasSubstr("no manifest.json"));
   fs::remove(line_volume_path(room_, "x0"));
   EXPECT_THAT(open_error(), AllOf(HasSubstr("x0.h5"), HasSubstr("no such file")));

@@ -49,8 +49,7 @@ void add_connect_error(CLI::App* app) {
   add_room(command, &arguments->room);
   command->add_option("--method", arguments->methods, "Methods to measure")
       ->delimiter(',')
-      ->check(
-          CLI::IsMember(std::vector<std::string>(kViewMethodNames.begin(), kViewMethodNames.end())))
+      ->check(one_of({kViewMethodNames.begin(), kViewMethodNames.end()}))
       ->default_str("initial");
   command->add_option("--viewpoints", options->viewpoints, "Viewpoints per side of a cell")
       ->check(CLI::Range(1, 250))

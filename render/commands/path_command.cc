@@ -126,7 +126,7 @@ void add_movement_flags(CLI::App* command, PathArguments* arguments) {
                    "Move smoothly through the table's places instead of showing them alone: at a "
                    "constant speed, eased (slow at the start and the end), or as recorded (by the "
                    "table's column time, seconds)")
-      ->check(CLI::IsMember(names_of(kPaces)));
+      ->check(one_of(names_of(kPaces)));
   command->add_option("--seconds", arguments->movement.seconds,
                       "How long the movement takes, seconds");
   command->add_option("--speed-m-per-s", arguments->movement.speed_m_per_s,
@@ -141,7 +141,7 @@ void add_movement_flags(CLI::App* command, PathArguments* arguments) {
   command
       ->add_option("--codec", arguments->codec,
                    "How the video is coded: h264 (default), h265, av1 or prores (422 HQ)")
-      ->check(CLI::IsMember(names_of(kVideoCodecs)));
+      ->check(one_of(names_of(kVideoCodecs)));
   command->add_option(
       "--crf", arguments->crf,
       "Quality of the video, lower is better and larger: h264 0 to 51 (default 18), "
@@ -166,7 +166,7 @@ void add_path(CLI::App* app) {
       "Directory for <name>.png, created if it is missing (default: the table's name "
       "without .csv)");
   command->add_option("--format", arguments->format, "Pictures: png (default), jpg, webp or tif")
-      ->check(CLI::IsMember(kFormats));
+      ->check(one_of(kFormats));
   add_quality_flag(command, &arguments->quality);
   add_force_flag(
       command, &arguments->force,

@@ -62,8 +62,7 @@ void add_validate(CLI::App* app) {
       ->add_option("--method", arguments->methods,
                    "Methods to render (default: all that the room supports)")
       ->delimiter(',')
-      ->check(CLI::IsMember(
-          std::vector<std::string>(kViewMethodNames.begin(), kViewMethodNames.end())));
+      ->check(one_of({kViewMethodNames.begin(), kViewMethodNames.end()}));
   command
       ->add_option("--viewpoints", arguments->viewpoints,
                    "Viewpoints per side of a cell for the connection error; 0 = 49, fewer in rooms "

@@ -17,15 +17,10 @@ namespace {
 constexpr const char* kConnectionGroup = "Connection";
 constexpr const char* kTradeGroup = "Speed against accuracy";
 
-template <typename Names>
-CLI::IsMember one_of(const Names& names) {
-  return CLI::IsMember(std::vector<std::string>(names.begin(), names.end()));
-}
-
 // What a value on the command line has to be. A parameter with a word for 0 checks the text itself.
 void add_check(const ViewParameter& parameter, CLI::Option* option) {
   if (parameter.value.kind == ParameterKind::kChoice) {
-    option->check(one_of(parameter.names));
+    option->check(one_of({parameter.names.begin(), parameter.names.end()}));
   } else if (parameter.zero != nullptr) {
     const bool is_word = !parse_finite_number(parameter.zero);
     option->type_name(is_word ? fmt::format("NUMBER|{}", parameter.zero) : "NUMBER");
@@ -82,12 +77,12 @@ void add_connection_flags(CLI::App* command, ViewFlags* flags) {
   command
       ->add_option("--preset", flags->preset,
                    "Defaults for the other flags: fast, balanced or accurate")
-      ->check(one_of(kPresets));
+      ->check(one_of({kPresets.begin(), kPresets.end()}));
   command->option_defaults()->group(kConnectionGroup);
   command
       ->add_option("--connection", flags->connection,
                    "Where lines connect: hybrid (default), lfu (k = 45) or rayspace360 (k = 90)")
-      ->check(one_of(kConnections));
+      ->check(one_of({kConnections.begin(), kConnections.end()}));
   add_parameters(command, ParameterGroup::kConnection, flags);
   command->option_defaults()->group(kTradeGroup);
   add_parameters(command, ParameterGroup::kTrade, flags);
@@ -117,7 +112,7 @@ void add_device_flags(CLI::App* command, const std::string& usual, DeviceFlags* 
                    "What mixes the stations: cpu, gpu, or auto (a graphics card if there is one); "
                    "default " +
                        usual)
-      ->check(one_of(kDeviceNames));
+      ->check(one_of({kDeviceNames.begin(), kDeviceNames.end()}));
   command
       ->add_option("--gpu-mb", flags->gpu_mb,
                    fmt::format("Most memory of the graphics card for panoramas, MB (default {:g})",
@@ -157,7 +152,7 @@ void add_stereo_flags(CLI::App* command, ViewFrame* frame) {
           "ods: two panoramas, the left eye's above the right eye's, for headsets; each column is "
           "seen "
           "from its own place on a circle around the viewpoint")
-      ->check(CLI::IsMember({"ods"}));
+      ->check(one_of({"ods"}));
   command
       ->add_option(
           "--ipd-mm", frame->ipd_mm,
