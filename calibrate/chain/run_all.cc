@@ -1,6 +1,7 @@
 #include "calibrate/chain/run_all.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -129,8 +130,12 @@ void require_trustworthy(const Calibration& calibration, const ordered_json& doc
 void run_all(Calibration* calibration, const ChainOptions& options, std::ostream& out) {
   if (options.redo) calibration->forget(*options.redo);
   std::vector<StepRun> steps;
+  const auto has = [&](CalibrationStep step) { return calibration->has(step); };
+  const auto count = std::ranges::count_if(kCalibrationSteps, has);
   for (const CalibrationStep step : kCalibrationSteps) {
-    if (calibration->has(step)) steps.push_back(run_if_needed(calibration, step, out));
+    if (!has(step)) continue;
+    spdlog::info("step {} of {}: {}", steps.size() + 1, count, step_name(step));
+    steps.push_back(run_if_needed(calibration, step, out));
   }
   ordered_json trade = ordered_json::array();
   if (!options.compare_keyframes_mm.empty()) {
