@@ -59,6 +59,10 @@ void require_one_size(CaptureSet* set) {
   set->frame = header_of(first, set->layout).size;
   TurnedPictures turned;
   const auto require_same = [&](const CaptureFrame& frame, const fs::path& file) {
+    if (!frame.where.empty() && !fs::exists(file)) {
+      throw Error(fmt::format("{}: {}: no such file; put it there, or correct the row", frame.where,
+                              file.string()));
+    }
     const ImageHeader header = header_of(file, set->layout);
     const PanoramaSize size = header.size;
     turned.add(file, header.orientation);
