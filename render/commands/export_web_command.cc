@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "core/base/escaped.h"
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
 #include "core/files/output_folder.h"
@@ -32,8 +33,10 @@ void run(const ExportWebArguments& arguments) {
   options.measure_quality = measure_web_quality;
   std::filesystem::path out = arguments.out;
   if (out.empty()) out = without_trailing_slash(arguments.room).stem().string() + "-web";
-  fmt::print("{}\n",
-             export_web(web_room(arguments.room, arguments.web), options, out, arguments.force));
+  const Room room = web_room(arguments.room, arguments.web);
+  fmt::print("{}\nnext: put the folder on any web server, or raywalk-render serve {} --export {}\n",
+             export_web(room, options, out, arguments.force), escaped(shell_word(arguments.room)),
+             escaped(shell_word(out.string())));
 }
 
 }  // namespace
