@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "core/base/error.h"
@@ -64,16 +63,14 @@ PlanPoint nearest_inside(const std::vector<Cell>& cells, PlanPoint from) {
   const auto within = [](double value, double least, double most) {
     return std::min(std::max(value, std::ceil(1e3 * least) / 1e3), std::floor(1e3 * most) / 1e3);
   };
-  PlanPoint nearest;
-  double least_m = std::numeric_limits<double>::infinity();
-  for (const Cell& cell : cells) {
-    const PlanPoint at{within(from.x_m, cell.x_min_m, cell.x_max_m),
-                       within(from.z_m, cell.z_min_m, cell.z_max_m)};
-    const double apart_m = std::hypot(at.x_m - from.x_m, at.z_m - from.z_m);
-    if (apart_m < least_m) nearest = at;
-    least_m = std::min(least_m, apart_m);
-  }
-  return nearest;
+  const auto inside = [&](const Cell& cell) {
+    return PlanPoint{within(from.x_m, cell.x_min_m, cell.x_max_m),
+                     within(from.z_m, cell.z_min_m, cell.z_max_m)};
+  };
+  const auto apart_m = [&](const Cell& cell) {
+    return std::hypot(inside(cell).x_m - from.x_m, inside(cell).z_m - from.z_m);
+  };
+  return inside(*std::ranges::min_element(cells, {}, apart_m));
 }
 
 }  // namespace
