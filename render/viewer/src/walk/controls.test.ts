@@ -1,28 +1,19 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { turnBetween, wrapAngle } from "../geometry/angles";
-import { horizontalFov, pixelAngle, planFromWalker } from "./motion";
+import { horizontalFov, pixelAngle } from "./motion";
 import { Gamepads, stick } from "./gamepad";
 import { isActive, noIntent, readIntent } from "./intent";
 import { COMMAND_KEYS, MOVEMENT_KEYS, keyOf } from "./keyboard";
 import { positionOnPad } from "../ui/move_pad";
 import { magnificationOfWheel, turnOfDrag } from "./pointer";
-
-function near(actual: number, expected: number): void {
-  assert.ok(Math.abs(actual - expected) < 1e-9, `${actual} is not ${expected}`);
-}
+import { SnapTurn, baseFor, eyeOf, type Head } from "./xr";
+import { near } from "../testing/near";
 
 test("angles wrap and turn the short way", () => {
   near(wrapAngle(3 * Math.PI), -Math.PI);
   near(wrapAngle(-0.1), -0.1);
   near(turnBetween(3, -3), 2 * Math.PI - 6);
-});
-
-test("a walker that looks to the right walks to +x, and steps to the right to -z", () => {
-  const [x, z] = planFromWalker(0, 1, Math.PI / 2);
-  near(x, 1);
-  near(z, 0);
-  near(planFromWalker(1, 0, Math.PI / 2)[1], -1);
 });
 
 test("the horizontal field of view follows from the vertical one and the aspect", () => {
@@ -103,4 +94,34 @@ test("the pad walks where the thumb is", () => {
   const [right, forward] = positionOnPad(150, 0, box);
   near(right, 0);
   near(forward, 1);
+});
+
+const HEAD: Head = {
+  right_m: 0.2,
+  up_m: 0.05,
+  forward_m: 0.1,
+  yaw_rad: 0.3,
+  pitch_rad: 0,
+  roll_rad: 0,
+};
+
+test("the eye is where the base takes the head", () => {
+  const eye = eyeOf({ x_m: 1, z_m: 2, up_m: 0, yaw_rad: Math.PI / 2 }, HEAD);
+  near(eye.x_m, 1.1);
+  near(eye.z_m, 1.8);
+  assert.equal(eye.up_m, 0.05);
+});
+
+test("a turn of the base leaves the eye where it is", () => {
+  const before = eyeOf({ x_m: 1, z_m: 2, up_m: 0, yaw_rad: 0.4 }, HEAD);
+  const after = eyeOf(baseFor(before, 2.5, HEAD), HEAD);
+  for (const key of ["x_m", "z_m", "up_m"] as const) near(after[key], before[key]);
+});
+
+test("a push of the stick turns once by 30 degrees, until it is let go", () => {
+  const snap = new SnapTurn();
+  const turns = [0, 0.5, 0.9, 1, 0.5, 0.9, 0.1, -0.9].map((push) =>
+    Math.round((snap.turn(push) * 180) / Math.PI),
+  );
+  assert.deepEqual(turns, [0, 0, 30, 0, 0, 0, 0, -30]);
 });

@@ -4,6 +4,8 @@ import { Grid } from "../geometry/grid";
 import type { Cell } from "../manifest";
 import { noIntent, readIntent, type Intent } from "./intent";
 import { Walker } from "./walker";
+import { PathRecorder } from "./path_recorder";
+import { near } from "../testing/near";
 
 function cell(x_min_m: number, x_max_m: number, z_min_m: number, z_max_m: number): Cell {
   return { x_min_m, x_max_m, z_min_m, z_max_m, lines: [-1, -1, -1, -1] };
@@ -21,11 +23,6 @@ function walkerAt(x_m: number, z_m: number, cells = CELLS): Walker {
 function walk(walker: Walker, seconds: number, intent: Partial<Intent>, frame_s = 1 / 60): void {
   const frames = Math.round(seconds / frame_s);
   for (let i = 0; i < frames; ++i) walker.step(frame_s, { ...noIntent(), ...intent });
-}
-
-function near(actual: number, expected: number, tolerance: number): void {
-  const off = Math.abs(actual - expected);
-  assert.ok(off <= tolerance, `${actual} is not within ${tolerance} of ${expected}`);
 }
 
 test("walks forward at the pace of the cell, and comes to rest softly", () => {
@@ -174,4 +171,67 @@ test("a movement by the user ends a glide", () => {
   walk(walker, 3, {});
   assert.equal(there, 0);
   assert.ok(walker.pose.x_m < 0.2);
+});
+
+const POSE = { x_m: 0.1, z_m: -0.25, up_m: 0, yaw_rad: 0, pitch_rad: 0.1, roll_rad: 0 };
+
+type Row = [x: number, z: number, yaw: number, pitch: number, roll: number, time: number];
+
+function rowsOf(table: string): Row[] {
+  const [header, ...lines] = table.trim().split("\n");
+  assert.equal(header, "name,x,z,yaw,pitch,roll,time");
+  assert.equal(new Set(lines.map((line) => line.split(",")[0])).size, lines.length);
+  return lines.map((line) => line.split(",").slice(1).map(Number) as Row);
+}
+
+test("records where one was, when", () => {
+  const recorder = new PathRecorder(() => 1.5);
+  recorder.advance(1, POSE);
+  assert.equal(recorder.stop(), null);
+  recorder.start(POSE);
+  const speed = 0.5;
+  for (let frame = 1; frame <= 61; ++frame) {
+    const time_s = frame / 60;
+    recorder.advance(1 / 60, { ...POSE, x_m: 0.1 + speed * time_s, yaw_rad: time_s });
+  }
+  const rows = rowsOf(recorder.stop()!);
+  assert.equal(recorder.recording, false);
+  assert.ok(rows.length === 6 || rows.length === 7, `${rows.length} rows`);
+  for (const [x, z, yaw, pitch, roll, time] of rows) {
+    near(x, 0.1 + speed * time, 1e-3);
+    near((yaw * Math.PI) / 180, time, 1e-3);
+    assert.deepEqual([z, pitch, roll], [-0.25, 5.73, 0]);
+  }
+  assert.equal(rows[rows.length - 1]![5], 1.017);
+});
+
+test("begins anew, and keeps the edge of what was captured", () => {
+  const recorder = new PathRecorder(() => 1.5);
+  recorder.start(POSE);
+  recorder.advance(1, POSE);
+  recorder.start({ ...POSE, x_m: 1 / 3 });
+  recorder.advance(0.01, { ...POSE, x_m: 1 / 3 });
+  const rows = rowsOf(recorder.stop()!);
+  assert.deepEqual(
+    rows.map((row) => [row[0], row[5]]),
+    [
+      [1 / 3, 0],
+      [1 / 3, 0.01],
+    ],
+  );
+});
+
+test("a raised eye has a height in the room, in a table of its own columns", () => {
+  const recorder = new PathRecorder(() => 1.5);
+  recorder.start(POSE);
+  recorder.advance(0.5, { ...POSE, up_m: 0.25 });
+  const lines = recorder.stop()!.trim().split("\n");
+  assert.equal(lines[0], "name,x,y,z,yaw,pitch,roll,time");
+  assert.deepEqual(
+    lines.slice(1).map((line) => line.split(",").slice(1, 4).map(Number)),
+    [
+      [0.1, 1.5, -0.25],
+      [0.1, 1.75, -0.25],
+    ],
+  );
 });
