@@ -10,12 +10,10 @@ from raywalk import error_model, metrics
 
 from conftest import SCENE
 
-
 def printed_shift(d_src_m, phi_rad, apart_m):
     """(2) and (4) as the paper prints them."""
     rise, plan = d_src_m * np.sin(phi_rad), d_src_m * np.cos(phi_rad)
     return np.arctan2(rise, plan) - np.arctan2(rise, plan + apart_m)
-
 
 def test_error_model_follows_the_printed_equations():
     d_src = np.array([0.7, 1.5, 4.0])[:, None, None]
@@ -51,7 +49,6 @@ def test_error_model_follows_the_printed_equations():
     printed = np.maximum((to_side - to_front * np.tan(k)) / np.cos(np.radians(90.0) - k), 0.0)
     assert error_model.mismatch_distance(to_side, to_front, 47.0) == pytest.approx(printed)
 
-
 def test_error_model_of_numbers_is_a_number_and_of_nonsense_an_error():
     assert isinstance(error_model.latitude_shift(1.5, 0.3, 0.1), float)
     assert error_model.latitude_shift(np.inf, 0.3, 0.1) == 0.0
@@ -67,19 +64,9 @@ def test_error_model_of_numbers_is_a_number_and_of_nonsense_an_error():
     with pytest.raises(ValueError, match="broadcast"):
         error_model.latitude_shift(np.ones(2), np.zeros(3), 0.1)
 
-
 def test_error_curves_are_those_of_the_program(render, tmp_path):
-    render(
-        "error-model",
-        "--step-m",
-        "0.15",
-        "--d-src",
-        "1.2,2.5",
-        "--viewpoints",
-        "9",
-        "--report",
-        tmp_path / "fig11",
-    )
+    options = "--step-m 0.15 --d-src 1.2,2.5 --viewpoints 9".split()
+    render("error-model", *options, "--report", tmp_path / "fig11")
     report = json.loads((tmp_path / "fig11" / "error-model.json").read_text())
     for stated in report["curves"]:
         curve = error_model.connection_error_curve(stated["d_src_m"], step_m=0.15, viewpoints=9)
@@ -89,22 +76,11 @@ def test_error_curves_are_those_of_the_program(render, tmp_path):
         assert curve.e_t == pytest.approx(stated["e_t"], rel=1e-12, abs=1e-12)
         assert curve.optimum_k_deg == stated["optimum_k_deg"]
 
-
 def test_metrics_are_those_of_the_program(room, room_folder, render, tmp_path):
     name = "quarter_pp"
     (tmp_path / "gt.csv").write_text(f"file,x,y,z\n{SCENE}/gt/{name}.png,0.25,0,0.25\n")
-    render(
-        "validate",
-        room_folder,
-        "--truth",
-        tmp_path / "gt.csv",
-        "--method",
-        "hlf-vd",
-        "--viewpoints",
-        "1",
-        "--report",
-        tmp_path / "report",
-    )
+    truth = ["--truth", tmp_path / "gt.csv", "--method", "hlf-vd", "--viewpoints", "1"]
+    render("validate", room_folder, *truth, "--report", tmp_path / "report")
     stated = json.loads((tmp_path / "report" / "metrics.json").read_text())
     scores = stated["views"][0]
     truth = raywalk.read_picture(SCENE / "gt" / f"{name}.png")
@@ -113,7 +89,6 @@ def test_metrics_are_those_of_the_program(room, room_folder, render, tmp_path):
     assert metrics.ws_psnr_db(view, truth) == scores["ws_psnr_db"]
     assert metrics.ssim(view, truth) == scores["ssim"]
     assert metrics.fsim(view, truth) == scores["fsim"]
-
 
 def test_metrics_by_their_definitions():
     rng = np.random.default_rng(5)

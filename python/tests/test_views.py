@@ -9,7 +9,6 @@ import pytest
 
 import raywalk
 
-
 def pixels_by_ffmpeg(picture, shape):
     """What another program reads from a picture file, as red, green, blue."""
     command = ["ffmpeg", "-v", "error", "-i", picture, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
@@ -17,74 +16,27 @@ def pixels_by_ffmpeg(picture, shape):
         shape
     )
 
-
+# What is asked of the module, and of the program.
 VIEWS = {
-    "two-sided": (
-        {"method": "two-sided", "width_px": 256},
-        ["--method", "two-sided", "--width", "256"],
-    ),
-    "preset": ({"preset": "fast", "width_px": 256}, ["--preset", "fast", "--width", "256"]),
+    "two-sided": ({"method": "two-sided", "width_px": 256}, "--method two-sided --width 256"),
+    "preset": ({"preset": "fast", "width_px": 256}, "--preset fast --width 256"),
     "parameters": (
-        {
-            "k_deg": 76,
-            "overlap_deg": 7.5,
-            "interpolation": "cubic",
-            "stations_mixed": 3,
-            "gains": False,
-            "width_px": 128,
-            "yaw_deg": 40.0,
-            "pitch_deg": -10,
-            "roll_deg": 3,
-        },
-        [
-            "--k",
-            "76",
-            "--overlap-deg",
-            "7.5",
-            "--interpolation",
-            "cubic",
-            "--stations-mixed",
-            "3",
-            "--no-gains",
-            "--width",
-            "128",
-            "--yaw-deg",
-            "40",
-            "--pitch-deg",
-            "-10",
-            "--roll-deg",
-            "3",
-        ],
+        {"k_deg": 76, "overlap_deg": 7.5, "interpolation": "cubic", "stations_mixed": 3}
+        | {"gains": False, "width_px": 128, "yaw_deg": 40.0, "pitch_deg": -10, "roll_deg": 3},
+        "--k 76 --overlap-deg 7.5 --interpolation cubic --stations-mixed 3"
+        " --no-gains --width 128 --yaw-deg 40 --pitch-deg -10 --roll-deg 3",
     ),
     "flat": (
-        {
-            "connection": "lfu",
-            "method": "initial",
-            "yaw_deg": -70,
-            "fov_deg": 90,
-            "size_px": (96, 128),
-        },
-        [
-            "--connection",
-            "lfu",
-            "--method",
-            "initial",
-            "--yaw-deg",
-            "-70",
-            "--fov-deg",
-            "90",
-            "--size",
-            "96x128",
-        ],
+        {"connection": "lfu", "method": "initial", "yaw_deg": -70, "fov_deg": 90, "size_px": (96, 128)},
+        "--connection lfu --method initial --yaw-deg -70 --fov-deg 90 --size 96x128",
     ),
 }
-
 
 @pytest.mark.parametrize("name", VIEWS)
 def test_a_view_is_what_the_program_writes(room, room_folder, render, tmp_path, name):
     settings, flags = VIEWS[name]
     written = tmp_path / "program.png"
-    render("view", room_folder, "--at", "-0.1,0.25", *flags, "--out", written)
+    render("view", room_folder, "--at", "-0.1,0.25", *flags.split(), "--out", written)
     picture = room.view(-0.1, 0.25, **settings)
     assert np.array_equal(picture, pixels_by_ffmpeg(written, picture.shape))
     assert picture.flags.writeable and picture.flags.c_contiguous
@@ -92,11 +44,10 @@ def test_a_view_is_what_the_program_writes(room, room_folder, render, tmp_path, 
     assert (tmp_path / "module.png").read_bytes() == written.read_bytes()
     assert np.array_equal(raywalk.read_picture(written), picture)
 
-
 def test_heights_and_stereo_are_those_of_the_program(room, room_folder, render, tmp_path):
     written = tmp_path / "program.png"
-    stereo = ["--stereo", "ods", "--ipd-mm", "60", "--width", "128"]
-    render("view", room_folder, "--at", "-0.1,0.05,0.25", *stereo, "--out", written)
+    stereo = "--at -0.1,0.05,0.25 --stereo ods --ipd-mm 60 --width 128".split()
+    render("view", room_folder, *stereo, "--out", written)
     picture = room.view(-0.1, 0.25, y_m=0.05, stereo="ods", ipd_mm=60, width_px=128)
     assert picture.shape == (128, 128, 3)
     assert np.array_equal(raywalk.read_picture(written), picture)
@@ -105,30 +56,17 @@ def test_heights_and_stereo_are_those_of_the_program(room, room_folder, render, 
     raywalk.write_picture(tmp_path / "copy.png", picture)
     assert np.array_equal(raywalk.read_picture(tmp_path / "copy.png"), picture)
 
-
 def test_a_settings_file_is_used_and_overridden(room, room_folder, render, tmp_path):
     (tmp_path / "view.yaml").write_text("method: two-sided\nk_deg: 80\nwidth_px: 128\n")
-    render(
-        "view",
-        room_folder,
-        "--at",
-        "0,0.1",
-        "--settings",
-        tmp_path / "view.yaml",
-        "--k",
-        "60",
-        "--out",
-        tmp_path / "program.png",
-    )
+    settings = ["--settings", tmp_path / "view.yaml", "--k", "60"]
+    render("view", room_folder, "--at", "0,0.1", *settings, "--out", tmp_path / "program.png")
     room.write_view(tmp_path / "module.png", 0.0, 0.1, settings=tmp_path / "view.yaml", k_deg=60)
     assert (tmp_path / "module.png").read_bytes() == (tmp_path / "program.png").read_bytes()
     used = room.view_settings(settings=tmp_path / "view.yaml", k_deg=60.0)
     assert used["method"] == "two-sided" and used["k_deg"] == 60.0
     assert used["width_px"] == 128 and used["k_source"] == "given"
 
-
 TABLE = "name,x,z,yaw,pitch,roll\nfirst,0.0,0.38,0,0,0\nsecond,0.19,0.3,30,-5,2\n"
-
 
 def test_a_path_is_what_the_program_writes(room, room_folder, render, tmp_path):
     table = tmp_path / "walk.csv"
@@ -139,9 +77,8 @@ def test_a_path_is_what_the_program_writes(room, room_folder, render, tmp_path):
     written = sorted(file.name for file in (tmp_path / "program").iterdir())
     assert written == ["first.png", "second.png", "views.json"]
     for name in written:
-        assert (tmp_path / "module" / name).read_bytes() == (
-            tmp_path / "program" / name
-        ).read_bytes()
+        by_module, by_program = tmp_path / "module" / name, tmp_path / "program" / name
+        assert by_module.read_bytes() == by_program.read_bytes()
 
     path = room.path(table, width_px=128)
     assert len(path) == 2 and path.names == ["first", "second"]
@@ -155,11 +92,9 @@ def test_a_path_is_what_the_program_writes(room, room_folder, render, tmp_path):
         assert np.array_equal(picture, same)
     assert list(path) == []
 
-
 def test_a_path_keeps_its_room(room_folder):
     path = raywalk.Room(room_folder).path([[0.0, 0.1], [0.1, 0.1]], method="initial")
     assert [picture.shape for picture in path] == [(256, 512, 3)] * 2
-
 
 def test_wrong_settings_are_refused_before_any_work(room, tmp_path):
     with pytest.raises(TypeError, match="unexpected keyword argument 'witdh_px'; .*'width_px'"):
@@ -193,7 +128,6 @@ def test_wrong_settings_are_refused_before_any_work(room, tmp_path):
     with pytest.raises(raywalk.Error, match="walk.csv"):
         room.path(tmp_path / "walk.csv")
 
-
 def test_pictures_that_are_none_are_refused(tmp_path):
     for picture in (np.zeros((4, 4)), np.zeros((4, 4), np.uint8), np.zeros((4, 4, 4), np.uint8)):
         with pytest.raises(raywalk.UsageError, match="give uint8 \\(height, width, 3\\)"):
@@ -201,7 +135,6 @@ def test_pictures_that_are_none_are_refused(tmp_path):
     with pytest.raises(raywalk.UsageError, match="end the name in .png, .jpg, .webp or .tif"):
         raywalk.write_picture(tmp_path / "picture.gif", np.zeros((4, 4, 3), np.uint8))
     assert list(tmp_path.iterdir()) == []
-
 
 def test_other_threads_go_on_while_a_view_is_rendered(room):
     started = threading.Event()
@@ -218,7 +151,6 @@ def test_other_threads_go_on_while_a_view_is_rendered(room):
         time.sleep(0.001)
         turns += 1
     assert turns > 20
-
 
 @pytest.mark.parametrize("method", ["initial", "hlf-vd", "two-sided"])
 def test_a_graphics_card_or_what_stands_in_for_one_shows_the_same(room, method):
@@ -242,7 +174,6 @@ def test_a_graphics_card_or_what_stands_in_for_one_shows_the_same(room, method):
         assert raywalk.set_device("cpu") == "the processor"
     assert all(np.array_equal(a, b) for a, b in zip(single, gpu))
     assert min(raywalk.metrics.psnr_db(a, b) for a, b in zip(gpu, cpu)) > 45
-
 
 def test_another_device_is_refused():
     with pytest.raises(raywalk.UsageError, match="'tpu' is unknown; use cpu, gpu, auto"):
