@@ -3,17 +3,22 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <functional>
 #include <iterator>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "build_lf/depth/depth_test_room.h"
+#include "build_lf/depth/inverse_distance_map.h"
+#include "build_lf/depth/seen_surfaces.h"
+#include "build_lf/depth/station_colours.h"
 
 namespace raywalk::build_lf {
 namespace {
 
-using testing::IsEmpty;
+using ::testing::IsEmpty;
 
 constexpr StationIndex kVisited{0, 8};   // the station that sees a person
 const cv::Rect kPerson(60, 30, 12, 30);  // in its frame of 128 x 64
@@ -153,12 +158,10 @@ TEST_F(ContradictionsTest, TheSameInNoisyFrames) {
   EXPECT_GT(share_found(contradictions_of(room), kPerson), 0.98);
 }
 
+// What is clipped agrees with what is brighter.
 TEST_F(ContradictionsTest, ExposuresAreComparedAfterTheirGains) {
   EXPECT_THAT(contradictions_at(0.7).stations, IsEmpty());
-}
-
-TEST_F(ContradictionsTest, WhatIsClippedAgreesWithWhatIsBrighter) {
-  EXPECT_THAT(contradictions_at(1.8).stations, IsEmpty());
+  EXPECT_THAT(contradictions_at(1.8).stations, IsEmpty()) << "clipped";
 }
 
 TEST_F(ContradictionsTest, MaskedPixelsAreNeitherComparedNorBelieved) {
@@ -169,6 +172,139 @@ TEST_F(ContradictionsTest, MaskedPixelsAreNeitherComparedNorBelieved) {
   };
   const DepthTestRoom room(plain_room(), synthetic_grid(plain_room()), person_in({kVisited}), mask);
   EXPECT_THAT(contradictions_of(room).stations, IsEmpty());
+}
+
+constexpr GapLimits kLimits{12.0f, 24.0f};
+
+// Gaps of `level` in a rectangle of a transposed panorama, around the seam.
+cv::Mat gaps_in(int theta, int phi, int thetas, int phis, float level) {
+  cv::Mat gaps = cv::Mat::zeros(256, 128, CV_32FC1);
+  for (int t = theta; t < theta + thetas; ++t) {
+    for (int p = phi; p < phi + phis; ++p) gaps.at<float>((t + 256) % 256, p) = level;
+  }
+  return gaps;
+}
+
+int contradicted_pixels(const cv::Mat& gaps) {
+  return cv::countNonZero(contradicted_regions(gaps, kLimits));
+}
+
+TEST(ContradictedRegions, AreLargeAndStrongWithThePixelsMixedWithThem) {
+  const cv::Mat strong = gaps_in(100, 40, 10, 30, 50.0f);
+  EXPECT_EQ(cv::boundingRect(contradicted_regions(strong, kLimits)), cv::Rect(38, 98, 34, 14));
+  EXPECT_EQ(contradicted_pixels(strong), 34 * 14);
+  cv::Mat weak = gaps_in(100, 40, 10, 30, 20.0f);
+  EXPECT_EQ(contradicted_pixels(weak), 0) << "weak gaps make no region";
+  weak(cv::Rect(50, 102, 5, 5)) = 50.0f;
+  EXPECT_EQ(contradicted_pixels(weak), 34 * 14) << "but belong to one";
+  EXPECT_EQ(contradicted_pixels(gaps_in(100, 10, 4, 100, 50.0f)), 0) << "thin";
+  cv::Mat specks = cv::Mat::zeros(256, 128, CV_32FC1);
+  for (int t = 0; t < 256; t += 4) {
+    for (int p = 0; p < 128; p += 4) specks.at<float>(t, p) = 100.0f;
+  }
+  EXPECT_EQ(contradicted_pixels(specks), 0);
+  cv::Mat hole = gaps_in(100, 40, 10, 10, 50.0f);
+  hole.at<float>(105, 45) = 0.0f;
+  EXPECT_EQ(contradicted_pixels(hole), 14 * 14) << "a hole of a single pixel is closed";
+}
+
+TEST(ContradictedRegions, AreWholeAcrossTheSeam) {
+  const cv::Mat regions = contradicted_regions(gaps_in(-3, 40, 6, 8, 50.0f), kLimits);
+  EXPECT_EQ(cv::countNonZero(regions), 10 * 12);
+  EXPECT_NE(regions.at<uchar>(0, 44), 0);
+  EXPECT_NE(regions.at<uchar>(255, 44), 0);
+}
+
+constexpr PanoramaSize kSize{256, 128};
+
+// Inverse distances from `at_m` to the inside of a sphere of radius 1 m about the origin.
+float sphere_omega(const Eigen::Vector3d& direction, const Eigen::Vector3d& at_m) {
+  const double along = at_m.dot(direction);
+  return static_cast<float>(1.0 / (-along + std::sqrt(along * along + 1.0 - at_m.squaredNorm())));
+}
+
+Eigen::Vector3d direction_of(int theta, int phi) {
+  return direction_from_angles(angles_from_pixel({double(theta), double(phi)}, kSize));
+}
+
+std::vector<float> sphere_map(const Eigen::Vector3d& at_m) {
+  std::vector<float> omega;
+  for (int theta = 0; theta < kSize.width; ++theta) {
+    for (int phi = 0; phi < kSize.height; ++phi) {
+      omega.push_back(sphere_omega(direction_of(theta, phi), at_m));
+    }
+  }
+  return omega;
+}
+
+TEST(SeenSurfacesTest, AreWhereTheOtherStationSeesThem) {
+  const Eigen::Vector3d from_m(0.1, 0.0, -0.2);
+  const Eigen::Vector3d to_m(-0.15, 0.05, 0.1);
+  const auto seen = seen_surfaces(sphere_map(from_m), kSize, PixelDirections(kSize),
+                                  (to_m - from_m).cast<float>());
+  size_t found = 0;
+  for (int theta = 0; theta < kSize.width; ++theta) {
+    for (int phi = 0; phi < kSize.height; ++phi) {
+      const float omega = seen[pixel_index(theta, phi, kSize)];
+      if (omega < 0.0f) continue;  // no point fell into this pixel
+      ++found;
+      // Within half a pixel, on a sphere whose inverse distance changes by less than 1/m per
+      // radian.
+      ASSERT_NEAR(omega, sphere_omega(direction_of(theta, phi), to_m), kTwoPi / kSize.width);
+    }
+  }
+  EXPECT_GT(found, seen.size() / 2);
+}
+
+TEST(SeenSurfacesTest, ShowTheNearestAndLeaveOutWhatIsNone) {
+  std::vector<float> omega(size_t(kSize.width) * kSize.height, -1.0f);
+  const auto none = seen_surfaces(omega, kSize, PixelDirections(kSize), {0.3f, 0.0f, 0.0f});
+  EXPECT_EQ(std::count(none.begin(), none.end(), -1.0f), std::ptrdiff_t(none.size()));
+  // Infinitely far points stay in their pixels wherever the station is.
+  std::fill(omega.begin(), omega.end(), 0.0f);
+  const auto far = seen_surfaces(omega, kSize, PixelDirections(kSize), {0.3f, 0.0f, 0.0f});
+  EXPECT_EQ(far, omega);
+  // 1 m to the right of the map's station; from 0.5 m behind that it hides what is far behind it.
+  const size_t right = pixel_index(3 * kSize.width / 4, kSize.height / 2, kSize);
+  omega[right] = 1.0f;
+  const auto hidden = seen_surfaces(omega, kSize, PixelDirections(kSize), {-0.5f, 0.0f, 0.0f});
+  EXPECT_NEAR(hidden[right], 1.0 / 1.5, 1e-3);
+}
+
+TEST(StationColoursTest, AreARangeWhereAChannelIsDarkOrClipped) {
+  SyntheticRoomSpec spec = line_of_scale(1.0);
+  spec.spacing_m = 0.5;
+  const DepthTestRoom room(spec, [](StationIndex, cv::Mat* frame) {
+    frame->setTo(cv::Scalar(100, 100, 100));
+    frame->at<cv::Vec3b>(10, 20) = {255, 100, 2};  // blue, green, red
+  });
+  const GainField darker{.whole = {0.5f, 0.5f, 0.5f}};
+  const StationColours colours = station_colours(room.room(), {0, 1}, {128, 64}, darker);
+  const cv::Mat ranges = ranges_of(colours);
+  const ColourRange clipped = range_at(ranges, pixel_index(20, 10, {128, 64}));
+  EXPECT_EQ(clipped.least, cv::Vec3b(0, 50, 128));
+  EXPECT_EQ(clipped.most, cv::Vec3b(1, 50, 255));
+  const ColourRange plain = range_at(ranges, pixel_index(21, 10, {128, 64}));
+  EXPECT_EQ(plain.least, cv::Vec3b(50, 50, 50));
+  EXPECT_EQ(plain.most, plain.least);
+  EXPECT_EQ(colours.shown.at<cv::Vec3b>(21, 10), plain.least);
+}
+
+TEST(StationColoursTest, SampledRangesHoldBothSidesOfAnEdgeAndNothingOfAMask) {
+  cv::Mat picture(32, 16, CV_8UC3, cv::Scalar(50, 50, 50));
+  picture.rowRange(16, 32).setTo(cv::Scalar(150, 150, 150));
+  cv::Mat valid(32, 16, CV_8UC1, cv::Scalar(255));
+  valid.at<std::uint8_t>(20, 8) = 0;
+  const cv::Mat ranges = sampled_ranges({picture, picture, picture}, valid);
+  const auto at = [&](int theta, int phi) { return *ranges.ptr<ColourRange>(theta, phi); };
+  EXPECT_EQ(ranges.rows, 64);
+  EXPECT_EQ(gaps_between(at(16, 16), {{50, 50, 50}, {50, 50, 50}}), 0);
+  EXPECT_EQ(gaps_between(at(16, 16), {{150, 50, 50}, {150, 50, 50}}), 100);
+  EXPECT_LT(gaps_between(at(31, 16), {{90, 90, 90}, {90, 90, 90}}), 15);
+  EXPECT_GT(gaps_between(at(28, 16), {{90, 90, 90}, {90, 90, 90}}), 100);
+  EXPECT_TRUE(is_masked(at(40, 16)));
+  EXPECT_TRUE(is_masked(at(41, 17)));
+  EXPECT_FALSE(is_masked(at(42, 16)));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 #include <set>
+#include <tuple>
 
 #include "build_lf/depth/depth_test_room.h"
 #include "core/base/error.h"
@@ -85,42 +86,29 @@ TEST(DepthPlanTest, IsInvariantToScale) {
   }
 }
 
-TEST(DepthPlanTest, SmallestCellSetsTheReach) {
+TEST(DepthPlanTest, SmallestCellSetsTheReachHoweverNearSurfacesAre) {
   const Grid grid = grid_of({0.0, 1.0, 1.4}, {0.0, 1.0}, 9);
   const DepthTestRoom room(tiny_room(1.0), grid, nullptr);
   ASSERT_THAT(room.grid().cells, SizeIs(2));
   EXPECT_NEAR(plan_depth(room.room(), {}).reach_m, 0.2, 1e-9);
-}
-
-TEST(DepthPlanTest, SingleLineIsComparedOverAQuarterOfItsLength) {
-  SyntheticRoomSpec spec = tiny_room(2.0);
-  spec.cells_z = 0;
-  const DepthTestRoom room(spec);
-  ASSERT_THAT(room.grid().lines, SizeIs(1));
-  const DepthPlan plan = plan_depth(room.room(), {});
-  EXPECT_NEAR(plan.reach_m, 0.5, 1e-12);
-  EXPECT_GE(plan.maps.size(), 2U);
+  EXPECT_NEAR(plan_depth(room.room(), {}, 1e-3).reach_m, 0.2, 1e-9);
 }
 
 // Without cells: tan(30 degrees) times the distance of near surfaces, at least the usual gap
 // between neighbours, at most a quarter of the line.
 TEST(DepthPlanTest, NearSurfacesShortenTheReachOfASingleLine) {
-  SyntheticRoomSpec spec = tiny_room(2.0);
-  spec.cells_z = 0;
-  const DepthTestRoom room(spec);
+  const DepthTestRoom room(tiny_room(2.0, 1, 0));
   const double gap_m = 2.0 * 0.0625;
   const auto reach_m = [&](double surfaces_m) {
     return plan_depth(room.room(), {}, surfaces_m).reach_m;
   };
+  EXPECT_NEAR(plan_depth(room.room(), {}).reach_m, 0.5, 1e-12);
   EXPECT_NEAR(reach_m(1e8), 0.5, 1e-12);
   EXPECT_NEAR(reach_m(0.6), 0.6 / std::sqrt(3.0), 1e-12);
   EXPECT_NEAR(reach_m(1e-6), gap_m, 1e-9);
-  EXPECT_GT(plan_depth(room.room(), {}, 0.3).maps.size(), plan_depth(room.room(), {}).maps.size());
-}
-
-TEST(DepthPlanTest, NearSurfacesDoNotChangeTheReachAroundCells) {
-  const DepthTestRoom room(tiny_room(1.0));
-  EXPECT_DOUBLE_EQ(plan_depth(room.room(), {}, 1e-3).reach_m, 0.5);
+  const std::size_t maps = plan_depth(room.room(), {}).maps.size();
+  EXPECT_GE(maps, 2U);
+  EXPECT_GT(plan_depth(room.room(), {}, 0.3).maps.size(), maps);
 }
 
 // With irregular stations, no point of a line is too far from a map, and no two maps are needlessly
@@ -172,41 +160,23 @@ TEST(DepthPlanTest, EveryNthStationGetsAMapWhenAsked) {
   }
 }
 
-TEST(DepthPlanTest, RejectsInvalidSizes) {
-  SyntheticRoomSpec spec = tiny_room(1.0);
-  spec.width = 64;
-  const DepthTestRoom room(spec);
-  for (const int width : {-4, 7, 16, 34, 68, 1 << 30}) {
-    EXPECT_THAT([&] { plan_depth(room.room(), {.width = width}); },
-                ThrowsMessage<UsageError>(HasSubstr("multiple of 4 from 32 to 64")))
-        << width;
-  }
-  EXPECT_EQ(plan_depth(room.room(), {.width = 36}).size, (PanoramaSize{36, 18}));
-  EXPECT_EQ(plan_depth(room.room(), {}).size, (PanoramaSize{64, 32}));
-  EXPECT_THAT([&] { plan_depth(room.room(), {.every = -1}); },
-              ThrowsMessage<UsageError>(HasSubstr("--every")));
-}
-
-TEST(DepthPlanTest, SupportsAnyPanoramaOfSufficientWidth) {
-  SyntheticRoomSpec spec = tiny_room(1.0);
-  for (const auto& [captured, width] : {std::pair{32, 32}, {34, 32}, {50, 48}, {52, 52}}) {
+TEST(DepthPlanTest, MapsAreAsWideAsAskedOrAsThePanoramasAllow) {
+  const auto size_of = [](int captured, int asked) {
+    SyntheticRoomSpec spec = tiny_room(1.0);
     spec.width = captured;
-    const DepthTestRoom room(spec);
-    EXPECT_EQ(plan_depth(room.room(), {}).size, (PanoramaSize{width, width / 2}));
+    return plan_depth(DepthTestRoom(spec).room(), {.width = asked}).size;
+  };
+  for (const auto& [captured, asked, width] :
+       {std::tuple{64, 36, 36}, {64, 0, 64}, {32, 0, 32}, {34, 0, 32}, {50, 0, 48}, {52, 0, 52}}) {
+    EXPECT_EQ(size_of(captured, asked), (PanoramaSize{width, width / 2}));
   }
-  spec.width = 16;
-  const DepthTestRoom room(spec);
-  EXPECT_THAT([&] { plan_depth(room.room(), {}); },
+  for (const int asked : {-4, 7, 16, 34, 68, 1 << 30}) {
+    EXPECT_THAT([&] { size_of(64, asked); },
+                ThrowsMessage<UsageError>(HasSubstr("multiple of 4 from 32 to 64")))
+        << asked;
+  }
+  EXPECT_THAT([&] { size_of(16, 0); },
               ThrowsMessage<Error>(HasSubstr("panoramas of 16 x 8 are too small")));
-}
-
-TEST(DepthPlanTest, NamesItsMethods) {
-  for (const DepthMethod method : {DepthMethod::kSweep, DepthMethod::kFlow}) {
-    EXPECT_EQ(depth_method_from_name(name_of(method)), method);
-  }
-  EXPECT_THAT([] { depth_method_from_name("stereo"); },
-              ThrowsMessage<UsageError>(
-                  ::testing::AllOf(HasSubstr("stereo"), HasSubstr("sweep"), HasSubstr("flow"))));
 }
 
 TEST(DepthPlanTest, StationsLeftOutAreNeitherMappedNorCompared) {
@@ -223,7 +193,8 @@ TEST(DepthPlanTest, StationsLeftOutAreNeitherMappedNorCompared) {
   }
 }
 
-TEST(DepthPlanTest, NothingLeftToCompareIsAnError) {
+// Candidates are thinned; a map may be at a station that is not a candidate.
+TEST(DepthPlanTest, NothingLeftToCompareAndNoMapLeftAreErrors) {
   const DepthTestRoom room(tiny_room(1.0));
   DepthPlan plan = plan_depth(room.room(), {});
   std::vector<StationIndex> all_but_first;
@@ -232,12 +203,7 @@ TEST(DepthPlanTest, NothingLeftToCompareIsAnError) {
   }
   EXPECT_THAT([&] { exclude_stations(all_but_first, &plan); },
               ThrowsMessage<Error>(HasSubstr("64 of 68 stations had to be left out")));
-}
-
-// Candidates are thinned; a map may be at a station that is not a candidate.
-TEST(DepthPlanTest, NoMapLeftIsAnError) {
-  const DepthTestRoom room(tiny_room(1.0));
-  DepthPlan plan = plan_depth(room.room(), {.every = 1000});
+  plan = plan_depth(room.room(), {.every = 1000});
   EXPECT_THAT([&] { exclude_stations(stations_with_map(plan), &plan); },
               ThrowsMessage<Error>(HasSubstr("--every")));
 }
@@ -272,11 +238,12 @@ TEST(DepthPlanTest, TheNearestMapsVote) {
   }
 }
 
-TEST(DepthPlanTest, FewMapsAllVote) {
-  SyntheticRoomSpec spec = tiny_room(1.0);
-  spec.cells_z = 0;
-  const DepthTestRoom room(spec);
-  EXPECT_THAT(voters_of(plan_depth(room.room(), {.every = 8}), 1), ElementsAre(1, 0, 2));
+TEST(DepthPlanTest, FewMapsAllVoteAndLeaveNoFallback) {
+  const DepthTestRoom room(tiny_room(1.0, 1, 0));
+  const DepthPlan plan = plan_depth(room.room(), {.every = 8});
+  const std::vector<int> voters = voters_of(plan, 1);
+  EXPECT_THAT(voters, ElementsAre(1, 0, 2));
+  EXPECT_TRUE(fallback_voters_of(plan, voters).empty());
 }
 
 TEST(DepthPlanTest, StationsFarAwayAreNotCompared) {
@@ -318,14 +285,6 @@ TEST(DepthPlanTest, FallbackVotersSpreadOverTheRoom) {
       }
     }
   }
-}
-
-TEST(DepthPlanTest, ThereMayBeNoFallbackVoters) {
-  SyntheticRoomSpec spec = tiny_room(1.0);
-  spec.cells_z = 0;
-  const DepthTestRoom room(spec);
-  const DepthPlan plan = plan_depth(room.room(), {.every = 8});
-  EXPECT_TRUE(fallback_voters_of(plan, voters_of(plan, 1)).empty());
 }
 
 }  // namespace

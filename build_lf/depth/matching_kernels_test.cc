@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numeric>
 #include <random>
-#include <string>
 #include <vector>
 
 #include "build_lf/depth/pixel_directions.h"

@@ -7,7 +7,12 @@
 #include <random>
 #include <set>
 
+#include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/depth_test_room.h"
+#include "build_lf/depth/station_picture.h"
+#include "build_lf/depth/tile_views.h"
+#include "core/panorama/transposed_border.h"
+#include "core/room/station_image.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -91,25 +96,6 @@ TEST_P(MatchingViewsOfScale, AreDifferentStationsWithParallaxInEveryDirection) {
 
 INSTANTIATE_TEST_SUITE_P(CellSides, MatchingViewsOfScale, ::testing::Values(0.2, 1.0, 5.0));
 
-TEST(MatchingViewsTest, TakeCrossingLinesAlongTheRail) {
-  const Grid grid = synthetic_grid(room_of_scale(1.0));
-  // Near the end of line x0, the lines z0 and z1 cross it.
-  const MatchingGeometry geometry{grid.lines[0].stations[14].position_m, {1, 0, 0}, 0.5};
-  const Eigen::Vector3d along(-1.0, 0.0, 0.0);
-  const auto stations_m = positions_of(grid);
-  const MatchingViews views = choose_matching_views(geometry, along, stations_m);
-  const size_t of_own_line = grid.lines[0].stations.size();
-  size_t found = 0;
-  for (const auto& side : views.side) {
-    for (const int station : side) {
-      EXPECT_GE(static_cast<size_t>(station), of_own_line);
-      EXPECT_GT(baseline_m(geometry, along, stations_m[static_cast<size_t>(station)]), 0.05);
-      ++found;
-    }
-  }
-  EXPECT_GE(found, 1U);
-}
-
 TEST(MatchingViewsTest, AreNoneAlongTheRailOfASingleLine) {
   const Grid grid = synthetic_grid(line_of_scale(1.0));
   const MatchingGeometry geometry{grid.lines[0].stations[4].position_m, {1, 0, 0}, 0.5};
@@ -150,6 +136,180 @@ TEST(MatchingViewsTest, DoNotDependOnTheOrderOfStations) {
       EXPECT_EQ(chosen(stations_m, direction, side), chosen(shuffled_m, direction, side));
     }
   }
+}
+
+class TilesOfSize : public ::testing::TestWithParam<int> {};
+
+// Also for sizes that are not a multiple of the tile's.
+TEST_P(TilesOfSize, CoverEveryPixelOnceAndHaveStationsToCompare) {
+  SyntheticRoomSpec spec = room_of_scale(1.0);
+  const PanoramaSize size{GetParam(), GetParam() / 2};
+  const DepthTestRoom room(spec);
+  const DepthPlan plan = plan_depth(room.room(), {.width = size.width});
+  const auto gains = unit_gain_fields(room.grid());
+  PictureCache pictures = pictures_of(room.room(), size, gains);
+  const SweepReference& reference = plan.maps[1];
+  const std::vector<SweepCandidate> candidates = candidates_near(plan, reference);
+  const TileViews views(reference, candidates, plan.reach_m, size, &pictures);
+  std::vector<int> covered(static_cast<size_t>(size.width * size.height), 0);
+  for (int tile = 0; tile < views.tiles(); ++tile) {
+    for (int u = 0; u < views.columns(tile); ++u) {
+      for (int v = 0; v < views.rows(tile); ++v) {
+        const int pixel = (views.first_column(tile) + u) * size.height + views.first_row(tile) + v;
+        ++covered[static_cast<size_t>(pixel)];
+      }
+    }
+    size_t compared = 0;
+    for (const auto& side : views.of_tile(tile).side) {
+      compared += side.size();
+      for (const int i : side) {
+        ASSERT_NE(views.view(i).picture, nullptr);
+        EXPECT_EQ(views.view(i).to_reference_m,
+                  reference.position_m - candidates[static_cast<size_t>(i)].position_m);
+      }
+    }
+    EXPECT_GE(compared, 2U) << tile;
+  }
+  for (const int times : covered) ASSERT_EQ(times, 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Widths, TilesOfSize, ::testing::Values(32, 36, 100, 128));
+
+constexpr PanoramaSize kPictureSize{128, 64};
+
+SyntheticRoomSpec small_line() {
+  SyntheticRoomSpec spec = line_of_scale(1.0);
+  spec.spacing_m = 0.25;
+  spec.scene.texture_wavelength_m = 0.5;
+  return spec;
+}
+
+// Largest and mean difference of one channel of two pictures.
+struct Difference {
+  int most = 0;
+  double mean = 0.0;
+};
+
+Difference difference_of(const StationPicture& a, const StationPicture& b, int channel) {
+  Difference difference;
+  for (size_t i = 0; i < a.samples.size(); ++i) {
+    const int d = std::abs(channel_of(a.samples[i], channel) - channel_of(b.samples[i], channel));
+    difference.most = std::max(difference.most, d);
+    difference.mean += d / static_cast<double>(a.samples.size());
+  }
+  return difference;
+}
+
+TEST(ReferenceTileTest, IsTheMeanOfAPixelsSamplesAndMarksInvalidOnes) {
+  const DepthTestRoom room(room_of_scale(1.0));
+  const PanoramaSize size{100, 50};
+  cv::Mat valid(size.height, size.width, CV_8UC1, cv::Scalar(255));
+  valid.at<uchar>(40, 21) = 0;
+  const DepthPlan plan = plan_depth(room.room(), {.width = size.width});
+  const auto gains = unit_gain_fields(room.grid());
+  PictureCache pictures = pictures_of(room.room(), size, gains, valid);
+  const TileViews views(plan.maps[1], candidates_near(plan, plan.maps[1]), plan.reach_m, size,
+                        &pictures);
+  for (int tile = 0; tile < views.tiles(); ++tile) {
+    const ReferenceTile reference = reference_tile(views, tile);
+    ASSERT_EQ(reference.count, views.columns(tile) * views.rows(tile));
+    for (int i = 0; i < reference.count; ++i) {
+      const auto at = static_cast<size_t>(i);
+      const int theta = views.first_column(tile) + i / views.rows(tile);
+      const int phi = views.first_row(tile) + i % views.rows(tile);
+      ASSERT_EQ(channel_of(reference.samples[at], 3) == static_cast<int>(kInvalidDetail),
+                theta == 21 && phi == 40);
+      double green = 0.0;
+      for (const int u : {2 * theta, 2 * theta + 1}) {
+        for (const int v : {2 * phi, 2 * phi + 1}) {
+          green += channel_of(views.reference().samples[static_cast<size_t>(u * 100 + v)], 1);
+        }
+      }
+      ASSERT_NEAR(channel_of(reference.samples[at], 1), green / 4.0, 0.5);
+    }
+  }
+}
+
+TEST(StationImageTest, HasAPanoramasColumnsAsRowsReducedByTheMean) {
+  const SyntheticRoomSpec spec = small_line();
+  const DepthTestRoom room(spec);
+  const cv::Mat full = station_image(room.room(), {0, 2}, kPictureSize);
+  const cv::Mat frame =
+      render_scene(spec.scene, room.grid().lines[0].stations[2].position_m, spec.width);
+  ASSERT_EQ(full.size(), cv::Size(64, 128));
+  const cv::Mat half = station_image(room.room(), {0, 2}, {64, 32});
+  ASSERT_EQ(half.size(), cv::Size(32, 64));
+  for (int u = 0; u < 128; ++u) {
+    for (int v = 0; v < 64; ++v) {
+      const auto& bgr = frame.at<cv::Vec3b>(v, u);
+      ASSERT_EQ(full.at<cv::Vec3b>(u, v), cv::Vec3b(bgr[2], bgr[1], bgr[0]));
+    }
+  }
+  for (int u = 0; u < 64; ++u) {
+    for (int v = 0; v < 32; ++v) {
+      const double mean = cv::mean(full(cv::Rect(2 * v, 2 * u, 2, 2)))[1];
+      ASSERT_NEAR(half.at<cv::Vec3b>(u, v)[1], mean, 1.0);
+    }
+  }
+}
+
+TEST(StationImageTest, WrapsAroundTheSphere) {
+  const DepthTestRoom room(small_line());
+  const cv::Mat image = station_image(room.room(), {0, 0}, kPictureSize);
+  const cv::Mat bordered = with_border(image, 5);
+  ASSERT_EQ(bordered.size(), cv::Size(74, 138));
+  EXPECT_EQ(bordered.at<cv::Vec3b>(4, 25), image.at<cv::Vec3b>(127, 20));
+  EXPECT_EQ(bordered.at<cv::Vec3b>(133, 25), image.at<cv::Vec3b>(0, 20));
+  EXPECT_EQ(bordered.at<cv::Vec3b>(25, 4), image.at<cv::Vec3b>(20, 0));
+  EXPECT_EQ(bordered.at<cv::Vec3b>(25, 69), image.at<cv::Vec3b>(20, 63));
+  EXPECT_EQ(cv::norm(without_border(bordered, 5), image, cv::NORM_INF), 0.0);
+}
+
+TEST(StationPictureTest, HoldsFourSamplesPerPixelAroundItsColour) {
+  const DepthTestRoom room(small_line());
+  const cv::Mat image = station_image(room.room(), {0, 2}, kPictureSize);
+  const auto picture = make_station_picture(room.room(), {0, 2}, kPictureSize, {}, {});
+  ASSERT_EQ(picture.size, (PanoramaSize{256, 128}));
+  ASSERT_EQ(picture.samples.size(), size_t{256 * 128});
+  // Mean difference of each pixel's samples from those of the pixel at the given offset.
+  const auto mean_difference = [&](int columns_on, int rows_on) {
+    double sum = 0.0;
+    for (int su = 4; su < 252; ++su) {
+      for (int sv = 4; sv < 124; ++sv) {
+        const MatchingSample sample = picture.samples[static_cast<size_t>(su * 128 + sv)];
+        const auto& pixel = image.at<cv::Vec3b>(su / 2 + columns_on, sv / 2 + rows_on);
+        for (int c = 0; c < 3; ++c) sum += std::abs(channel_of(sample, c) - pixel[c]);
+      }
+    }
+    return sum / (248 * 120 * 3);
+  };
+  const double here = mean_difference(0, 0);
+  EXPECT_LT(here, 9.0);
+  for (const int on : {-1, 1}) {
+    EXPECT_GT(mean_difference(on, 0), 2.0 * here);
+    EXPECT_GT(mean_difference(0, on), 2.0 * here);
+  }
+}
+
+TEST(StationPictureTest, AppliesTheGain) {
+  const DepthTestRoom room(small_line());
+  const DepthTestRoom darker(small_line(), [](StationIndex, cv::Mat* frame) { *frame *= 0.7; });
+  const auto expected = make_station_picture(room.room(), {0, 2}, kPictureSize, {}, {});
+  const float gain = 1.0f / 0.7f;
+  const auto picture =
+      make_station_picture(darker.room(), {0, 2}, kPictureSize, {{gain, gain, gain}}, {});
+  for (int channel = 0; channel < 3; ++channel) {
+    EXPECT_LE(difference_of(picture, expected, channel).most, 2);
+  }
+}
+
+TEST(StationPictureTest, DetailIsNearlyIndependentOfExposure) {
+  const DepthTestRoom room(small_line());
+  const DepthTestRoom darker(small_line(), [](StationIndex, cv::Mat* frame) { *frame *= 0.6; });
+  const auto bright = make_station_picture(room.room(), {0, 2}, kPictureSize, {}, {});
+  const auto dark = make_station_picture(darker.room(), {0, 2}, kPictureSize, {}, {});
+  EXPECT_GT(difference_of(bright, dark, 0).mean, 30.0);
+  EXPECT_LT(difference_of(bright, dark, 3).mean, 8.0);
 }
 
 }  // namespace

@@ -1,18 +1,28 @@
 #include "build_lf/depth/partial_maps.h"
 
 #include <gmock/gmock.h>
-#include <sys/wait.h>
-#include <unistd.h>
+#include <sys/resource.h>
 
+#include <csignal>
+#include <cstdint>
 #include <fstream>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "build_lf/depth/depth_test_room.h"
+#include "build_lf/depth/file_memory.h"
+#include "build_lf/pack/station_data.h"
 #include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
 namespace raywalk::build_lf {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 namespace fs = std::filesystem;
@@ -120,29 +130,10 @@ TEST_F(PartialMapsTest, DamagedMapsCountAsMissing) {
   EXPECT_TRUE(load(maps).has_value());
 }
 
-// The lock works between processes.
 TEST_F(PartialMapsTest, ConcurrentRunsAreRejected) {
   const PartialMaps maps(room(), "inputs");
-  const pid_t child = fork();
-  if (child == 0) {
-    try {
-      const PartialMaps second(room(), "inputs");
-      _exit(0);
-    } catch (const Error& e) {
-      _exit(std::string(e.what()).find("another raywalk-build-lf") != std::string::npos ? 1 : 2);
-    }
-  }
-  int status = 0;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  ASSERT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 1);
-}
-
-TEST_F(PartialMapsTest, ARoomThatCannotBeWrittenIsNamed) {
-  // A file in place of the directory is unwritable even for root.
-  std::ofstream(partial()) << "in the way";
   EXPECT_THAT([&] { PartialMaps(room(), "inputs"); },
-              ThrowsMessage<Error>(HasSubstr("distances.partial")));
+              ThrowsMessage<Error>(HasSubstr("another raywalk-build-lf")));
 }
 
 TEST_F(PartialMapsTest, CompletingReplacesTheDistancesAndCleansUp) {
@@ -160,6 +151,118 @@ TEST_F(PartialMapsTest, CompletingReplacesTheDistancesAndCleansUp) {
     EXPECT_FALSE(fs::exists(distances() / "x9.h5"));
     EXPECT_EQ(directory_.entries(), 1U);
   }
+}
+
+class StoredMapsTest : public ::testing::Test {
+ protected:
+  static SyntheticRoomSpec spec() {
+    SyntheticRoomSpec tiny = room_of_scale(1.0);
+    tiny.width = 32;
+    return tiny;
+  }
+  // Line z0 gets no maps.
+  static DepthPlan plan_without_z0(const Room& room) {
+    DepthPlan plan = plan_depth(room, {.every = 8});
+    std::erase_if(plan.maps, [](const SweepReference& map) { return map.station.line == 2; });
+    return plan;
+  }
+  void store_maps(PartialMaps* partial) const {
+    for (const SweepReference& reference : plan_.maps) {
+      InverseDistanceMap map = true_map(spec().scene, reference.position_m, plan_.size);
+      map.station = reference.station;
+      map.omega[3] = 0.0f;
+      map.confidence[5] = static_cast<std::uint8_t>(10 * reference.station.station);
+      partial->store(kFinalStage, map);
+    }
+  }
+
+  DepthTestRoom room_{spec()};
+  DepthPlan plan_ = plan_without_z0(room_.room());
+  LineSearch no_contradictions_ = [](int) { return Contradictions(); };
+};
+
+TEST_F(StoredMapsTest, AreReadBackAsTheRoomsDistances) {
+  PartialMaps partial(room_.room().directory(), "inputs");
+  store_maps(&partial);
+  write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial, {0, 4}, no_contradictions_);
+  partial.complete();
+  use_distances(room_.room().directory(), DistanceKind::kEstimated);
+  const Room room = Room::open(room_.room().directory());
+  EXPECT_EQ(room.distances(2).maps(), 0);
+  const DistanceVolume& distances = room.distances(0);
+  EXPECT_THAT(distances.stations(), ElementsAre(0, 8, 16));
+  EXPECT_EQ(distances.size(), plan_.size);
+  EXPECT_FALSE(distances.given());
+  const InverseDistanceMap truth =
+      true_map(spec().scene, room.grid().lines[0].stations[8].position_m, plan_.size);
+  const StationDistances stored = stored_distances(distances, 1);
+  ASSERT_EQ(stored.distance_m.size(), truth.omega.size());
+  for (size_t pixel = 0; pixel < truth.omega.size(); ++pixel) {
+    const float omega = pixel == 3 ? 0.0f : truth.omega[pixel];
+    ASSERT_EQ(stored.distance_m[pixel], 1.0f / omega);
+  }
+  EXPECT_EQ(stored.confidence[5], 80);
+  EXPECT_EQ(stored.confidence[6], 255);
+}
+
+TEST_F(StoredMapsTest, DamagedMapIsNamedAndItsLineNotWritten) {
+  PartialMaps partial(room_.room().directory(), "inputs");
+  store_maps(&partial);
+  for (const auto& entry : fs::directory_iterator(partial.volumes().parent_path())) {
+    if (entry.path().filename() == "final-0-8.map") std::ofstream(entry.path()) << "damaged";
+  }
+  EXPECT_THAT(
+      [&] {
+        write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial, {0, 4},
+                      no_contradictions_);
+      },
+      ThrowsMessage<Error>(HasSubstr("run the command again")));
+  EXPECT_TRUE(fs::is_empty(partial.volumes()));
+}
+
+TEST(FileMemoryTest, HoldsValuesAndLeavesNoFiles) {
+  const TestDirectory directory;
+  FileMemory memory(directory.path());
+  {
+    std::pmr::vector<std::uint64_t> values(1'000'003, &memory);
+    EXPECT_EQ(std::accumulate(values.begin(), values.end(), std::uint64_t{0}), 0U);
+    std::iota(values.begin(), values.end(), std::uint64_t{7});
+    std::pmr::vector<std::uint16_t> others(&memory);
+    for (int i = 0; i < 5000; ++i) others.push_back(static_cast<std::uint16_t>(i));
+    const auto moved = std::move(values);
+    for (std::size_t i = 0; i < moved.size(); i += 997) ASSERT_EQ(moved[i], i + 7);
+    for (std::size_t i = 0; i < others.size(); ++i) ASSERT_EQ(others[i], i);
+    EXPECT_TRUE(fs::is_empty(directory.path())) << "while in use";
+  }
+  EXPECT_TRUE(fs::is_empty(directory.path()));
+}
+
+TEST(FileMemoryTest, NamesTheDirectoryThatCannotHoldTheValues) {
+  const TestDirectory directory;
+  const fs::path missing = directory.path() / "missing";
+  FileMemory memory(missing);
+  const std::string error = error_of([&] { const std::pmr::vector<int> values(1000, &memory); });
+  EXPECT_NE(error.find(missing.string() + ": cannot write there"), std::string::npos) << error;
+  EXPECT_NE(error.find("No such file"), std::string::npos) << error;
+}
+
+// As on a full disk: the blocks cannot be had. Without reserving them, writing would end the test.
+TEST(FileMemoryTest, ReportsAFullDisk) {
+  const TestDirectory directory;
+  FileMemory memory(directory.path());
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  auto* const handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{1 << 20, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  const std::string error =
+      error_of([&] { const std::pmr::vector<char> values(2 << 20, &memory); });
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(error, directory.path().string() +
+                       ": cannot hold 2 MB of intermediate values: File too large");
+  const std::pmr::vector<char> values(2 << 20, &memory);
+  EXPECT_EQ(values.back(), 0);
 }
 
 }  // namespace

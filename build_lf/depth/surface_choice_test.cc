@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "build_lf/depth/depth_test_room.h"
+#include "build_lf/depth/tile_planes.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -165,6 +167,58 @@ TEST_F(SurfaceChoiceTest, UnknownPixelsAndLonelyMapsStayAsTheyAre) {
   }
   const InverseDistanceMap map = chosen(middle);
   for (size_t pixel = 0; pixel < swept.omega.size(); pixel += 3) EXPECT_EQ(map.omega[pixel], 7.0f);
+}
+
+Eigen::Vector3d direction_of(int theta, int phi, PanoramaSize size) {
+  return direction_from_angles(angles_from_pixel({double(theta), double(phi)}, size));
+}
+
+// A floor 1.5 m below, everything else infinitely far; as a plane it goes on above the horizon.
+double floor_omega(const Eigen::Vector3d& direction) { return -direction.y() / 1.5; }
+
+// How far the nearest of a tile's planes is from the floor, at most, over the tile.
+double largest_error(const TilePlanes& planes, int column, int row, PanoramaSize size) {
+  double least = 1e9;
+  for (const Plane& plane : planes.around(column, row, 9)) {
+    double largest = 0.0;
+    for (int i = 0; i < kPlaneTile * kPlaneTile; ++i) {
+      const Eigen::Vector3d direction = direction_of(column * kPlaneTile + i / kPlaneTile,
+                                                     row * kPlaneTile + i % kPlaneTile, size);
+      const double omega = plane.cast<double>().dot(direction);
+      largest = std::max(largest, std::fabs(omega - floor_omega(direction)));
+    }
+    least = std::min(least, largest);
+  }
+  return least;
+}
+
+// Poles, the seam, and heights that are no multiple of a tile.
+TEST(TilePlanesTest, CoverTheWholeSphereAtAnySize) {
+  for (const PanoramaSize size : {PanoramaSize{32, 16}, {36, 18}, {256, 128}, {1024, 512}}) {
+    InverseDistanceMap map{{}, {0, 0, 0}, size, {}, {}};
+    for (int theta = 0; theta < size.width; ++theta) {
+      for (int phi = 0; phi < size.height; ++phi) {
+        const double omega = floor_omega(direction_of(theta, phi, size));
+        map.omega.push_back(static_cast<float>(std::max(0.0, omega)));
+      }
+    }
+    map.confidence.assign(map.omega.size(), 255);
+    const TilePlanes planes(map, 8.0 / size.width);
+    EXPECT_EQ(planes.columns() * kPlaneTile, size.width);
+    EXPECT_GE(planes.rows() * kPlaneTile, size.height);
+    const int lowest = size.height / kPlaneTile - 1;
+    for (const int column : {0, planes.columns() / 2, planes.columns() - 1}) {
+      for (const int row : {lowest, lowest - 1}) {
+        EXPECT_LT(largest_error(planes, column, row, size), 4.0 / size.width)
+            << size.width << ' ' << column << ' ' << row;
+      }
+      for (int row = 0; row < planes.rows(); ++row) {
+        for (const Plane& plane : planes.around(column, row, 9)) EXPECT_TRUE(plane.allFinite());
+      }
+    }
+    map.confidence.assign(map.omega.size(), 0);
+    EXPECT_TRUE(TilePlanes(map, 8.0 / size.width).around(0, lowest, 9).empty()) << "not known";
+  }
 }
 
 }  // namespace
