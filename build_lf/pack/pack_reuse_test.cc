@@ -1,6 +1,4 @@
-// What a pack run takes over: of a stopped run, of parts, and of the room that it replaces.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <array>
 #include <filesystem>
@@ -9,11 +7,16 @@
 #include <set>
 #include <string>
 
+#include "build_lf/pack/free_space.h"
 #include "build_lf/pack/room_folder.h"
 #include "build_lf/pack/test_pack.h"
 #include "build_lf/pack/volume_writer.h"
 #include "build_lf/quality/room_verify.h"
+#include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+#include "core/room/hdf5_file.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -24,6 +27,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 namespace fs = std::filesystem;
 
+// What a pack run takes over: of a stopped run, of parts, and of the room that it replaces.
 constexpr std::array kIds{"x0", "x1", "z0", "z1"};
 
 class PackReuseTest : public PackTest {
@@ -182,6 +186,71 @@ TEST_F(PackReuseTest, OnlyALineThatWasCapturedAgainIsPackedAnew) {
                 fs::copy_options::overwrite_existing);
   fs::resize_file(line_volume_path(capture_.room(), "z0"), 100);
   EXPECT_THAT(packed_anew(), ElementsAre("x0", "z0"));
+}
+
+class RoomFolderTest : public ::testing::Test {
+ protected:
+  static std::vector<PlannedVolume> plan(const std::string& inputs) {
+    return {{fs::path("lines") / "x0.h5", inputs}, {fs::path("lines") / "x1.h5", inputs}};
+  }
+  std::string error_with(const std::string& inputs, bool replace = false) const {
+    return error_of([&] { const RoomFolder folder(out_, plan(inputs), replace); });
+  }
+
+  TestDirectory directory_;
+  fs::path out_ = directory_ / "room.lf";
+  fs::path partial_ = directory_ / "room.lf.partial";
+};
+
+TEST_F(RoomFolderTest, NothingIsLeftWithoutAFinishedVolume) {
+  { const RoomFolder folder(out_, plan("a")); }
+  EXPECT_EQ(directory_.entries(), 0U);
+  // What Raywalk did not make stays.
+  fs::create_directories(partial_ / "lines");
+  write_file_atomically(partial_ / "lines" / "thesis.txt", "mine");
+  { const RoomFolder folder(out_, plan("a")); }
+  EXPECT_EQ(read_file(partial_ / "lines" / "thesis.txt"), "mine");
+}
+
+TEST_F(RoomFolderTest, AVolumeThatIsNotPlannedIsOfOtherInputs) {
+  {
+    const RoomFolder stopped(out_, plan("a"));
+    Hdf5File file = Hdf5File::create(partial_ / "lines" / "z0.h5");
+    file.write_attribute("/", kInputsAttribute, std::string("a"));
+    file.close();
+  }
+  EXPECT_THAT(error_with("a"), HasSubstr("of other frames"));
+  // A room that someone gave this name is never taken apart.
+  write_file_atomically(partial_ / "manifest.json", "{}");
+  EXPECT_THAT(error_with("a", true), HasSubstr("of other frames"));
+  EXPECT_TRUE(fs::exists(partial_ / "lines" / "z0.h5"));
+}
+
+TEST_F(RoomFolderTest, OnlyARoomIsReplaced) {
+  fs::create_directory(out_);
+  write_file_atomically(out_ / "thesis.txt", "mine");
+  EXPECT_THAT(error_with("a", true), HasSubstr("not a room"));
+  EXPECT_EQ(read_file(out_ / "thesis.txt"), "mine");
+  EXPECT_FALSE(fs::exists(partial_));
+}
+
+TEST_F(RoomFolderTest, ARoomThatAppearsMeanwhileIsNotReplaced) {
+  RoomFolder folder(out_, {});
+  fs::create_directory(out_);
+  EXPECT_THROW(folder.complete(RoomManifest{}), Error);
+  EXPECT_TRUE(fs::is_empty(out_));
+}
+
+TEST(RequireSpace, SizesHaveAFittingUnitAndDiffer) {
+  const auto error_for = [](std::uint64_t needed, std::optional<std::uint64_t> free) {
+    return error_of([&] { require_space("room.lf.partial", {.needed = needed}, free); });
+  };
+  EXPECT_THAT(error_for(39'000'000, 31'000'000),
+              HasSubstr("room.lf.partial: the room needs 39 MB, 31 MB are free"));
+  EXPECT_THAT(error_for(70'000'001, 70'000'000), HasSubstr("needs 71 MB, 70 MB are free"));
+  EXPECT_THAT(error_for(12'400'000'000'000, 900), HasSubstr("13 TB, 0 TB"));
+  EXPECT_THAT(error_for(9'999, 0), HasSubstr("9999 bytes, 0 bytes"));
+  EXPECT_EQ(error_for(1000, std::nullopt), "no error");
 }
 
 }  // namespace

@@ -1,21 +1,31 @@
 #include "build_lf/pack/pack_room.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
 
+#include "build_lf/pack/listed_motion.h"
 #include "build_lf/pack/test_pack.h"
 #include "build_lf/quality/room_info.h"
 #include "build_lf/quality/room_verify.h"
 #include "core/base/error.h"
+#include "core/base/test_error.h"
+#include "core/base/test_log.h"
 #include "core/files/atomic_output.h"
+#include "core/files/exif.h"
+#include "core/files/frame_list.h"
 #include "core/files/output_folder.h"
+#include "core/files/test_directory.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
@@ -23,6 +33,8 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
 namespace fs = std::filesystem;
 
 class PackRoomTest : public PackTest {
@@ -100,14 +112,6 @@ TEST_F(PackRoomTest, YawTurnsPanoramaAndDistances) {
   }
 }
 
-TEST_F(PackRoomTest, ExistingRoomIsNotTouched) {
-  pack();
-  const std::string manifest = read_file(manifest_path(capture_.room()));
-  EXPECT_THROW(pack(), Error);
-  EXPECT_EQ(read_file(manifest_path(capture_.room())), manifest);
-  EXPECT_FALSE(fs::exists(capture_.partial()));
-}
-
 using MakeFault = std::function<void(const TestCapture&)>;
 
 // What is wrong with the files of a capture, and what is said of it.
@@ -183,57 +187,10 @@ TEST_F(PackRoomTest, ATruncatedMapIsNamed) {
   EXPECT_FALSE(fs::exists(capture_.room()));
 }
 
-TEST_F(PackRoomTest, UnwritableOutputIsNamed) {
-  options_.out = capture_.root() / "none" / "room.lf";
-  EXPECT_THAT(error(), HasSubstr("none/room.lf"));
-}
-
 TEST_F(PackRoomTest, OutMayEndInASlash) {
   options_.out = capture_.room() / "";
   pack();
   EXPECT_TRUE(fs::exists(manifest_path(capture_.room())));
-}
-
-TEST_F(PackRoomTest, VerifyFindsEveryKindOfDamage) {
-  give_all_maps();
-  const VerifiedCounts counts = verify_room(pack());
-  EXPECT_EQ(counts.panoramas, kStations);
-  EXPECT_EQ(counts.distance_maps, kStations);
-  const auto error_after_flipping = [&](const fs::path& file, const void* in_map, const void* base,
-                                        std::uintmax_t base_offset) {
-    const auto offset = static_cast<std::uintmax_t>(static_cast<const char*>(in_map) -
-                                                    static_cast<const char*>(base)) +
-                        base_offset;
-    std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
-    stream.seekg(static_cast<std::streamoff>(offset));
-    const char flipped = static_cast<char>(stream.get() ^ 1);
-    stream.seekp(static_cast<std::streamoff>(offset));
-    stream.put(flipped);
-    stream.close();
-    std::string message = error_of([&] { verify_room(Room::open(capture_.room())); });
-    stream.open(file, std::ios::in | std::ios::out | std::ios::binary);
-    stream.seekp(static_cast<std::streamoff>(offset));
-    stream.put(static_cast<char>(flipped ^ 1));
-    return message;
-  };
-  // Where the rays of station 0 begin in the file: their bytes are known.
-  const fs::path lines = line_volume_path(capture_.room(), "z1");
-  const Room room = Room::open(capture_.room());
-  const auto first = room.volume(3).column(0, 0);
-  const std::string bytes = read_file(lines);
-  const std::size_t rays_at = bytes.find(std::string(first.begin(), first.end()));
-  ASSERT_NE(rays_at, std::string::npos);
-  EXPECT_THAT(
-      error_after_flipping(lines, room.volume(3).column(5, 60).data(), first.data(), rays_at),
-      AllOf(HasSubstr("line z1 station 5"), HasSubstr("right_5.png"), HasSubstr("rays"),
-            HasSubstr("1 of 56")));
-  const fs::path distances = distance_volume_path(capture_.room(), "x0");
-  const auto confidence = room.distances(0).confidence_column(0, 0);
-  const std::size_t confidence_at = read_file(distances).find(std::string(512, '\xff'));
-  ASSERT_NE(confidence_at, std::string::npos);
-  EXPECT_THAT(error_after_flipping(distances, confidence.data(), confidence.data(), confidence_at),
-              AllOf(HasSubstr("line x0 station 0"), HasSubstr("distances")));
-  EXPECT_EQ(verify_room(Room::open(capture_.room())).panoramas, kStations);
 }
 
 TEST_F(PackRoomTest, VerifyDetectsAVolumeOfAnotherRoom) {
@@ -271,6 +228,207 @@ TEST_F(PackRoomTest, SingleLineHasNoOverhang) {
   EXPECT_FALSE(info.lines[0].overhang_first_m.has_value());
   EXPECT_THAT(text_of(info, "room.lf"), HasSubstr("no cell is closed"));
   EXPECT_THAT(json_of(info), HasSubstr("\"overhang_first_m\": null"));
+}
+
+// What pack says of its inputs and of the disk.
+class PackInputsTest : public PackTest {
+ protected:
+  std::string log_of_pack() const {
+    const CapturedLog log;
+    pack_room(options_);
+    return log.text();
+  }
+};
+
+TEST_F(PackInputsTest, AFrameThatIsNoPanoramaIsNamed) {
+  for (int frame = 0; frame < TestCapture::kStations; ++frame) {
+    capture_.write_frame(frame, {256, 128});
+  }
+  cv::Mat fisheyes(128, 256, CV_8UC3, cv::Scalar::all(0));
+  for (const int centre : {64, 192}) {
+    cv::circle(fisheyes, {centre, 64}, 62, cv::Scalar(90, 150, 210), cv::FILLED);
+  }
+  cv::imwrite((capture_.list().parent_path() / "back_3.png").string(), fisheyes);
+  EXPECT_THAT(error(), AllOf(HasSubstr("back_3.png"), HasSubstr("two fisheye lenses")));
+  EXPECT_FALSE(fs::exists(capture_.room()));
+}
+
+TEST_F(PackInputsTest, FullDiskIsRefusedBeforeAnythingIsWritten) {
+  options_.free_bytes = [](const fs::path&) { return TestCapture::kRayBytes - 1; };
+  EXPECT_THAT(error(), AllOf(HasSubstr("needs 173 kB, 172 kB are free"), HasSubstr("room.lf")));
+  EXPECT_FALSE(fs::exists(capture_.partial()));
+}
+
+TEST_F(PackInputsTest, ExistingRoomAndMissingFilesAreReportedBeforeLinesAreSought) {
+  capture_.write_list("off.png,3.1,0,2.9\n");  // a station of no line, and no such file
+  EXPECT_THAT(error(), HasSubstr("off.png: no such file"));
+  fs::create_directory(capture_.room());
+  EXPECT_THAT(error(), HasSubstr("exists already"));
+}
+
+TEST_F(PackInputsTest, SpecialFilesAreRefusedInsteadOfWaitedFor) {
+  for (const fs::path& file : {capture_.path(3), capture_.list()}) {
+    const fs::path kept = file.string() + ".kept";
+    fs::rename(file, kept);
+    ASSERT_EQ(mkfifo(file.c_str(), 0666), 0);
+    EXPECT_THAT(error(), AllOf(HasSubstr(file.string()), HasSubstr("named pipe")));
+    fs::remove(file);
+    fs::create_directory(file);
+    EXPECT_THAT(error(), AllOf(HasSubstr(file.string()), HasSubstr("directory")));
+    fs::remove(file);
+    fs::rename(kept, file);
+  }
+}
+
+TEST_F(PackInputsTest, SpecialFilesAsMasksAndDistanceMapsAreRefused) {
+  std::ofstream(capture_.list()) << "file,x,y,z,mask,line\nfront_0.png,0,0,0,mask.png,a\n"
+                                    "front_1.png,0.1,0,0,mask.png,a\n";
+  ASSERT_EQ(mkfifo((capture_.root() / "mask.png").c_str(), 0666), 0);
+  EXPECT_THAT(error(), AllOf(HasSubstr("mask.png"), HasSubstr("named pipe")));
+  capture_.write_list();
+  options_.distances = capture_.distances();
+  fs::create_directory(capture_.distances());
+  ASSERT_EQ(mkfifo((capture_.distances() / "front_0.png").c_str(), 0666), 0);
+  EXPECT_THAT(error(), AllOf(HasSubstr("dist/front_0.png"), HasSubstr("named pipe")));
+}
+
+TEST_F(PackInputsTest, DamagedJpegIsNamedAndNothingIsKept) {
+  cv::Mat picture(32, 64, CV_8UC3);
+  cv::randu(picture, 0, 255);
+  capture_.write_jpeg_line(4);
+  const fs::path damaged = capture_.jpeg(2);
+  cv::imwrite(damaged.string(), picture);
+  const std::string whole = read_file(damaged);
+  write_file_atomically(damaged, whole.substr(0, whole.size() / 2) + "\xFF\xD9");
+  testing::internal::CaptureStderr();
+  EXPECT_THAT(error(), HasSubstr("2.jpg: the image is damaged or cut short"));
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), Not(HasSubstr("Corrupt")));
+  EXPECT_FALSE(fs::exists(capture_.partial()));
+}
+
+TEST_F(PackInputsTest, MillimetresAreWarnedOf) {
+  capture_.write_rows("file,x,y,z", [](const TestCapture::Row& row) {
+    return fmt::format("{},{},0,{}", row.file, 1e3 * row.x_m, 1e3 * row.z_m);
+  });
+  EXPECT_THAT(log_of_pack(), AllOf(HasSubstr(capture_.list().string()), HasSubstr("millimetres"),
+                                   HasSubstr("1000 m wide")));
+}
+
+// Two passes 60 mm apart are two lines within the default tolerance, one with the tolerance that
+// the warning proposes.
+TEST_F(PackInputsTest, PassesSideBySideAreWarnedOf) {
+  std::ofstream list(capture_.list());
+  list << "file,x,y,z\n";
+  for (int i = 0; i < TestCapture::kStationsPerLine; ++i) {
+    list << fmt::format("front_{}.png,{},0,0\n", i, 0.25 * i);
+    list << fmt::format("back_{}.png,{},0,0.06\n", i, 0.25 * i + 0.1);
+  }
+  list.close();
+  EXPECT_THAT(log_of_pack(),
+              AllOf(HasSubstr("x0 and x1 are 60 mm apart"), HasSubstr("--line-tolerance-mm 60")));
+  options_.replace = true;
+  options_.tolerance.off_line_m = 0.06;
+  EXPECT_THAT(log_of_pack(), IsEmpty());
+}
+
+TEST_F(PackInputsTest, ExifOrientationIsWarnedOf) {
+  // An EXIF segment whose orientation is 3.
+  const std::string exif(
+      "\xFF\xE1\x00\x22"
+      "Exif\0\0"
+      "MM\0\x2A\0\0\0\x08"
+      "\0\x01\x01\x12\0\x03\0\0\0\x01\0\x03\0\0\0\0\0\0",
+      36);
+  capture_.write_jpeg_line(3);
+  for (const int i : {1, 2}) {
+    const std::string jpeg = read_file(capture_.jpeg(i));
+    write_file_atomically(capture_.jpeg(i), jpeg.substr(0, 2) + exif + jpeg.substr(2));
+  }
+  EXPECT_THAT(log_of_pack(),
+              AllOf(HasSubstr("1.jpg: its EXIF orientation 3"), HasSubstr("1 more")));
+}
+
+TEST_F(PackInputsTest, AStatedAttitudeThatTheListLacksIsWarnedOf) {
+  for (const std::string yaw : {"0", "5"}) {
+    capture_.write_jpeg_line(3, ",yaw", "," + yaw);
+    for (const int i : {1, 2}) {
+      const std::string tags = "<x GPano:PosePitchDegrees=\"23\"/>";
+      write_file_atomically(capture_.jpeg(i),
+                            with_app1(read_file(capture_.jpeg(i)), "http://ns\n", tags));
+    }
+    const CapturedLog log;
+    plan_pack(options_);
+    const std::string warned = log.text();
+    EXPECT_EQ(warned.find("1.jpg: states a pitch of 23.0") != std::string::npos, yaw == "0");
+    EXPECT_EQ(warned.find("2 of 3 frames") != std::string::npos, yaw == "0");
+  }
+}
+
+TEST_F(PackInputsTest, NothingIsWarnedOfInAnOrdinaryCapture) {
+  EXPECT_THAT(log_of_pack(), IsEmpty());
+}
+
+// What is said of the photographed room with positions changed.
+class ListedMotionTest : public ::testing::Test {
+ protected:
+  std::string fault(const std::function<void(ListedFrame*)>& change) const {
+    std::vector<ListedFrame> rows;
+    for (const Frame& frame : read_frame_list(fs::path(RAYWALK_TEST_ROOM) / "poses.csv")) {
+      rows.push_back({.file = frame.path.string(), .position_m = frame.position_m});
+      change(&rows.back());
+    }
+    write_file_atomically(directory_ / "poses.csv", frame_list_text(rows));
+    PackOptions options;
+    options.frames = directory_ / "poses.csv";
+    options.out = directory_ / "room.lf";
+    const PackPlan plan = plan_pack(options);
+    return error_of([&] { require_listed_motion(plan, "poses.csv"); });
+  }
+
+  TestDirectory directory_;
+};
+
+TEST_F(ListedMotionTest, RightListsPassAndWrongAxesAreNamed) {
+  EXPECT_EQ(fault([](ListedFrame*) {}), "no error");
+  EXPECT_THAT(fault([](ListedFrame* row) { row->position_m.z() *= -1; }),
+              AllOf(HasSubstr("what is listed along z moves along -z"),
+                    HasSubstr("z grows the other way in the list")));
+  EXPECT_THAT(fault([](ListedFrame* row) { row->position_m.x() *= -1; }), HasSubstr("mirrored"));
+  EXPECT_THAT(fault([](ListedFrame* row) { row->position_m *= -1; }), HasSubstr("backwards"));
+  EXPECT_THAT(fault([](ListedFrame* row) {
+                row->position_m = {row->position_m.z(), 0.0, -row->position_m.x()};
+              }),
+              HasSubstr("turned by 90 degrees"));
+  EXPECT_THAT(fault([](ListedFrame* row) { std::swap(row->position_m.x(), row->position_m.z()); }),
+              HasSubstr("x and z are exchanged"));
+}
+
+TEST_F(ListedMotionTest, ALineInReverseOrderIsNamed) {
+  EXPECT_THAT(fault([](ListedFrame* row) {
+                if (row->file.find("back_") != std::string::npos) row->position_m.x() *= -1;
+              }),
+              AllOf(HasSubstr("line x0"), HasSubstr("back_"), HasSubstr("reverse order")));
+}
+
+// Turned pictures with their attitudes are as good as upright ones.
+TEST_F(ListedMotionTest, AttitudesAreHonoured) {
+  const auto turned = [](double yaw_rad) {
+    return [=](ListedFrame* row) { row->attitude = {.yaw_rad = yaw_rad}; };
+  };
+  EXPECT_EQ(fault(turned(0.0)), "no error");
+  EXPECT_THAT(fault(turned(kPi)), HasSubstr("backwards"));
+}
+
+TEST(CostsOfTravel, EqualAndUnrelatedPicturesSayNothing) {
+  cv::Mat noise(128, 256, CV_8UC3), other = noise.clone();
+  cv::randu(noise, 0, 255);
+  cv::randu(other, 0, 255);
+  for (const double cost : costs_of_travel(noise, noise)) EXPECT_EQ(cost, 1.0);
+  const cv::Mat plain(128, 256, CV_8UC3, cv::Scalar::all(40));
+  for (const double cost : costs_of_travel(plain, plain)) EXPECT_EQ(cost, 1.0);
+  const DirectionCosts costs = costs_of_travel(noise, other);
+  const auto [least, most] = std::ranges::minmax(costs);
+  EXPECT_GT(least, 0.8 * most);  // none is clearly better than another
 }
 
 }  // namespace
