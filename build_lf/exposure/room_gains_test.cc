@@ -7,13 +7,15 @@
 
 #include "build_lf/depth/depth_test_room.h"
 #include "build_lf/exposure/patch_ratios.h"
+#include "build_lf/exposure/surface_maps.h"
 #include "core/base/parallel.h"
+#include "core/view/test_room.h"
 
 namespace raywalk::build_lf {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::Gt;
-using ::testing::IsEmpty;
 using ::testing::Lt;
 
 // Factors of the levels of a frame, by station, channel (red, green, blue) and u / width.
@@ -76,6 +78,12 @@ GainFields gains_of(const DepthTestRoom& room, const SurfaceMaps& maps) {
 }
 GainFields gains_of(const DepthTestRoom& room) { return gains_of(room, exact_maps(room)); }
 
+void expect_all_one(const GainFields& fields) {
+  for (const auto& line : fields) {
+    for (const GainField& field : line) EXPECT_TRUE(is_one(field)) << field.whole;
+  }
+}
+
 cv::Vec3d gain_at(const GainField& field, int theta, int phi) {
   cv::Vec3d gain(field.whole);
   if (field.local.empty()) return gain;
@@ -109,9 +117,7 @@ TEST(RoomGainsTest, AreExactlyOneWherePicturesAgree) {
     const DepthTestRoom room(small_room(), [noise](StationIndex station, cv::Mat* frame) {
       add_noise(station, noise, frame);
     });
-    for (const auto& line : gains_of(room)) {
-      for (const GainField& field : line) EXPECT_TRUE(is_one(field)) << noise << field.whole;
-    }
+    expect_all_one(gains_of(room));
   }
 }
 
@@ -171,11 +177,8 @@ TEST(RoomGainsTest, IgnoreMaskedPixels) {
   const DepthTestRoom unmasked(small_room(), dolly);
   SurfaceMaps maps = exact_maps(unmasked);
   maps.valid = valid;  // of all pictures
-  for (const GainFields& fields : {gains_of(masked), gains_of(unmasked, maps)}) {
-    for (const auto& line : fields) {
-      for (const GainField& field : line) EXPECT_TRUE(is_one(field)) << field.whole;
-    }
-  }
+  expect_all_one(gains_of(masked));
+  expect_all_one(gains_of(unmasked, maps));
 }
 
 // People stand elsewhere in every frame.
@@ -218,9 +221,7 @@ TEST(RoomGainsTest, AreOneWithoutDistances) {
   const DepthTestRoom room(small_room(), exposed(by_station()));
   SurfaceMaps maps = exact_maps(room);
   maps.stations.clear();
-  for (const auto& line : gains_of(room, maps)) {
-    for (const GainField& field : line) EXPECT_TRUE(is_one(field));
-  }
+  expect_all_one(gains_of(room, maps));
 }
 
 // Solved for in several windows, gains are nearly those of all stations at once.
@@ -251,6 +252,42 @@ TEST(RoomGainsTest, DoNotDependOnTheNumberOfThreads) {
     EXPECT_EQ(gain_field(alone, s).whole, gain_field(together, s).whole);
     EXPECT_EQ(cv::norm(gain_field(alone, s).local, gain_field(together, s).local, cv::NORM_INF),
               0.0);
+  }
+}
+
+SyntheticRoomSpec line_with_maps(int distance_width) {
+  SyntheticRoomSpec spec = line_of_scale(1.0);
+  spec.spacing_m = 0.5;
+  spec.width = 512;
+  spec.distance_width = distance_width;
+  spec.distance_every = 2;
+  return spec;
+}
+
+TEST(SurfaceMapsTest, AreThoseOfTheRoomReduced) {
+  const SyntheticRoomSpec spec = line_with_maps(512);
+  const TestRoom room(spec);
+  const SurfaceMaps maps = surface_maps_of(room.room());
+  EXPECT_EQ(maps.size, (PanoramaSize{kSurfaceWidth, kSurfaceWidth / 2}));
+  ASSERT_THAT(maps.stations, ElementsAre(StationIndex{0, 0}, StationIndex{0, 2}));
+  const InverseDistanceMap map = maps.read({0, 2});
+  const InverseDistanceMap truth = true_map(spec.scene, map.position_m, maps.size);
+  EXPECT_EQ(map.position_m, room.room().grid().lines[0].stations[2].position_m);
+  EXPECT_GT(share_within(map, truth, 0.01), 0.98);
+}
+
+TEST(SurfaceMapsTest, AreNotWiderThanStored) {
+  EXPECT_EQ(surface_maps_of(TestRoom(line_with_maps(64)).room()).size, (PanoramaSize{64, 32}));
+}
+
+TEST(SurfaceMapsTest, AreUnknownWhereNotReliable) {
+  SyntheticRoomSpec spec = line_with_maps(512);
+  spec.stored_confidence = [](int u, int) { return u < 256 ? kMinConfidence - 1 : kMinConfidence; };
+  const TestRoom room(spec);
+  const SurfaceMaps maps = surface_maps_of(room.room());
+  const InverseDistanceMap map = maps.read({0, 0});
+  for (int theta = 0; theta < maps.size.width; ++theta) {
+    EXPECT_EQ(map.confidence[pixel_index(theta, 20, maps.size)] > 0, theta >= 128) << theta;
   }
 }
 
