@@ -16,7 +16,6 @@
 #include "core/files/atomic_output.h"
 #include "core/geometry/spacing.h"
 #include "core/room/gain_fields.h"
-#include "core/room/hdf5_file.h"
 #include "core/room/requirements.h"
 
 namespace raywalk::build_lf {
@@ -88,24 +87,18 @@ TEST_F(RequireRoomTest, StoresTheResultInRoomAndReport) {
       << "two ends and two corners of each line";
   EXPECT_EQ(r["spacing"]["stations_needed_without_depth"], 52);
   EXPECT_TRUE(r["thinned"].is_null());
-}
-
-TEST_F(RequireRoomTest, DocumentHasWhatTheReportShowsBesides) {
-  const Room room = room_of(spec());
-  require_room({.room = path_});
-  const nlohmann::json json = kept();
-  EXPECT_EQ(json["room"], path_.string());
-  EXPECT_EQ(json["lines"], 4);
-  ASSERT_EQ(json["stations"].size(), 52U);
-  EXPECT_EQ(
-      std::ranges::count_if(json["stations"], [](const auto& s) { return s["kept"] == true; }),
-      json["spacing"]["stations_needed_with_distances"]);
+  // What the report shows besides.
+  EXPECT_EQ(r["room"], path_.string());
+  EXPECT_EQ(r["lines"], 4);
+  ASSERT_EQ(r["stations"].size(), 52U);
+  EXPECT_EQ(std::ranges::count_if(r["stations"], [](const auto& s) { return s["kept"] == true; }),
+            r["spacing"]["stations_needed_with_distances"]);
   const Station& last = room.grid().lines.back().stations.back();
-  EXPECT_EQ(json["stations"].back()["x_m"], last.position_m.x());
-  EXPECT_EQ(json["stations"].back()["z_m"], last.position_m.z());
-  EXPECT_EQ(json["surroundings"].size(), 8U);
-  EXPECT_EQ(json["surroundings"][0]["distances_m"].size(), 180U);
-  EXPECT_GT(json["surroundings"][0]["distances_m"][90], 0.5);
+  EXPECT_EQ(r["stations"].back()["x_m"], last.position_m.x());
+  EXPECT_EQ(r["stations"].back()["z_m"], last.position_m.z());
+  EXPECT_EQ(r["surroundings"].size(), 8U);
+  EXPECT_EQ(r["surroundings"][0]["distances_m"].size(), 180U);
+  EXPECT_GT(r["surroundings"][0]["distances_m"][90], 0.5);
 }
 
 TEST_F(RequireRoomTest, LooserToleranceRequiresLess) {
@@ -204,22 +197,16 @@ TEST_F(RequireRoomTest, LossIsMeasuredOnDroppedStations) {
   EXPECT_LT(loose["thinned"]["bytes"], strict["thinned"]["bytes"]);
 }
 
-TEST_F(RequireRoomTest, ThinnedRoomKeepsTheOriginOfItsDistances) {
-  room_of(line_spec());
-  replace_distances([](float metres) { return metres; });  // of origin "changed"
-  require_room({.room = path_, .thin = thin_});
-  const Hdf5File distances = Hdf5File::open(distance_volume_path(thin_, "x0"));
-  EXPECT_EQ(distances.text_attribute("origin"), "changed");
-  EXPECT_EQ(distances.text_attribute("no such attribute"), std::nullopt);
-}
-
-TEST_F(RequireRoomTest, ThinnedRoomKeepsItsGains) {
+TEST_F(RequireRoomTest, ThinnedRoomKeepsItsGainsAndTheOriginOfItsDistances) {
   const Room room = room_of(line_spec());
+  replace_distances([](float metres) { return metres; });  // of origin "changed"
   GainFields gains = unit_gain_fields(room.grid());
   gains[0][0].whole = ColourGain::all(1.25F);
   replace_gains(path_, gains);
   require_room({.room = path_, .thin = thin_});
-  EXPECT_EQ(Room::open(thin_).gains()[0][0].whole, ColourGain::all(1.25F));
+  const Room thin = Room::open(thin_);
+  EXPECT_EQ(thin.gains()[0][0].whole, ColourGain::all(1.25F));
+  EXPECT_EQ(thin.distances_origin(), "changed");
 }
 
 TEST_F(RequireRoomTest, LinesOfTwoStationsAreKeptWhole) {
@@ -277,16 +264,6 @@ TEST_F(RequireRoomTest, MeasurementIsKeptIfThinningFails) {
   std::ofstream(thin_.string() + ".partial/lines") << "a file in the way";
   EXPECT_NE(error_of({.room = path_, .thin = thin_}), "no error");
   EXPECT_TRUE(kept()["thinned"].is_null());
-}
-
-TEST_F(RequireRoomTest, RoomWithoutDistancesIsAnErrorWithBothCommands) {
-  SyntheticRoomSpec none = line_spec();
-  none.distances = false;
-  room_of(none);
-  EXPECT_THAT(error_of({.room = path_, .thin = thin_}),
-              AllOf(HasSubstr("raywalk-build-lf depth"), HasSubstr("--distance")));
-  EXPECT_FALSE(fs::exists(thin_));
-  EXPECT_FALSE(fs::exists(requirements_path(path_)));
 }
 
 TEST_F(RequireRoomTest, ToleranceMustBeANumberOfPixels) {
