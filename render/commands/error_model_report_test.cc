@@ -43,8 +43,7 @@ class ErrorModelReportTest : public testing::Test {
 };
 
 TEST_F(ErrorModelReportTest, WritesPageAndDataAndNothingElse) {
-  const std::string table = write(options());
-  EXPECT_THAT(table, HasSubstr("N = 1 m, station step 0.01 m, 5 x 5 viewpoints"));
+  EXPECT_THAT(write(options()), HasSubstr("N = 1 m, station step 0.01 m, 5 x 5 viewpoints"));
   std::vector<std::string> names;
   for (const fs::directory_entry& entry : fs::directory_iterator(directory_ / "report")) {
     names.push_back(entry.path().filename());

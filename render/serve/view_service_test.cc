@@ -1,23 +1,24 @@
 #include "render/serve/view_service.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <future>
+#include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
 
 #include "core/view/test_room.h"
 #include "render/serve/test_client.h"
+#include "render/serve/view_request.h"
 #include "render/view/view_settings.h"
 
 namespace raywalk::render {
 namespace {
 
-using testing::Contains;
-using testing::HasSubstr;
-using testing::Pair;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Pair;
 
 cv::Mat picture_of(const Reply& reply) {
   EXPECT_EQ(reply.status, 200);
@@ -138,6 +139,78 @@ TEST_F(ViewServiceTest, RefusesViewsWhenTooManyWaitAndOnceItIsStopped) {
   const Reply reply = service_.answer(view_of("x=0&z=0"));
   EXPECT_EQ(reply.status, 503);
   EXPECT_THAT(reply.fields, Contains(Pair("Retry-After", "1")));
+}
+
+TEST(ViewRequest, IsAPanoramaWithoutAFieldOfView) {
+  const ViewRequest request = view_of("x=0.25&z=-1e-1");
+  EXPECT_EQ(request.viewpoint.x_m, 0.25);
+  EXPECT_EQ(request.viewpoint.z_m, -0.1);
+  EXPECT_EQ(request.frame.fov_deg, 0.0);
+  EXPECT_EQ(request.panorama_width_px, 0);
+  EXPECT_FALSE(request.method);
+  EXPECT_FALSE(request.k_deg);
+  EXPECT_FALSE(request.png);
+  EXPECT_EQ(view_of("x=0&z=0&width=4096&y=0").panorama_width_px, 4096);
+}
+
+TEST(ViewRequest, IsFlatWithOne) {
+  const ViewRequest request = view_of(
+      "x=0&z=0&y=-0.25&yaw=400&pitch=-10&roll=2.5&fov=90&width=640&height=480"
+      "&method=hlf-vd&k=76&format=png");
+  EXPECT_EQ(request.up_m, -0.25);
+  EXPECT_EQ(request.frame.yaw_deg, 400.0);
+  EXPECT_EQ(request.frame.pitch_deg, -10.0);
+  EXPECT_EQ(request.frame.roll_deg, 2.5);
+  EXPECT_EQ(request.frame.fov_deg, 90.0);
+  EXPECT_EQ(request.frame.size, "640x480");
+  EXPECT_EQ(request.method, ViewMethod::kHlfVd);
+  EXPECT_EQ(request.k_deg, 76.0);
+  EXPECT_TRUE(request.png);
+  EXPECT_EQ(view_of("x=0&z=0&fov=90").frame.size, "1280x720");
+  EXPECT_EQ(view_of("x=0&z=0&fov=90&width=4096&height=2048").frame.size, "4096x2048");
+}
+
+// Each is refused, and the sentence begins with the parameter or names it.
+TEST(ViewRequest, RefusesEachWrongParameterByName) {
+  const auto refuses = [](const std::string& name, const std::string& query) {
+    std::string message;
+    EXPECT_EQ(fault_of([&] { view_of(query); }, &message), 400) << query;
+    EXPECT_THAT(message, testing::ContainsRegex("^" + name + " ")) << query;
+  };
+  for (const char* query : {"z=0", "x=&z=0", "x=0&x=0&z=0"}) refuses("x", query);
+  refuses("z", "x=0");
+  refuses("'X'", "X=0&z=0");
+  const std::map<std::string, std::vector<std::string>> wrong{
+      {"'q'", {"q=1"}},
+      {"'token'", {"token=1"}},
+      {"y", {"y=up"}},
+      {"fov", {"fov=0", "fov=-90", "fov=170.1"}},
+      {"width",
+       {"width=0", "width=-4", "width=4100", "width=66", "width=4e2", "width=99999999999999999999",
+        "fov=90&width=4097"}},
+      {"height", {"height=100", "fov=90&height=4097", "fov=90&height=0"}},
+      {"width x height", {"fov=90&width=4096&height=4096"}},
+      {"method", {"method=three", "method="}},
+      {"k", {"k=44.9", "k=90.1", "k=auto"}},
+      {"format", {"format=gif", "format=PNG"}}};
+  for (const auto& [name, queries] : wrong) {
+    for (const std::string& query : queries) refuses(name, "x=0&z=0&" + query);
+  }
+}
+
+TEST(ViewRequest, RefusesWhatIsNoNumber) {
+  for (const char* name : {"x", "z", "y", "yaw", "pitch", "roll", "fov", "k"}) {
+    for (const char* value : {"nan", "NaN", "inf", "-inf", "Infinity", "1e999", "-1e999", "0x10",
+                              "1,5", "1 ", " 1", "1e", "1e7"}) {
+      const std::string others = name == std::string("x")   ? "&z=0"
+                                 : name == std::string("z") ? "&x=0"
+                                                            : "&x=0&z=0";
+      std::string message;
+      EXPECT_EQ(fault_of([&] { view_of(std::string(name) + "=" + value + others); }, &message), 400)
+          << name << "=" << value;
+      EXPECT_THAT(message, testing::StartsWith(std::string(name) + " is ")) << value;
+    }
+  }
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include "render/video/video_writer.h"
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -8,7 +7,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 #include <random>
 

@@ -1,14 +1,24 @@
 #include "render/view/view_settings.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
+#include <limits>
+#include <random>
 #include <set>
 
 #include "core/base/error.h"
+#include "core/base/test_error.h"
+#include "core/base/test_log.h"
 #include "core/files/test_directory.h"
 #include "core/files/test_yaml_keys.h"
+#include "core/room/requirements.h"
+#include "core/view/renderer.h"
+#include "core/view/test_room.h"
+#include "render/view/measured_choice.h"
+#include "render/view/presets.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk::render {
@@ -79,16 +89,6 @@ TEST_F(ViewSettingsTest, ParametersOutOfRangeAreRejected) {
   }
 }
 
-TEST_F(ViewSettingsTest, FlagsOverrideTheFile) {
-  ViewFlags flags = file_flags("method: two-sided\nk_deg: 70\ndistance_maps: 3\noverlap_deg: 2\n");
-  flags.parameters = {{"k_deg", "80"}, {"overlap_deg", "3"}};
-  const ViewSettings settings = view_settings(flags);
-  EXPECT_EQ(settings.options.method, ViewMethod::kTwoSided);
-  EXPECT_EQ(settings.options.k_deg, 80.0);
-  EXPECT_EQ(settings.options.distance_maps, 3);
-  EXPECT_EQ(settings.options.overlap_deg, 3.0);
-}
-
 TEST_F(ViewSettingsTest, AConnectionOnTheCommandLineDoesNotInheritTheFilesK) {
   ViewFlags flags = file_flags("connection: hybrid\nk_deg: 70\n");
   flags.connection = "lfu";
@@ -146,6 +146,261 @@ TEST_F(ViewModeTest, AllMethodsThatTheRoomSupports) {
   ASSERT_EQ(named.size(), 1U);
   EXPECT_EQ(named[0].options.method, ViewMethod::kTwoSided);
   EXPECT_THROW(view_modes({}, {"initial", "initial"}, room_of(true)), UsageError);
+}
+
+constexpr const char* kNames[] = {"fast", "balanced", "accurate"};
+
+// A cell of 1 m, surfaces from 0.5 m on.
+SceneNumbers some_scene() {
+  return {.has_distances = true, .omega_max = 2.0, .reach_m = 0.5, .width_px = 1024};
+}
+
+TEST(PresetsTest, RulesDoNotDependOnTheUnitOfLength) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> exponent(-4.0, 4.0);
+  const auto any = [&] { return std::pow(10.0, exponent(random)); };
+  for (int i = 0; i < 1000; ++i) {
+    SceneNumbers scene{
+        .has_distances = true, .omega_max = any(), .reach_m = any(), .width_px = 4 << (i % 13)};
+    SceneNumbers larger = scene;
+    constexpr double kScale = 1024.0;  // exact
+    larger.omega_max /= kScale;
+    larger.reach_m *= kScale;
+    for (const char* name : kNames) {
+      EXPECT_TRUE(preset_of(name, scene).settings == preset_of(name, larger).settings) << name;
+      EXPECT_EQ(preset_of(name, scene).reason.find("nan"), std::string::npos);
+    }
+  }
+}
+
+TEST(PresetsTest, FarScenesNeedNoCorrectionAndNearOnesDo) {
+  SceneNumbers scene = some_scene();
+  EXPECT_EQ(preset_of("fast", scene).settings.options.method, ViewMethod::kHlfVd);
+  scene.omega_max = 1.0 / 100.0;  // 0.5 m / 100 m * 1024 / 2 pi = 0.8 px
+  EXPECT_EQ(preset_of("fast", scene).settings.options.method, ViewMethod::kInitial);
+  scene.omega_max = 1.0 / 80.0;  // 1.02 px
+  EXPECT_EQ(preset_of("fast", scene).settings.options.method, ViewMethod::kHlfVd);
+}
+
+TEST(PresetsTest, WithoutDistancesViewsAreInitial) {
+  for (const char* name : kNames) {
+    const Preset preset = preset_of(name, {.reach_m = 0.5, .width_px = 1024});
+    EXPECT_EQ(preset.settings.options.method, ViewMethod::kInitial);
+    EXPECT_THAT(preset.reason, HasSubstr("no distances"));
+  }
+  EXPECT_THROW(preset_of("best", some_scene()), UsageError);
+}
+
+class PresetSettingsTest : public ::testing::Test {
+ protected:
+  TestDirectory directory_;
+  TestRoom made_{{.width = 64}};
+  const Room& room_ = made_.room();
+};
+
+TEST_F(PresetSettingsTest, NumbersAreThoseOfTheRoom) {
+  const SceneNumbers numbers = scene_numbers(room_);
+  EXPECT_TRUE(numbers.has_distances);
+  EXPECT_NEAR(numbers.reach_m, 0.5, 1e-9);
+  EXPECT_EQ(numbers.width_px, 64);
+  const SceneBox walls = SyntheticRoomSpec().scene.walls;
+  const double farthest_m = (walls.max_m - walls.min_m).norm();
+  EXPECT_GT(numbers.omega_max, 1.0 / farthest_m);
+  EXPECT_TRUE(std::isfinite(numbers.omega_max));
+}
+
+TEST_F(PresetSettingsTest, FlagsAndFileOverrideThePreset) {
+  const Preset plain = preset_settings({.preset = "accurate"}, room_);
+  EXPECT_EQ(plain.settings.options.interpolation, Interpolation::kCubic);
+  EXPECT_EQ(plain.settings.options.method, ViewMethod::kTwoSided);
+  EXPECT_THAT(plain.reason, HasSubstr("preset accurate: "));
+  std::ofstream(directory_ / "view.yaml") << "preset: accurate\nmethod: hlf-vd\ndistance_maps: 3\n";
+  ViewFlags flags{.settings = directory_ / "view.yaml"};
+  flags.parameters["distance_maps"] = "2";
+  const Preset mixed = preset_settings(flags, room_);
+  EXPECT_EQ(mixed.settings.options.interpolation, Interpolation::kCubic);
+  EXPECT_EQ(mixed.settings.options.method, ViewMethod::kHlfVd);
+  EXPECT_EQ(mixed.settings.options.distance_maps, 2);
+  EXPECT_TRUE(preset_settings({}, room_).settings == ViewSettings());
+  EXPECT_TRUE(preset_settings({}, room_).reason.empty());
+}
+
+TEST_F(PresetSettingsTest, ARoomWithoutDistancesIsWarnedOf) {
+  const auto warning = [](const ViewFlags& flags, const Room& room) {
+    const CapturedLog log;
+    preset_settings(flags, room);
+    return log.text();
+  };
+  const TestRoom bare({.width = 64, .distances = false});
+  EXPECT_THAT(warning({.preset = "accurate"}, bare.room()),
+              HasSubstr("run raywalk-build-lf depth"));
+  EXPECT_EQ(warning({}, bare.room()), "");
+  EXPECT_EQ(warning({.preset = "accurate"}, room_), "");
+}
+
+TEST_F(PresetSettingsTest, EveryPresetRenders) {
+  for (const char* name : kNames) {
+    const Preset preset = preset_settings({.preset = name}, room_);
+    Renderer renderer(room_, view_mode(preset.settings).options);
+    EXPECT_EQ(renderer.render({0.1, 0.2}).image.cols, 64) << name;
+  }
+}
+
+MeasuredSettings some_trade() {
+  const auto choice = [](const char* name, double ratio, double psnr_db) {
+    MeasuredChoice made{.name = name, .ratio = ratio, .psnr_db = psnr_db};
+    made.options.method = method_from_name(name);
+    return made;
+  };
+  return {"",
+          512,
+          {choice("two-sided", 4.0, 37.0), choice("initial", 0.5, 17.0),
+           choice("hlf-vd", 2.0, 36.0), choice("hlf-vd", 5.0, 35.0)}};
+}
+
+TEST(MeasuredChoiceTest, ChoosesTheBestWithinTheBudgetOfThisMachine) {
+  const auto method_at = [](double budget_ms, double remap_ms) {
+    const Preset chosen = choose_setting(some_trade(), {.budget_ms = budget_ms}, remap_ms);
+    return chosen.settings.options.method;
+  };
+  EXPECT_EQ(method_at(25.0, 10.0), ViewMethod::kHlfVd);
+  EXPECT_EQ(method_at(1e6, 10.0), ViewMethod::kTwoSided);
+  EXPECT_EQ(method_at(25.0, 5.0), ViewMethod::kTwoSided);
+  EXPECT_EQ(method_at(25.0, 40.0), ViewMethod::kInitial);
+}
+
+TEST(MeasuredChoiceTest, SaysWhyASettingWasChosenAndNamesTheNextBetter) {
+  EXPECT_THAT(choose_setting(some_trade(), {.budget_ms = 25.0}, 10.0).reason,
+              AllOf(HasSubstr("36.00 dB at 20 ms"), HasSubstr("within 25 ms"),
+                    HasSubstr("37.00 dB would take 40 ms (two-sided)")));
+  EXPECT_THAT(choose_setting(some_trade(), {.min_psnr_db = 35.5}, 10.0).reason,
+              HasSubstr("the fastest with at least 35.5 dB"));
+}
+
+TEST(MeasuredChoiceTest, UnmetDemandsNameTheNearestSetting) {
+  EXPECT_THAT(error_of([] { choose_setting(some_trade(), {.budget_ms = 4.0}, 10.0); }),
+              AllOf(HasSubstr("budget of 4 ms"), HasSubstr("5 ms (initial)")));
+  EXPECT_THAT(error_of([] { choose_setting(some_trade(), {.min_psnr_db = 40.0}, 10.0); }),
+              AllOf(HasSubstr("reaches 40 dB"), HasSubstr("37.00 dB at 40 ms")));
+  EXPECT_THAT(error_of([] {
+                choose_setting(some_trade(), {.budget_ms = 19.0, .min_psnr_db = 35.0}, 10.0);
+              }),
+              AllOf(HasSubstr("19 ms with 35 dB"), HasSubstr("20 ms (hlf-vd)")));
+}
+
+TEST(MeasuredChoiceTest, DemandsThatNobodyCanMeanAreRefused) {
+  EXPECT_NO_THROW(require_demand({.budget_ms = 1e-3, .min_psnr_db = 100.0}));
+  for (const double value : {std::nan(""), std::numeric_limits<double>::infinity(), -1.0, 1e300}) {
+    EXPECT_THROW(require_demand({.budget_ms = value}), UsageError) << value;
+    EXPECT_THROW(require_demand({.min_psnr_db = value}), UsageError) << value;
+  }
+  EXPECT_THROW(require_demand({.budget_ms = 0.0}), UsageError);
+}
+
+TEST(MeasuredChoiceTest, NoOtherSettingMeetsADemandBetter) {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> log_ratio(-3.0, 3.0), psnr_db(10.0, 50.0);
+  for (int trial = 0; trial < 500; ++trial) {
+    MeasuredSettings trade;
+    for (int i = 0; i < 1 + trial % 9; ++i) {
+      MeasuredChoice choice{.name = std::to_string(i),
+                            .ratio = std::exp(log_ratio(random)),
+                            .psnr_db = psnr_db(random)};
+      choice.options.stations_mixed = i + 1;
+      trade.choices.push_back(choice);
+    }
+    Demand demand;
+    if (trial % 3 != 1) demand.budget_ms = 10.0 * std::exp(log_ratio(random));
+    if (trial % 3 != 0) demand.min_psnr_db = psnr_db(random);
+    const auto meets = [&](const MeasuredChoice& choice) {
+      return (!demand.budget_ms || 10.0 * choice.ratio <= *demand.budget_ms) &&
+             (!demand.min_psnr_db || choice.psnr_db >= *demand.min_psnr_db);
+    };
+    if (std::ranges::none_of(trade.choices, meets)) {
+      EXPECT_THROW(choose_setting(trade, demand, 10.0), Error);
+      continue;
+    }
+    const int number = choose_setting(trade, demand, 10.0).settings.options.stations_mixed;
+    ASSERT_GE(number, 1);
+    const MeasuredChoice* chosen = &trade.choices.at(static_cast<std::size_t>(number) - 1);
+    EXPECT_TRUE(meets(*chosen));
+    for (const MeasuredChoice& other : trade.choices) {
+      if (!meets(other)) continue;
+      if (demand.min_psnr_db) {
+        EXPECT_GE(other.ratio, chosen->ratio);
+      } else {
+        EXPECT_LE(other.psnr_db, chosen->psnr_db);
+      }
+    }
+  }
+}
+
+// What was measured on a room: one setting.
+MeasuredSettings one_setting(const std::string& distances) {
+  const MeasuredChoice quick{.name = "quick",
+                             .options = {.k_deg = 76.5,
+                                         .width = 32,
+                                         .interpolation = Interpolation::kCubic,
+                                         .stations_mixed = 2,
+                                         .distance_maps = 3},
+                             .ratio = 1.5,
+                             .psnr_db = 30.0};
+  return {.distances_sha256 = distances, .width_px = 32, .choices = {quick}};
+}
+
+class DemandedSettingsTest : public ::testing::Test {
+ protected:
+  DemandedSettingsTest() {
+    write_synthetic_room({.width = 32}, path_);
+    room_ = Room::open(path_);
+  }
+  std::string message(const Demand& demand) {
+    return error_of([&] { demanded_settings({}, demand, room_); });
+  }
+  TestDirectory directory_;
+  std::filesystem::path path_ = directory_ / "room.lf";
+  Room room_;
+};
+
+TEST_F(DemandedSettingsTest, ComeFromTheRoomsTradeWithFlagsOnTop) {
+  write_measured_settings(path_, one_setting(distances_sha256(room_)));
+  ViewFlags flags;
+  flags.parameters["distance_maps"] = "1";
+  const Preset chosen = demanded_settings(flags, {.min_psnr_db = 25.0}, room_);
+  ViewSettings expected{.options = one_setting("").choices[0].options};
+  expected.options.distance_maps = 1;
+  EXPECT_TRUE(chosen.settings == expected);
+  EXPECT_EQ(chosen.k_source, "of the setting that trade measured");
+  EXPECT_THAT(chosen.reason, HasSubstr("quick: 30.00 dB"));
+}
+
+TEST_F(DemandedSettingsTest, AKThatIsAskedForIsNotTheTrades) {
+  write_measured_settings(path_, one_setting(distances_sha256(room_)));
+  for (const ViewFlags& flags :
+       {ViewFlags{.parameters = {{"k_deg", "76.5"}}}, ViewFlags{.parameters = {{"k_deg", "80"}}},
+        ViewFlags{.connection = "lfu"}}) {
+    EXPECT_EQ(demanded_settings(flags, {.min_psnr_db = 25.0}, room_).k_source, "");
+  }
+}
+
+// Without work, the remap takes as long as the clock says: a hiccup and the warm-up do not count.
+TEST_F(DemandedSettingsTest, TheRemapIsTimedOnThisMachine) {
+  write_measured_settings(path_, one_setting(distances_sha256(room_)));
+  int runs = 0;
+  const TimeSource source = [&](const std::function<void()>&) {
+    ++runs;
+    return runs == 1 || runs == 3 ? 1.0 : 0.01;
+  };
+  const Preset chosen = demanded_settings({}, {.budget_ms = 20.0}, room_, source);
+  EXPECT_EQ(runs, 6);
+  EXPECT_THAT(chosen.reason, HasSubstr("30.00 dB at 15 ms"));
+}
+
+TEST_F(DemandedSettingsTest, NeedATradeOfTheCurrentDistances) {
+  EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("run raywalk-render trade on it first"));
+  write_measured_settings(path_, one_setting("other"));
+  EXPECT_THAT(message({.budget_ms = 1e6}),
+              AllOf(HasSubstr("measured.json: "), HasSubstr("other distances")));
 }
 
 }  // namespace

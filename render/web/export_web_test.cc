@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 
 class ExportWebTest : public ::testing::Test {
  protected:
-  explicit ExportWebTest(const SyntheticRoomSpec& spec = box_room(192)) : room_(spec) {
+  ExportWebTest() {
     make_directories(directory_ / "page");
     for (const char* name : {"index.html", "viewer.js", "viewer.css"}) {
       write_file_atomically(directory_ / "page" / name, name);
@@ -40,9 +40,14 @@ class ExportWebTest : public ::testing::Test {
     options_.page = directory_ / "page";
   }
 
+  // Written once.
+  static const TestRoom& captured() {
+    static const TestRoom room(box_room(192));
+    return room;
+  }
   fs::path out() const { return directory_ / "web"; }
   std::string run(bool replace = false) const {
-    return export_web(room_.room(), options_, out(), replace);
+    return export_web(captured().room(), options_, out(), replace);
   }
   std::string error() const {
     return error_of([&] { run(); });
@@ -58,18 +63,17 @@ class ExportWebTest : public ::testing::Test {
     return read_panorama(out() / "stations" / name);
   }
   // As `raywalk-build-lf require` leaves it.
-  void require_spacing(double spacing_m) const {
+  static void require_spacing(double spacing_m) {
     const json required = {
         {"format", kRequirementsFormat},
         {"format_version", kRequirementsVersion},
-        {"distances_sha256", distances_sha256(room_.room())},
+        {"distances_sha256", distances_sha256(captured().room())},
         {"layers", {{"omega_max_per_m", 1.0}}},
         {"spacing", {{"needed_with_distances_m", spacing_m}}},
         {"storage", {{"worth_width_px", 1e3}, {"needed_distance_width_px", 64}}}};
-    write_file_atomically(requirements_path(room_.room().directory()), required.dump());
+    write_file_atomically(requirements_path(captured().room().directory()), required.dump());
   }
 
-  TestRoom room_;
   TestDirectory directory_;
   WebExportOptions options_;
 };
@@ -95,7 +99,7 @@ TEST_F(ExportWebTest, TheManifestDescribesTheRoom) {
   EXPECT_TRUE(m["quality"].is_null());
   for (const char* key : {"truth", "hotspots", "path"}) EXPECT_EQ(m[key], json::array()) << key;
 
-  const Grid& grid = room_.room().grid();
+  const Grid& grid = captured().room().grid();
   ASSERT_EQ(m["lines"].size(), grid.lines.size());
   int index = 0;
   for (std::size_t i = 0; i < grid.lines.size(); ++i) {
@@ -129,14 +133,14 @@ TEST_F(ExportWebTest, TheManifestDescribesTheRoom) {
 TEST_F(ExportWebTest, PicturesAndDistancesAreTheStations) {
   run();
   EXPECT_EQ(picture("0000-coarse.jpg").size(), cv::Size(96, 48));
-  StationDistances distances(room_.room(), 192);
+  StationDistances distances(captured().room(), 192);
   const double step_per_m = manifest()["distances"]["omega_step_per_m"];
   float largest = 0.0F;
   int index = 0;
   for (int line = 0; line < 4; ++line) {
     for (int station = 0; station < 13; ++station, ++index) {
       const std::string name = fmt::format("{:04}", index);
-      const cv::Mat expected = captured_picture_at(room_.room(), line, station, 192);
+      const cv::Mat expected = captured_picture_at(captured().room(), line, station, 192);
       EXPECT_GT(psnr_db(picture(name + ".jpg"), expected), 38.0) << name;
       const OmegaMap seen = distances.seen_from(line, station);
       const OmegaMap read = omega(name);
@@ -161,6 +165,7 @@ TEST_F(ExportWebTest, HoldsTheStationsThatTheSceneRequires) {
     return WebQuality{.psnr_db = 34.5, .worst_psnr_db = 30.0, .views = 12, .text = "measured so"};
   };
   EXPECT_THAT(run(), AllOf(HasSubstr("28 of 52"), HasSubstr("measured so")));
+  fs::remove(requirements_path(captured().room().directory()));
   const json m = manifest();
   ASSERT_EQ(m["lines"][3]["stations"].size(), 7U);
   EXPECT_EQ(m["lines"][3]["stations"][6]["name"], "0027");
@@ -168,14 +173,14 @@ TEST_F(ExportWebTest, HoldsTheStationsThatTheSceneRequires) {
   EXPECT_EQ(m["distances"]["width_px"], 64);
   EXPECT_EQ(m["quality"]["psnr_db"], 34.5);
   EXPECT_EQ(m["quality"]["text"], "measured so");
-  EXPECT_GT(psnr_db(picture("0001.jpg"), captured_picture_at(room_.room(), 0, 2, 192)), 38.0);
+  EXPECT_GT(psnr_db(picture("0001.jpg"), captured_picture_at(captured().room(), 0, 2, 192)), 38.0);
 }
 
 TEST_F(ExportWebTest, TakesAlongPathHotspotsAndTruth) {
   std::ofstream(directory_ / "walk.csv") << "name,x,y,z,yaw\na,0,0,0,90\nb,0.25,0.1,-0.25,0\n";
   std::ofstream(directory_ / "spots.json")
       << R"([{"x_m": 1, "y_m": 0.5, "z_m": -1, "text": "Window", "link": "window.html"}])";
-  write_image(directory_ / "truth.png", room_.truth({0.1, 0.2}, 256));
+  write_image(directory_ / "truth.png", captured().truth({0.1, 0.2}, 256));
   std::ofstream(directory_ / "gt.csv") << "file,x,y,z\ntruth.png,0.1,0,0.2\n./truth.png,3,0,0\n"
                                           "././truth.png,0.1,0.25,0.2\n";
   options_.path = directory_ / "walk.csv";
@@ -195,11 +200,11 @@ TEST_F(ExportWebTest, TakesAlongPathHotspotsAndTruth) {
   EXPECT_EQ(m["truth"][0]["x_m"], 0.1);
   const cv::Mat truth = read_panorama(out() / m["truth"][0]["picture"].get<std::string>());
   const cv::Mat engine = read_panorama(out() / m["truth"][0]["engine"].get<std::string>());
-  EXPECT_GT(psnr_db(truth, room_.truth({0.1, 0.2})), 36.0);
+  EXPECT_GT(psnr_db(truth, captured().truth({0.1, 0.2})), 36.0);
   const ViewOptions view{.method = ViewMethod::kTwoSided};
-  EXPECT_GT(psnr_db(engine, room_.image(view, {0.1, 0.2})), 38.0);
+  EXPECT_GT(psnr_db(engine, captured().image(view, {0.1, 0.2})), 38.0);
   const cv::Mat raised = read_panorama(out() / m["truth"][1]["engine"].get<std::string>());
-  Renderer renderer(room_.room(), view);
+  Renderer renderer(captured().room(), view);
   EXPECT_GT(psnr_db(raised, renderer.render({PlanPoint{0.1, 0.2}, 0.25}).image), 38.0);
 }
 
@@ -211,7 +216,7 @@ TEST_F(ExportWebTest, RefusesWhatLiesOutsideTheRoom) {
   options_.path = directory_ / "walk.csv";
   EXPECT_THAT(error(), AllOf(HasSubstr("walk.csv"), HasSubstr("away")));
   options_.path.clear();
-  write_image(directory_ / "truth.png", room_.truth({0.1, 0.2}));
+  write_image(directory_ / "truth.png", captured().truth({0.1, 0.2}));
   std::ofstream(directory_ / "gt.csv") << "file,x,y,z\ntruth.png,3,0,0\n";
   options_.truth = directory_ / "gt.csv";
   EXPECT_THAT(error(), AllOf(HasSubstr("gt.csv"), HasSubstr("cell")));
@@ -235,10 +240,11 @@ TEST_F(ExportWebTest, TellsThatThePageIsNotInstalled) {
 }
 
 TEST_F(ExportWebTest, ReplacesAnEarlierExport) {
-  run();
+  const TestRoom small(box_room(64));
+  export_web(small.room(), options_, out(), false);
   EXPECT_THAT(error(), HasSubstr("--out"));
   options_.title = "again";
-  run(true);
+  export_web(small.room(), options_, out(), true);
   EXPECT_EQ(manifest()["title"], "again");
 }
 
@@ -275,6 +281,7 @@ using ExportWebDeathTest = ExportWebTest;
 
 TEST_F(ExportWebDeathTest, AnInterruptedExportLeavesNothing) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
+  captured();  // is written before the interrupt
   EXPECT_EXIT(
       {
         install_interrupt_handlers();

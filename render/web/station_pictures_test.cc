@@ -2,13 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "core/files/atomic_output.h"
-#include "core/room/gain_fields.h"
+#include "core/view/test_gains.h"
 #include "core/view/test_room.h"
+#include "render/web/omega_file.h"
 #include "render/web/station_distances.h"
+#include "render/web/test_omega.h"
 
 namespace raywalk::render {
 namespace {
@@ -116,22 +118,139 @@ TEST(StationPictures, MarksWhatIsHiddenInPart) {
 }
 
 TEST(StationPictures, HaveTheirGainsApplied) {
-  TestDirectory directory;
   SyntheticRoomSpec spec = box_room(96);
-  spec.line_gain = {{"x0", 0.8}};
-  write_synthetic_room(spec, directory / "room.lf");
-  RoomManifest manifest = read_manifest(directory / "room.lf");
-  GainFields gains = unit_gain_fields(manifest.grid);
-  for (GainField& field : gains[0]) field.whole = {1.25F, 1.25F, 1.25F};
-  write_gain_fields(gains_path(directory / "room.lf"), manifest.grid, gains);
-  manifest.gains = true;
-  write_file_atomically(manifest_path(directory / "room.lf"), manifest_to_json(manifest));
-  const Room room = Room::open(directory / "room.lf");
-  const Room bare = Room::open_without_gains(directory / "room.lf");
-  spec.line_gain.clear();
   const TestRoom even(spec);
-  EXPECT_GT(psnr_db(captured_picture_at(room, 0, 6, 96), truth_at(even, 0, 6, 96)), 50.0);
-  EXPECT_LT(psnr_db(captured_picture_at(bare, 0, 6, 96), truth_at(even, 0, 6, 96)), 25.0);
+  spec.line_gain = {{"x0", 0.8}};
+  const RoomWithGains room(spec, [](int line, int) {
+    return line == 0 ? GainField{.whole = {1.25F, 1.25F, 1.25F}} : GainField{};
+  });
+  const Room bare = Room::open_without_gains(room.room().directory());
+  const cv::Mat truth = truth_at(even, 0, 6, 96);
+  EXPECT_GT(psnr_db(captured_picture_at(room.room(), 0, 6, 96), truth), 50.0);
+  EXPECT_LT(psnr_db(captured_picture_at(bare, 0, 6, 96), truth), 25.0);
+}
+
+const Eigen::Vector3d& position_m(const Room& room, int line, int station) {
+  return room.grid().station({line, station}).position_m;
+}
+
+double true_omega(const TestRoom& room, int line, int station, const OmegaMap& map, int theta,
+                  int row) {
+  return 1.0 / distance_at(room.spec().scene, position_m(room.room(), line, station),
+                           direction_from_angles(
+                               angles_from_pixel({double(theta), double(row)}, map.size())));
+}
+
+// Share of the pixels within 3 % of the truth.
+double share_right(const TestRoom& room, int line, int station, const OmegaMap& map) {
+  int right = 0;
+  for (int theta = 0; theta < map.size().width; ++theta) {
+    for (int row = 0; row < map.size().height; ++row) {
+      const double truth = true_omega(room, line, station, map, theta, row);
+      if (std::abs(map.at(theta, row) - truth) <= 0.03 * truth) ++right;
+    }
+  }
+  return static_cast<double>(right) / static_cast<double>(map.values().size());
+}
+
+bool complete(const OmegaMap& map) {
+  return std::ranges::all_of(map.values(),
+                             [](float omega) { return std::isfinite(omega) && omega >= 0.0F; });
+}
+
+TEST(StationDistances, AreThoseOfTheStationsOwnMap) {
+  const TestRoom room(box_room(64));
+  const OmegaMap map = StationDistances(room.room(), 64).seen_from(1, 5);
+  for (int theta = 0; theta < 64; ++theta) {
+    for (int row = 0; row < 32; ++row) {
+      const double truth = true_omega(room, 1, 5, map, theta, row);
+      EXPECT_NEAR(map.at(theta, row), truth, 1e-6 * truth) << theta << ',' << row;
+    }
+  }
+}
+
+TEST(StationDistances, AreRightWithoutAnOwnMapAndAtOtherWidths) {
+  SyntheticRoomSpec spec = box_room(128);
+  spec.distance_every = 3;
+  const TestRoom room(spec);
+  for (const int width : {128, 64, 44}) {
+    StationDistances distances(room.room(), width);
+    for (const int station : {0, 1, 7, 12}) {
+      const OmegaMap map = distances.seen_from(2, station);
+      EXPECT_EQ(map.size().width, width);
+      EXPECT_TRUE(complete(map));
+      EXPECT_GT(share_right(room, 2, station, map), 0.93) << width << " at " << station;
+    }
+  }
+}
+
+TEST(StationDistances, DoNotMixSurfacesAtSilhouettes) {
+  SyntheticRoomSpec spec = box_room(256);
+  spec.scene.obstacle = SceneBox{{-0.15, -1.2, -0.15}, {0.15, 0.6, 0.15}};
+  const TestRoom room(spec);
+  const OmegaMap map = StationDistances(room.room(), 64).seen_from(0, 6);
+  // In the middle row the obstacle is 0.35 m away or more than 0.7 m nearer than any wall.
+  for (int theta = 0; theta < 64; ++theta) {
+    const float omega = map.at(theta, 16);
+    EXPECT_TRUE(omega > 1.8F || omega < 0.65F) << theta << ": " << 1.0F / omega << " m";
+  }
+}
+
+TEST(StationDistances, FillWhatTheMapsDoNotKnowAsViewsDo) {
+  SyntheticRoomSpec spec = box_room(64);
+  // Nothing is known of a part of the walls and of the zenith, from anywhere.
+  spec.stored_confidence = [](int u, int v) -> std::uint8_t {
+    return v < 6 || (u > 20 && u < 40 && v > 10 && v < 20) ? 0 : 255;
+  };
+  const TestRoom room(spec);
+  const OmegaMap map = StationDistances(room.room(), 64).seen_from(3, 6);
+  EXPECT_TRUE(complete(map));
+  EXPECT_GT(share_right(room, 3, 6, map), 0.6) << "of the 73 % that are known, most";
+
+  DistanceView view(room.room());
+  const Eigen::Vector3d& at_m = position_m(room.room(), 3, 6);
+  const MapSpread spread = map_spread(room.room().grid(), {at_m.x(), at_m.z()});
+  const std::vector<int> lines{0, 1, 2, 3};
+  view.compute(nearest_maps(room.room(), lines, at_m, spread.gap_m, spread.most_per_line,
+                            ViewOptions().distance_maps),
+               at_m);
+  EXPECT_EQ(map.at(30, 15), view.column(30)[15]);
+  EXPECT_EQ(map.at(3, 2), view.column(3)[2]);
+  EXPECT_GT(map.at(30, 15), 0.0F);
+}
+
+TEST(StationDistances, AreIgnoredBelowTheConfidenceOfViews) {
+  SyntheticRoomSpec spec = box_room(64);
+  spec.stored_distance = [](int u, int v, double exact_m) {
+    return static_cast<float>(u == 10 && v == 16 ? 0.01 : exact_m);
+  };
+  spec.stored_confidence = [](int u, int v) -> std::uint8_t {
+    return u == 10 && v == 16 ? kMinConfidence - 1 : 255;
+  };
+  const TestRoom room(spec);
+  EXPECT_LT(StationDistances(room.room(), 64).seen_from(0, 6).at(10, 16), 2.0F);
+}
+
+TEST(OmegaFile, HoldsFallsAndRisesOverTheWholeRange) {
+  OmegaMap map({16, 8});
+  for (int theta = 0; theta < 16; ++theta) {
+    for (int row = 0; row < 8; ++row) map.at(theta, row) = (theta + row) % 2 == 0 ? 0.0F : 2.0F;
+  }
+  map.at(3, 4) = 5.0F;  // too near, which becomes the nearest
+  const double step_per_m = 2.0 / kLargestOmegaValue;
+  const OmegaMap read = decoded_omega(encode_omega(map, step_per_m), 16, step_per_m);
+  map.at(3, 4) = 2.0F;
+  EXPECT_TRUE(std::ranges::equal(read.values(), map.values()));
+}
+
+TEST(OmegaFile, SmoothDistancesAreFewBytes) {
+  OmegaMap map({512, 256});
+  for (int theta = 0; theta < 512; ++theta) {
+    for (int row = 0; row < 256; ++row) {
+      map.at(theta, row) = static_cast<float>(std::sin(0.01 * row) * std::cos(0.01 * theta) + 1.0);
+    }
+  }
+  EXPECT_LT(encode_omega(map, 2.0 / kLargestOmegaValue).size(), map.values().size_bytes() / 6);
 }
 
 }  // namespace

@@ -1,16 +1,19 @@
 #include "render/web/web_plan.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <limits>
 
 #include "core/base/test_error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
 #include "core/view/test_room.h"
+#include "render/web/hotspots.h"
 
 namespace raywalk::render {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -74,8 +77,14 @@ TEST(WebPlan, DistancesAreNoWiderThanTheMaps) {
   EXPECT_EQ(plan(TestRoom(spec).room()).distance_width, 24);
 }
 
+// Written once.
+const TestRoom& wide_room() {
+  static const TestRoom room(box_room(512));
+  return room;
+}
+
 TEST(WebPlan, TheBudgetReducesBothWidths) {
-  const TestRoom room(box_room(512));
+  const TestRoom& room = wide_room();
   const WebPlan all = plan(room.room());
   ASSERT_EQ(all.width, 512);
   const double needed_mb = gpu_mb(all.resident_stations, 512, 512);
@@ -90,7 +99,7 @@ TEST(WebPlan, TheBudgetReducesBothWidths) {
 }
 
 TEST(WebPlan, ATooSmallBudgetIsToldTheLeast) {
-  const TestRoom room(box_room(512));
+  const TestRoom& room = wide_room();
   const std::string error = error_of([&] { plan(room.room(), {}, 1.0); });
   const auto at = error.find("need ");
   ASSERT_NE(at, std::string::npos) << error;
@@ -113,6 +122,71 @@ TEST(WebPlan, OneCellReadsOnlyTheStationsAroundIt) {
 TEST(WebPlan, AllStationsServeALineWithoutCells) {
   const TestRoom room({.cells_z = 0, .width = 32});
   EXPECT_EQ(plan(room.room()).resident_stations, plan(room.room()).stations);
+}
+
+class HotspotsTest : public ::testing::Test {
+ protected:
+  std::vector<Hotspot> read(const std::string& text) const {
+    write_file_atomically(directory_ / "spots.json", text);
+    return read_hotspots(directory_ / "spots.json");
+  }
+  std::string error(const std::string& text) const {
+    return error_of([&] { read(text); });
+  }
+  static std::string with_link(const std::string& link) {
+    return R"([{"x_m": 0, "y_m": 0, "z_m": 0, "text": "a", "link": ")" + link + R"("}])";
+  }
+
+  TestDirectory directory_;
+};
+
+TEST_F(HotspotsTest, ReadsPointsWithAndWithoutLinks) {
+  const auto spots = read(R"([
+    {"x_m": 0.5, "y_m": -1, "z_m": 2e-1, "text": "A chair", "link": "https://example.org/a?b#c"},
+    {"x_m": 0, "y_m": 0, "z_m": 0, "text": "Nothing"}])");
+  ASSERT_EQ(spots.size(), 2U);
+  EXPECT_EQ(spots[0].position_m, Eigen::Vector3d(0.5, -1.0, 0.2));
+  EXPECT_EQ(spots[0].text, "A chair");
+  EXPECT_EQ(spots[0].link, "https://example.org/a?b#c");
+  EXPECT_EQ(spots[1].link, "");
+  EXPECT_TRUE(read("[]").empty());
+}
+
+TEST_F(HotspotsTest, TakesRelativeLinks) {
+  for (const char* link :
+       {"about.html", "../more/chair.html#top", "/rooms/2", "a?at=1:2", "HTTP://x"}) {
+    EXPECT_EQ(error(with_link(link)), "no error") << link;
+  }
+}
+
+TEST_F(HotspotsTest, RefusesLinksThatRunSomethingOrLeadElsewhere) {
+  for (const char* link :
+       {"javascript:alert(1)", "JavaScript:x", " javascript:x", "java\\tscript:x",
+        "data:text/html,x", "//host/a", "\\\\\\\\host", "mailto:a@b", ""}) {
+    EXPECT_THAT(error(with_link(link)),
+                AllOf(HasSubstr("spots.json"), HasSubstr("[0]"), HasSubstr("relative path")))
+        << link;
+  }
+}
+
+TEST_F(HotspotsTest, ErrorsNameFileAndEntry) {
+  const std::string good = R"({"x_m": 0, "y_m": 0, "z_m": 0, "text": "a"})";
+  const std::vector<std::pair<std::string, std::vector<std::string>>> wrong{
+      {R"({"x_m": 0, "y_m": 0, "z_m": 0, "text": "a", "colour": 1})",
+       {"spots.json", "[1]", "colour", "unknown key"}},
+      {R"({"x_m": 0, "y_m": 0, "text": "a"})", {"[1]", "z_m"}},
+      {R"({"x_m": "0", "y_m": 0, "z_m": 0, "text": "a"})", {"[1]", "x_m"}},
+      {R"({"x_m": 1e400, "y_m": 0, "z_m": 0, "text": "a"})", {"spots.json"}},
+      {R"({"x_m": 1e9, "y_m": 0, "z_m": 0, "text": "a"})", {"[1]", "x_m"}},
+      {R"({"x_m": 0, "y_m": 0, "z_m": 0, "text": ""})", {"[1]", "empty"}},
+      {"3", {"[1]"}}};
+  for (const auto& [entry, said] : wrong) {
+    const std::string message = error("[" + good + "," + entry + "]");
+    for (const std::string& part : said) EXPECT_THAT(message, HasSubstr(part)) << entry;
+  }
+  EXPECT_THAT(error("{}"), HasSubstr("spots.json"));
+  EXPECT_THAT(error("[,]"), HasSubstr("spots.json"));
+  EXPECT_THAT(error_of([&] { read_hotspots(directory_ / "none.json"); }), HasSubstr("none.json"));
 }
 
 }  // namespace
