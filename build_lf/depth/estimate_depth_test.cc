@@ -57,7 +57,7 @@ TEST(StationValidity, HasAMarginAroundMaskedPixels) {
   const auto mask = [](StationIndex) {
     cv::Mat valid(64, 128, CV_8UC1, cv::Scalar(255));
     valid(cv::Rect(0, 60, 128, 4)).setTo(0);  // the nadir
-    valid(cv::Rect(0, 20, 2, 44)).setTo(0);   // beside the seam
+    valid(cv::Rect(0, 20, 3, 44)).setTo(0);   // beside the seam
     return valid;
   };
   const DepthTestRoom room(spec, nullptr, mask);
@@ -65,14 +65,14 @@ TEST(StationValidity, HasAMarginAroundMaskedPixels) {
   ASSERT_EQ(whole.size(), cv::Size(64, 128));
   EXPECT_EQ(whole.at<uchar>(64, 57), 255);
   EXPECT_EQ(whole.at<uchar>(64, 58), 0);
-  EXPECT_EQ(whole.at<uchar>(3, 40), 0);
-  EXPECT_EQ(whole.at<uchar>(4, 40), 255);
+  EXPECT_EQ(whole.at<uchar>(4, 40), 0);
+  EXPECT_EQ(whole.at<uchar>(5, 40), 255);
   EXPECT_EQ(whole.at<uchar>(126, 40), 0);  // across the seam
   EXPECT_EQ(whole.at<uchar>(125, 40), 255);
   // A reduced pixel is invalid if one of its four pixels is.
   const cv::Mat reduced = station_validity(room.room(), {0, 1}, {64, 32}, 0);
-  EXPECT_EQ(reduced.at<uchar>(0, 12), 0);
-  EXPECT_EQ(reduced.at<uchar>(1, 12), 255);
+  EXPECT_EQ(reduced.at<uchar>(1, 12), 0);
+  EXPECT_EQ(reduced.at<uchar>(2, 12), 255);
   EXPECT_TRUE(station_validity(DepthTestRoom(spec).room(), {0, 1}, {64, 32}, 0).empty());
 }
 
