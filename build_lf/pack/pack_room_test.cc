@@ -132,50 +132,37 @@ TEST_P(CaptureFaultTest, IsNamedAndNothingIsKept) {
   for (const std::string& part : GetParam().said) EXPECT_THAT(error, HasSubstr(part));
 }
 
-MakeFault frame_of_size(int frame, cv::Size size) {
-  return [=](const TestCapture& capture) { capture.write_frame(frame, size); };
-}
 MakeFault map_of_size(int frame, cv::Size size) {
   return [=](const TestCapture& capture) { capture.write_distance_map(frame, size); };
 }
+void mix_frame_sizes(const TestCapture& capture) { capture.write_frame(9, {32, 16}); }
+void mix_map_sizes(const TestCapture& capture) {
+  capture.write_distance_map(0, {32, 16});
+  capture.write_distance_map(1, {64, 32});
+}
+void map_colours(const TestCapture& capture) {
+  cv::imwrite((capture.distances() / "front_0.png").string(), cv::Mat(16, 32, CV_8UC3));
+}
+void map_as_text(const TestCapture& capture) {
+  std::ofstream(capture.distances() / "front_0.png") << "text";
+}
+void map_of_no_frame(const TestCapture& capture) {
+  fs::rename(capture.path(3), capture.distances() / "of_no_frame.png");
+  capture.write_frame(3, {64, 32});
+}
+void remove_maps(const TestCapture& capture) { fs::remove_all(capture.distances()); }
 
 INSTANTIATE_TEST_SUITE_P(
     All, CaptureFaultTest,
     ::testing::ValuesIn(std::vector<CaptureFault>{
-        {"MissingFrame",
-         [](const TestCapture& capture) { fs::remove(capture.path(4)); },
-         {"poses.csv:6", "front_4.png"}},
-        {"MixedSizes",
-         frame_of_size(9, {32, 16}),
-         {"back_2.png is 32 x 16", "front_0.png is 64 x 32"}},
-        {"NotTwoToOne", frame_of_size(0, {60, 32}), {"front_0.png"}},
+        {"MixedSizes", mix_frame_sizes, {"back_2.png is 32 x 16", "front_0.png is 64 x 32"}},
         {"LargerMap", map_of_size(0, {128, 64}), {"front_0.png", "larger than the frames"}},
-        {"MapsOfTwoSizes",
-         [](const TestCapture& capture) {
-           capture.write_distance_map(0, {32, 16});
-           capture.write_distance_map(1, {64, 32});
-         },
-         {"must have one size"}},
+        {"MapsOfTwoSizes", mix_map_sizes, {"must have one size"}},
         {"MapNotTwoToOne", map_of_size(1, {32, 20}), {"front_1.png", "2:1"}},
-        {"MapOfColours",
-         [](const TestCapture& capture) {
-           cv::imwrite((capture.distances() / "front_0.png").string(), cv::Mat(16, 32, CV_8UC3));
-         },
-         {"dist/front_0.png", "16-bit"}},
-        {"MapOfText",
-         [](const TestCapture& capture) {
-           std::ofstream(capture.distances() / "front_0.png") << "text";
-         },
-         {"dist/front_0.png"}},
-        {"MapsOfNoFrame",
-         [](const TestCapture& capture) {
-           fs::rename(capture.path(3), capture.distances() / "of_no_frame.png");
-           capture.write_frame(3, {64, 32});
-         },
-         {"no map is named after a frame", "front_0.png"}},
-        {"NoMaps",
-         [](const TestCapture& capture) { fs::remove_all(capture.distances()); },
-         {"no such directory"}},
+        {"MapOfColours", map_colours, {"dist/front_0.png", "16-bit"}},
+        {"MapOfText", map_as_text, {"dist/front_0.png"}},
+        {"MapsOfNoFrame", map_of_no_frame, {"no map is named after a frame", "front_0.png"}},
+        {"NoMaps", remove_maps, {"no such directory"}},
     }),
     [](const auto& fault) { return std::string(fault.param.name); });
 

@@ -72,69 +72,55 @@ struct FaultyLine {
   double least = 0.0, most = 0.0;  // the measure of the first
 };
 
-DepthTestRoom::Edit misplaced(int wrong) {
-  return [wrong](StationIndex station, cv::Mat* frame) {
+using Edit = DepthTestRoom::Edit;
+
+Edit copied(int to, size_t from) {
+  return [=](StationIndex station, cv::Mat* frame) {
+    if (station.station == to) *frame = seen_from_station(from);
+  };
+}
+
+// Noise makes the files differ.
+Edit standing_still_from(int first, int end) {
+  return [=](StationIndex station, cv::Mat* frame) {
+    const int s = station.station;
+    if (s > first && s < end) *frame = seen_from_station(static_cast<size_t>(first));
+    add_noise(station, 2.0, frame);
+  };
+}
+
+Edit obstructed(int wrong) {
+  return [=](StationIndex station, cv::Mat* frame) {
+    if (station.station != wrong) return;
+    cv::rectangle(*frame, {30, 20}, {45, 40}, cv::Scalar(20, 40, 30), cv::FILLED);
+  };
+}
+
+Edit misplaced(int wrong) {
+  return [=](StationIndex station, cv::Mat* frame) {
     if (station.station == wrong) *frame = seen_from({0.1, 0.0, 0.7});
   };
 }
 
-DepthTestRoom::Edit darker_from(int first, const cv::Scalar& factors) {
+Edit darker_from(int first, const cv::Scalar& factors) {
   return [=](StationIndex station, cv::Mat* frame) {
     if (station.station >= first) cv::multiply(*frame, factors, *frame);
   };
 }
 
 std::vector<FaultyLine> faulty_lines() {
-  constexpr double kAny = 1e9;
+  using enum FrameFault;
+  constexpr double kAny = 1e9, kSpacing_m = 0.0625;
   const double unlike = std::sqrt(2.0);
   return {
-      {"CopiedFile",
-       [](StationIndex station, cv::Mat* frame) {
-         if (station.station == 6) *frame = seen_from_station(5);
-       },
-       FrameFault::kSameFile,
-       {6},
-       {5},
-       0.0625 - 1e-12,
-       0.0625 + 1e-12},
-      // For three stations; noise makes the files differ.
-      {"CameraThatDidNotMove",
-       [](StationIndex station, cv::Mat* frame) {
-         if (station.station >= 9 && station.station < 12) *frame = seen_from_station(8);
-         add_noise(station, 2.0, frame);
-       },
-       FrameFault::kNotMoved,
-       {9, 10, 11},
-       {8, 9, 10},
-       0.0,
-       0.5},
-      {"Obstruction",
-       [](StationIndex station, cv::Mat* frame) {
-         if (station.station != 11) return;
-         cv::rectangle(*frame, {30, 20}, {45, 40}, cv::Scalar(20, 40, 30), cv::FILLED);
-       },
-       FrameFault::kUnlikeNeighbours,
-       {11},
-       {},
-       unlike,
-       kAny},
-      {"MisplacedFrame", misplaced(7), FrameFault::kUnlikeNeighbours, {7}, {}, unlike, kAny},
-      {"MisplacedFirst", misplaced(0), FrameFault::kUnlikeNeighbours, {0}, {}, unlike, kAny},
-      {"MisplacedLast", misplaced(16), FrameFault::kUnlikeNeighbours, {16}, {}, unlike, kAny},
-      {"ExposureStep",
-       darker_from(10, cv::Scalar::all(0.8)),
-       FrameFault::kExposureStep,
-       {10},
-       {9},
-       0.79,
-       0.81},
-      {"StepOfOneColour",
-       darker_from(10, {0.8, 1.0, 1.0}),
-       FrameFault::kExposureStep,
-       {10},
-       {9},
-       0.79,
-       0.81},
+      {"CopiedFile", copied(6, 5), kSameFile, {6}, {5}, kSpacing_m - 1e-12, kSpacing_m + 1e-12},
+      {"StandingCamera", standing_still_from(8, 12), kNotMoved, {9, 10, 11}, {8, 9, 10}, 0, 0.5},
+      {"Obstruction", obstructed(11), kUnlikeNeighbours, {11}, {}, unlike, kAny},
+      {"MisplacedFrame", misplaced(7), kUnlikeNeighbours, {7}, {}, unlike, kAny},
+      {"MisplacedFirst", misplaced(0), kUnlikeNeighbours, {0}, {}, unlike, kAny},
+      {"MisplacedLast", misplaced(16), kUnlikeNeighbours, {16}, {}, unlike, kAny},
+      {"ExposureStep", darker_from(10, cv::Scalar::all(0.8)), kExposureStep, {10}, {9}, 0.79, 0.81},
+      {"StepOfOneColour", darker_from(10, {0.8, 1, 1}), kExposureStep, {10}, {9}, 0.79, 0.81},
   };
 }
 
