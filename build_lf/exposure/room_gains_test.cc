@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 #include "build_lf/depth/depth_test_room.h"

@@ -39,13 +39,9 @@ class RequireRoomTest : public RequireTest {
   }
   nlohmann::json kept() const { return nlohmann::json::parse(read_file(requirements_path(path_))); }
   std::string error_of(const RequireOptions& options) const {
-    try {
-      require_room(options);
-    } catch (const Error& error) {
-      EXPECT_THAT(error.what(), Not(HasSubstr("\n")));
-      return error.what();
-    }
-    return "no error";
+    std::string message = raywalk::error_of([&] { require_room(options); });
+    EXPECT_THAT(message, Not(HasSubstr("\n")));
+    return message;
   }
   // Leaves only one distance map in a room of one line, at `station`.
   static void give_distances_to(int station, const Room& room) {

@@ -28,12 +28,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 std::string message_of(const ViewFlags& flags) {
-  try {
-    view_settings(flags);
-  } catch (const UsageError& e) {
-    return e.what();
-  }
-  return "no error";
+  return error_of([&] { view_settings(flags); });
 }
 
 class ViewSettingsTest : public ::testing::Test {
@@ -350,20 +345,19 @@ MeasuredSettings one_setting(const std::string& distances) {
 
 class DemandedSettingsTest : public ::testing::Test {
  protected:
-  DemandedSettingsTest() {
-    write_synthetic_room({.width = 32}, path_);
-    room_ = Room::open(path_);
-  }
   std::string message(const Demand& demand) {
     return error_of([&] { demanded_settings({}, demand, room_); });
   }
-  TestDirectory directory_;
-  std::filesystem::path path_ = directory_ / "room.lf";
-  Room room_;
+  // As if trade had measured one setting on these distances.
+  void measure_on(const std::string& distances) const {
+    write_measured_settings(room_.directory(), one_setting(distances));
+  }
+  TestRoom made_{{.width = 32}};
+  const Room& room_ = made_.room();
 };
 
 TEST_F(DemandedSettingsTest, ComeFromTheRoomsTradeWithFlagsOnTop) {
-  write_measured_settings(path_, one_setting(distances_sha256(room_)));
+  measure_on(distances_sha256(room_));
   ViewFlags flags;
   flags.parameters["distance_maps"] = "1";
   const Preset chosen = demanded_settings(flags, {.min_psnr_db = 25.0}, room_);
@@ -375,7 +369,7 @@ TEST_F(DemandedSettingsTest, ComeFromTheRoomsTradeWithFlagsOnTop) {
 }
 
 TEST_F(DemandedSettingsTest, AKThatIsAskedForIsNotTheTrades) {
-  write_measured_settings(path_, one_setting(distances_sha256(room_)));
+  measure_on(distances_sha256(room_));
   for (const ViewFlags& flags :
        {ViewFlags{.parameters = {{"k_deg", "76.5"}}}, ViewFlags{.parameters = {{"k_deg", "80"}}},
         ViewFlags{.connection = "lfu"}}) {
@@ -385,7 +379,7 @@ TEST_F(DemandedSettingsTest, AKThatIsAskedForIsNotTheTrades) {
 
 // Without work, the remap takes as long as the clock says: a hiccup and the warm-up do not count.
 TEST_F(DemandedSettingsTest, TheRemapIsTimedOnThisMachine) {
-  write_measured_settings(path_, one_setting(distances_sha256(room_)));
+  measure_on(distances_sha256(room_));
   int runs = 0;
   const TimeSource source = [&](const std::function<void()>&) {
     ++runs;
@@ -398,7 +392,7 @@ TEST_F(DemandedSettingsTest, TheRemapIsTimedOnThisMachine) {
 
 TEST_F(DemandedSettingsTest, NeedATradeOfTheCurrentDistances) {
   EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("run raywalk-render trade on it first"));
-  write_measured_settings(path_, one_setting("other"));
+  measure_on("other");
   EXPECT_THAT(message({.budget_ms = 1e6}),
               AllOf(HasSubstr("measured.json: "), HasSubstr("other distances")));
 }
