@@ -1,17 +1,35 @@
+// What users read: text, numbers and progress; and the statistics behind them.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <poll.h>
+#include <pty.h>
 #include <spdlog/fmt/fmt.h>
+#include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <string>
 #include <string_view>
+#include <thread>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/base/escaped.h"
+#include "core/base/median.h"
 #include "core/base/number_text.h"
+#include "core/base/pick_evenly.h"
+#include "core/base/progress.h"
 
 namespace raywalk {
 namespace {
+
+using ::testing::ContainsRegex;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
 
 TEST(OneLine, FoldsLineBreaksAndTrims) {
   EXPECT_EQ(one_line("  OpenCV(4.6.0)\r\n\terror: (-215)  in 'f'\n"),
@@ -22,17 +40,12 @@ TEST(OneLine, KeepsNoControlCharacterForTheTerminal) {
   EXPECT_EQ(one_line("a\x1b[31mred\x7f"), R"(a\u001b[31mred\u007f)");
 }
 
-TEST(Excerpt, ShowsWhatTheTextHolds) { EXPECT_EQ(excerpt("a  b\n"), R"('a  b\n')"); }
-
-TEST(Excerpt, LongTextIsCut) {
+TEST(Excerpt, ShowsTheTextAndIsCutBetweenCharacters) {
+  EXPECT_EQ(excerpt("a  b\n"), R"('a  b\n')");
   EXPECT_EQ(excerpt(std::string(1000, 'x')), fmt::format("'{}...'", std::string(60, 'x')));
-}
-
-TEST(Excerpt, CutsBetweenCharacters) {
-  const std::string umlauts = "x" + std::string("öööööööööööööööööööööööööööööööööööööööö");
-  const std::string shown = excerpt(umlauts);
   // 1 byte and 2-byte characters: 59 is the longest whole number of them below 60.
-  EXPECT_EQ(shown, fmt::format("'{}...'", umlauts.substr(0, 59)));
+  const std::string umlauts = "xöööööööööööööööööööööööööööööööööööööööö";
+  EXPECT_EQ(excerpt(umlauts), fmt::format("'{}...'", umlauts.substr(0, 59)));
 }
 
 TEST(Escaped, KeepsTextOfAllScripts) {
@@ -71,33 +84,26 @@ TEST(Escaped, ShowsBytesThatAreNotUtf8) {
   EXPECT_EQ(escaped("\xF4\x90\x80\x80"), R"(\xf4\x90\x80\x80)");  // over U+10FFFF
 }
 
-TEST(FixedNumber, HasAllItsDecimals) {
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+TEST(FixedNumber, HasAllItsDecimalsOrADashForWhatIsNotFinite) {
   EXPECT_EQ(fixed_number(2.0, 2), "2.00");
   EXPECT_EQ(fixed_number(-3.14159, 1), "-3.1");
   EXPECT_EQ(fixed_number(100.0, 0), "100");
   EXPECT_EQ(fixed_number(-0.0004, 3), "0.000");
-  EXPECT_EQ(fixed_number(-0.0, 0), "0");
-}
-
-TEST(NumberOrDash, HasADashForWhatIsNotFinite) {
   EXPECT_EQ(number_or_dash(2.0, 2), "2.00");
   EXPECT_EQ(number_or_dash(std::nan(""), 2), "–");
-  EXPECT_EQ(number_or_dash(-std::numeric_limits<double>::infinity(), 2), "–");
+  EXPECT_EQ(number_or_dash(-kInfinity, 2), "–");
 }
 
-TEST(PlainNumber, HasNoTrailingZeros) {
+TEST(PlainNumber, HasNoTrailingZerosAndPrintsAnyValue) {
   EXPECT_EQ(plain_number(2.0, 3), "2");
   EXPECT_EQ(plain_number(0.25, 3), "0.25");
   EXPECT_EQ(plain_number(-3.14159, 1), "-3.1");
   EXPECT_EQ(plain_number(100.0, 0), "100");
-  EXPECT_EQ(plain_number(0.0004, 3), "0");
   EXPECT_EQ(plain_number(-0.0004, 3), "0");
-}
-
-TEST(PlainNumber, PrintsNanAndInfinity) {
   EXPECT_EQ(plain_number(std::nan(""), 2), "nan");
-  EXPECT_EQ(plain_number(std::numeric_limits<double>::infinity(), 2), "inf");
-  EXPECT_EQ(plain_number(-std::numeric_limits<double>::infinity(), 2), "-inf");
+  EXPECT_EQ(plain_number(-kInfinity, 2), "-inf");
   EXPECT_EQ(plain_number(std::numeric_limits<double>::max(), 2).size(), 309U);
 }
 
@@ -105,6 +111,127 @@ TEST(Counted, HasAPluralUnlessThereIsOne) {
   EXPECT_EQ(counted(0, "line"), "0 lines");
   EXPECT_EQ(counted(1, "line"), "1 line");
   EXPECT_EQ(counted(2, "line"), "2 lines");
+}
+
+// What is logged of 60 frames, of which so many are done.
+std::string progress_of(int done, Progress::Shown shown = Progress::Shown::kAlways) {
+  testing::internal::CaptureStderr();
+  {
+    Progress progress("packing", 60, "frames", shown);
+    for (int i = 0; i < done; ++i) progress.advance();
+  }
+  return testing::internal::GetCapturedStderr();
+}
+
+TEST(Progress, QuickWorkInALogIsOneLineWithWhatIsDone) {
+  const std::string log = progress_of(60);
+  EXPECT_THAT(log, StartsWith("packing: 60 of 60 frames (100 %)"));
+  EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), 1) << log;
+  EXPECT_THAT(progress_of(59), Not(HasSubstr("100 %")));
+  EXPECT_EQ(progress_of(60, Progress::Shown::kIfLong), "") << "not worth a line";
+}
+
+// From a second on there is a line, however small the share that is done.
+TEST(Progress, LongWorkInALogIsShownFromASecondOn) {
+  testing::internal::CaptureStderr();
+  {
+    Progress progress("looking for", 1000000, "frames", Progress::Shown::kIfLong);
+    progress.advance();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1050));
+    progress.advance();
+  }
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              StartsWith("looking for: 2 of 1000000 frames (0 %)"));
+}
+
+TEST(Progress, CountsFromAllThreadsAndWithoutATotal) {
+  testing::internal::CaptureStderr();
+  {
+    Progress progress("rendering", 4000, "columns");
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 4; ++t) {
+      threads.emplace_back([&progress] {
+        for (int i = 0; i < 1000; ++i) progress.advance();
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+  }
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("4000 of 4000 columns (100 %)"));
+  testing::internal::CaptureStderr();
+  {
+    Progress("packing", 0, "frames").advance(0);
+    Progress("reading", 0, "rows").advance(5);
+  }
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), Not(ContainsRegex("nan|inf|%")));
+}
+
+// Runs `work` with stderr on a pseudo-terminal and returns the terminal output.
+template <typename Work>
+std::string terminal_output_of(Work work) {
+  int controller = -1;
+  int terminal = -1;
+  if (openpty(&controller, &terminal, nullptr, nullptr, nullptr) != 0) return "no pseudo-terminal";
+  const int saved = dup(STDERR_FILENO);
+  dup2(terminal, STDERR_FILENO);
+  work();
+  dup2(saved, STDERR_FILENO);
+  close(saved);
+  // The kernel delivers the output in pieces; the last one ends with a newline.
+  constexpr int kPatienceMs = 5000;
+  std::string shown;
+  std::array<char, 4096> buffer = {};
+  pollfd readable = {controller, POLLIN, 0};
+  while (!shown.ends_with('\n') && poll(&readable, 1, kPatienceMs) > 0) {
+    const ssize_t count = read(controller, buffer.data(), buffer.size());
+    if (count <= 0) break;
+    shown.append(buffer.data(), static_cast<std::size_t>(count));
+  }
+  close(terminal);
+  close(controller);
+  return shown;
+}
+
+TEST(Progress, OnATerminalOneLineIsRewrittenAndThenEnded) {
+  const std::string shown = terminal_output_of([] {
+    Progress progress("packing", 2, "frames");
+    progress.advance();
+    progress.advance();
+  });
+  EXPECT_THAT(shown, StartsWith("\rpacking: 1 of 2 frames (50 %)"));
+  EXPECT_THAT(shown, HasSubstr("\rpacking: 2 of 2 frames (100 %)"));
+  EXPECT_THAT(shown, EndsWith("\n"));
+  EXPECT_EQ(std::count(shown.begin(), shown.end(), '\n'), 1);
+}
+
+TEST(Median, IsTheMiddleOrTheUpperOfTwo) {
+  EXPECT_EQ(median({5.0, -1.0, 3.0}), 3.0);
+  EXPECT_EQ(median({4.0, 1.0, 2.0, 3.0}), 3.0);
+  EXPECT_EQ(median({7.5}), 7.5);
+}
+
+std::vector<double> absolute_normal(double sigma, int count) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal(0.0, sigma);
+  std::vector<double> values;
+  for (int i = 0; i < count; ++i) values.push_back(std::fabs(normal(random)));
+  return values;
+}
+
+TEST(RobustSigma, IsTheStandardDeviationHardlyMovedByOutliers) {
+  std::vector<double> values = absolute_normal(0.5, 100000);
+  EXPECT_NEAR(robust_sigma(values), 0.5, 0.005);
+  values.insert(values.end(), 5000, 1e9);
+  EXPECT_NEAR(robust_sigma(values), 0.5, 0.05);
+  EXPECT_EQ(robust_sigma({0, 0, 0, 7, 9}), 0.0);
+}
+
+TEST(PickEvenly, TakesAllIfFewOtherwiseEvenly) {
+  // The middles of equal parts.
+  EXPECT_THAT(pick_evenly(100, 4), ::testing::ElementsAre(12, 37, 62, 87));
+  EXPECT_THAT(pick_evenly(100, 1), ::testing::ElementsAre(50));
+  EXPECT_THAT(pick_evenly(3, 3), ::testing::ElementsAre(0, 1, 2));
+  EXPECT_THAT(pick_evenly(3, 12), ::testing::ElementsAre(0, 1, 2));
+  EXPECT_THAT(pick_evenly(0, 12), ::testing::IsEmpty());
 }
 
 }  // namespace
