@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <filesystem>
 #include <functional>
@@ -16,15 +17,17 @@
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 #include "core/command_line/command_options.h"
+#include "core/command_line/wrong_usage.h"
 
 namespace raywalk {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 struct Outcome {
   int exit_code = -1;
@@ -56,17 +59,6 @@ Outcome run(
   return outcome;
 }
 
-template <typename Exception>
-Outcome run_throwing(Exception exception) {
-  return run({"work"}, [&] { throw Exception(exception); });
-}
-
-TEST(RunProgram, DoneIsSilent) {
-  const Outcome outcome = run({"work"});
-  EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_EQ(outcome.out + outcome.err, "");
-}
-
 TEST(RunProgram, HelpAndVersionGoToStdoutAndAreNoFailure) {
   const Outcome help = run({"--help"});
   EXPECT_EQ(help.exit_code, 0);
@@ -91,31 +83,29 @@ TEST(RunProgram, WrongCommandLinesAreOneLineAndExitCode2) {
   }
 }
 
+template <typename Exception>
+void expect_failure(const Exception& exception, int exit_code, const std::string& line) {
+  const Outcome failed = run({"work"}, [&] { throw Exception(exception); });
+  EXPECT_EQ(failed.exit_code, exit_code) << failed.err;
+  EXPECT_THAT(failed.err, HasSubstr(line));
+  EXPECT_EQ(std::count(failed.err.begin(), failed.err.end(), '\n'), 1) << failed.err;
+}
+
 TEST(RunProgram, EveryKindOfFailureHasItsExitCodeAndLine) {
-  const Outcome failed = run_throwing(Error("a.jpg: empty"));
-  EXPECT_EQ(failed.exit_code, 1);
-  EXPECT_EQ(failed.err, "raywalk-test: error: a.jpg: empty\n");
-  const Outcome usage = run_throwing(UsageError("view.yaml:3: unknown key 'q'"));
-  EXPECT_EQ(usage.exit_code, 2);
-  EXPECT_EQ(usage.err, "raywalk-test: error: view.yaml:3: unknown key 'q'\n");
-  const Outcome paused = run_throwing(Paused("station x0_003: stalled; look"));
-  EXPECT_EQ(paused.exit_code, 3);
-  EXPECT_EQ(paused.err, "raywalk-test: error: station x0_003: stalled; look\n");
-  const Outcome interrupted = run_throwing(Interrupted("interrupted"));
-  EXPECT_EQ(interrupted.exit_code, 130);
-  EXPECT_EQ(interrupted.err, "raywalk-test: error: interrupted; no result was written\n");
-  EXPECT_EQ(run_throwing(Interrupted("interrupted; look")).err,
-            "raywalk-test: error: interrupted; look\n");
-  const Outcome other = run_throwing(std::logic_error("impossible"));
-  EXPECT_EQ(other.exit_code, 1);
-  EXPECT_THAT(other.err, AllOf(HasSubstr("please report"), HasSubstr("(impossible)")));
-  const Outcome memory = run_throwing(std::bad_alloc());
-  EXPECT_EQ(memory.exit_code, 1);
-  EXPECT_THAT(memory.err, HasSubstr("out of memory"));
-  const Outcome picture = run({"work"}, [] { CV_Error(cv::Error::StsNoMem, "too large"); });
-  EXPECT_EQ(picture.exit_code, 1);
-  EXPECT_THAT(picture.err, HasSubstr("out of memory"));
-  EXPECT_EQ(run_throwing(7).exit_code, 1);
+  const std::string error = "raywalk-test: error: ";
+  expect_failure(Error("a.jpg: empty"), 1, error + "a.jpg: empty\n");
+  expect_failure(UsageError("view.yaml:3: unknown key 'q'"), 2,
+                 error + "view.yaml:3: unknown key 'q'\n");
+  expect_failure(Paused("station x0_003: stalled; look"), 3,
+                 error + "station x0_003: stalled; look\n");
+  expect_failure(Interrupted("interrupted"), 130, error + "interrupted\n");
+  expect_failure(std::logic_error("impossible"), 1, "(impossible)");
+  expect_failure(std::logic_error("impossible"), 1, "please report");
+  expect_failure(std::bad_alloc(), 1, "out of memory");
+  expect_failure(cv::Exception(cv::Error::StsNoMem, "too large", "", "", 0), 1, "out of memory");
+  expect_failure(cv::Exception(cv::Error::StsBadArg, "first\nsecond", "", "", 0), 1,
+                 "first > second");
+  expect_failure(7, 1, "");
 }
 
 TEST(RunProgram, FilesystemErrorsNameThePath) {
@@ -123,13 +113,6 @@ TEST(RunProgram, FilesystemErrorsNameThePath) {
       run({"work"}, [] { std::filesystem::create_directory("/proc/no/such/place"); });
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_EQ(outcome.err, "raywalk-test: error: /proc/no/such/place: No such file or directory\n");
-}
-
-TEST(RunProgram, MessagesOfSeveralLinesAreFolded) {
-  const Outcome outcome = run({"work"}, [] { CV_Error(cv::Error::StsBadArg, "first\nsecond"); });
-  EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("first > second"));
 }
 
 TEST(RunProgram, QuietPrintsOnlyWarningsAndErrors) {
@@ -158,8 +141,7 @@ TEST(RunProgram, QuietPrintsOnlyWarningsAndErrors) {
 TEST(RunProgram, FileNamesAreEscapedInErrorsLogAndProgress) {
   const std::string name = "a\n\x1b[31m\xFF.jpg";
   const std::string shown = R"(a\n\u001b[31m\xff.jpg)";
-  const Outcome failed = run_throwing(Error(name + ": empty"));
-  EXPECT_EQ(failed.err, "raywalk-test: error: " + shown + ": empty\n");
+  expect_failure(Error(name + ": empty"), 1, "raywalk-test: error: " + shown + ": empty\n");
   const Outcome logged = run({"work"}, [&] {
     spdlog::warn("{}: no distances", name);
     Progress(name, 1, "frames").advance();
@@ -212,6 +194,126 @@ int exit_code_after_ctrl_c() {
 TEST(RunProgramDeathTest, CtrlCGives130AndSaysThatTheCommandResumes) {
   EXPECT_EXIT(std::_Exit(exit_code_after_ctrl_c()), testing::ExitedWithCode(130),
               "error: interrupted; what is finished is kept, the same command resumes");
+}
+
+using Words = std::vector<std::string>;
+
+TEST(ThreadsOptionTest, TakesANumberOfThreads) {
+  int threads = -1;
+  CLI::App app("", "raywalk-test");
+  add_threads_option(&app, &threads);
+  app.parse("--threads 0");
+  EXPECT_EQ(threads, 0);
+  app.parse("--threads 7");
+  EXPECT_EQ(threads, 7);
+  EXPECT_THROW(app.parse("--threads -1"), CLI::ValidationError);
+  EXPECT_THROW(app.parse("--threads many"), CLI::ParseError);
+}
+
+TEST(LineToleranceOptionsTest, GiveMetres) {
+  GridTolerance tolerance;
+  CLI::App app("", "raywalk-test");
+  add_line_tolerance_options(&app, &tolerance);
+  app.parse("");
+  EXPECT_FALSE(tolerance.off_line_m);
+  EXPECT_FALSE(tolerance.same_station_m);
+  app.parse("--line-tolerance-mm 250 --same-station-mm 2.5");
+  EXPECT_DOUBLE_EQ(*tolerance.off_line_m, 0.25);
+  EXPECT_DOUBLE_EQ(*tolerance.same_station_m, 0.0025);
+  for (const char* wrong : {"0", "-1", "nan", "inf", "2e6", "wide"}) {
+    for (const char* option : {"--line-tolerance-mm ", "--same-station-mm "}) {
+      EXPECT_THROW(app.parse(std::string(option) + wrong), CLI::ParseError) << option << wrong;
+    }
+  }
+}
+
+class WrongUsageTest : public testing::Test {
+ protected:
+  WrongUsageTest() {
+    app_.require_subcommand(1);
+    CLI::App* pack = app_.add_subcommand("pack");
+    pack->add_option("--frames", text_)->required();
+    pack->add_option("-o,--out", text_);
+    pack->add_option("--line-tolerance-mm", number_);
+    pack->add_flag("-f,--force", flag_);
+    CLI::App* info = app_.add_subcommand("info");
+    info->add_option("room", text_)->required();
+  }
+
+  std::string message(Words words) {
+    try {
+      require_double_dashes(app_, words);
+      std::reverse(words.begin(), words.end());
+      app_.parse(words);
+    } catch (const UsageError& e) {
+      return e.what();
+    } catch (const CLI::ParseError& e) {
+      return wrong_usage(app_, e);
+    }
+    return "no error";
+  }
+
+  CLI::App app_{"", "raywalk-test"};
+  std::string text_;
+  double number_ = 0.0;
+  bool flag_ = false;
+};
+
+TEST_F(WrongUsageTest, UnknownFlagIsNamedWithTheNearestAndTheCommandsHelp) {
+  const std::string hint = "; see raywalk-test pack --help";
+  EXPECT_EQ(message({"pack", "--frame", "poses.csv"}),
+            "unknown flag '--frame'; did you mean '--frames'?" + hint);
+  EXPECT_EQ(message({"pack", "--frames", "a", "--line_tolerance_mm=3"}),
+            "unknown flag '--line_tolerance_mm'; did you mean '--line-tolerance-mm'?" + hint);
+  EXPECT_EQ(message({"pack", "--frames", "a", "--line", "3"}),
+            "unknown flag '--line'; did you mean '--line-tolerance-mm'?" + hint);
+  EXPECT_EQ(message({"pack", "--frames", "a", "--output", "b"}),
+            "unknown flag '--output'; did you mean '--out'?" + hint);
+  EXPECT_EQ(message({"pack", "--frames", "a", "--zzyzx"}), "unknown flag '--zzyzx'" + hint);
+  EXPECT_EQ(message({"pack", "--frames", "a", "-z"}), "unknown flag '-z'" + hint);
+}
+
+TEST_F(WrongUsageTest, LongFlagBehindASingleDashIsNotReadAsShortOnes) {
+  const std::string hint = "; see raywalk-test pack --help";
+  EXPECT_EQ(message({"pack", "--frames", "a", "-out", "b"}),
+            "unknown flag '-out'; did you mean '--out'?" + hint);
+  EXPECT_EQ(message({"pack", "--frames", "a", "-force"}),
+            "unknown flag '-force'; did you mean '--force'?" + hint);
+  EXPECT_EQ(message({"pack", "--frames", "a", "-ob"}), "no error") << "-o with its value";
+}
+
+TEST_F(WrongUsageTest, UnknownCommandIsNamedWithTheNearestAndTheProgramsHelp) {
+  EXPECT_EQ(message({"pakc", "--frames", "a"}),
+            "unknown command 'pakc'; did you mean 'pack'?; see raywalk-test --help");
+  EXPECT_EQ(message({"Info", "room.lf"}),
+            "unknown command 'Info'; did you mean 'info'?; see raywalk-test --help");
+  EXPECT_EQ(message({"render"}),
+            "unknown command 'render'; valid are pack, info; see raywalk-test --help");
+}
+
+TEST_F(WrongUsageTest, FlagBeforeItsCommandGoesBehindIt) {
+  EXPECT_EQ(message({"--frames", "a", "pack"}),
+            "the flag '--frames' goes behind its command; see raywalk-test pack --help");
+  EXPECT_EQ(message({"--zzyzx", "info", "room.lf"}),
+            "unknown flag '--zzyzx'; see raywalk-test info --help");
+}
+
+TEST_F(WrongUsageTest, OtherMistakesLeadToTheCommandsHelp) {
+  EXPECT_EQ(message({"pack"}), "--frames is required; see raywalk-test pack --help");
+  EXPECT_THAT(message({"info", "room.lf", "more"}),
+              testing::AllOf(testing::HasSubstr("more"),
+                             testing::EndsWith("; see raywalk-test info --help")));
+  EXPECT_EQ(message({"pack", "--frames", "--out", "room.lf"}),
+            "--frames needs a value, but '--out' follows; see raywalk-test pack --help");
+  EXPECT_THAT(message({"pack", "--frames", "a", "--line-tolerance-mm", "many"}),
+              testing::AllOf(testing::HasSubstr("many"),
+                             testing::EndsWith("; see raywalk-test pack --help")));
+  EXPECT_THAT(message({}), testing::EndsWith("; see raywalk-test --help"));
+}
+
+TEST_F(WrongUsageTest, ControlCharactersAreNotPrinted) {
+  EXPECT_THAT(message({"info", "room.lf", "--a\x1b[31m"}),
+              testing::StartsWith("unknown flag '--a\\u001b[31m'"));
 }
 
 }  // namespace
