@@ -2,9 +2,16 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <lcms2.h>
+#include <zlib.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,18 +19,21 @@
 #include "core/base/test_error.h"
 #include "core/base/test_log.h"
 #include "core/files/atomic_output.h"
+#include "core/files/colour_profile.h"
 #include "core/files/exif.h"
+#include "core/files/gpano.h"
+#include "core/files/jpeg.h"
 #include "core/files/test_directory.h"
 
 namespace raywalk {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
-cv::Mat noise(int width, int height, int type) {
+cv::Mat noise(int width = 64, int height = 32, int type = CV_8UC3) {
   cv::Mat picture(height, width, type);
   cv::theRNG().state = 5;
   cv::randu(picture, cv::Scalar::all(0), cv::Scalar::all(255));
@@ -52,27 +62,19 @@ class ImageFileTest : public testing::Test {
   TestDirectory directory_;
 };
 
-TEST_F(ImageFileTest, PngRoundTripIsExact) {
-  const cv::Mat picture = noise(64, 32, CV_8UC3);
-  const fs::path file = written("a.png", picture);
-  EXPECT_EQ(cv::norm(read_panorama(file), picture, cv::NORM_INF), 0.0);
-  EXPECT_EQ(panorama_header_of(file).size, (PanoramaSize{64, 32}));
-}
-
-TEST_F(ImageFileTest, JpegRoundTripKeepsSizeAndColourOrder) {
-  const fs::path file = written("a.JPG", cv::Mat(32, 64, CV_8UC3, cv::Scalar(200, 100, 20)));
-  const cv::Mat read = read_panorama(file);
-  EXPECT_EQ(read.size(), cv::Size(64, 32));
-  EXPECT_LE(cv::norm(read, cv::Mat(32, 64, CV_8UC3, cv::Scalar(200, 100, 20)), cv::NORM_INF), 3.0);
-  EXPECT_EQ(panorama_header_of(file).size, (PanoramaSize{64, 32}));
-}
-
-TEST_F(ImageFileTest, GreyPanoramaBecomesColour) {
-  EXPECT_EQ(read_panorama(written("a.png", noise(8, 4, CV_8UC1))).type(), CV_8UC3);
+TEST_F(ImageFileTest, PngRoundTripIsExactAndJpegKeepsSizeAndColourOrder) {
+  const cv::Mat orange(32, 64, CV_8UC3, cv::Scalar(200, 100, 20));
+  const fs::path png = written("a.png", noise()), jpeg = written("a.JPG", orange);
+  EXPECT_EQ(cv::norm(read_panorama(png), noise(), cv::NORM_INF), 0.0);
+  EXPECT_LE(cv::norm(read_panorama(jpeg), orange, cv::NORM_INF), 3.0);
+  for (const fs::path& file : {png, jpeg}) {
+    EXPECT_EQ(panorama_header_of(file).size, (PanoramaSize{64, 32}));
+  }
+  EXPECT_EQ(read_panorama(written("grey.png", noise(8, 4, CV_8UC1))).type(), CV_8UC3);
 }
 
 TEST_F(ImageFileTest, ExifOrientationIsIgnored) {
-  const std::string jpeg = read_file(written("a.jpg", noise(64, 32, CV_8UC3)));
+  const std::string jpeg = read_file(written("a.jpg", noise()));
   const std::string block = exif_block({short_entry(EXIF_TAG_ORIENTATION, 6)}, {});
   const fs::path turned = written("turned.jpg", with_app1(jpeg, kExifIdentifier, block));
   ASSERT_EQ(cv::imread(turned.string(), cv::IMREAD_COLOR).cols, 32) << "the test's EXIF is wrong";
@@ -80,7 +82,7 @@ TEST_F(ImageFileTest, ExifOrientationIsIgnored) {
 }
 
 TEST_F(ImageFileTest, SizeIsFoundBehindALongHeader) {
-  const std::string jpeg = read_file(written("a.jpg", noise(64, 32, CV_8UC3)));
+  const std::string jpeg = read_file(written("a.jpg", noise()));
   std::string previews;
   for (int i = 0; i < 10; ++i) previews += "\xFF\xE2\xFF\xFF" + std::string(65533, 'p');
   const fs::path file = written("b.jpg", jpeg.substr(0, 2) + previews + jpeg.substr(2));
@@ -110,13 +112,10 @@ TEST_F(ImageFileTest, NonPanoramasAreRejectedWithAReason) {
   EXPECT_THAT(panorama_error(written("c.png", noise(1, 1, CV_8UC3))), HasSubstr("1x1"));
   EXPECT_THAT(panorama_error(written("d.jpg", noise(64, 33, CV_8UC3))), HasSubstr("64x33"));
   EXPECT_THAT(panorama_error(written("e.png", noise(8, 4, CV_16UC1))), HasSubstr("16 bits"));
-}
-
-TEST_F(ImageFileTest, APartOfASphereIsNamed) {
-  const std::string jpeg = read_file(written("a.jpg", noise(64, 32, CV_8UC3)));
+  const std::string jpeg = read_file(written("f.jpg", noise()));
   const std::string tags =
       "<x GPano:FullPanoHeightPixels=\"64\" GPano:CroppedAreaImageHeightPixels=\"32\"/>";
-  EXPECT_THAT(panorama_error(written("b.jpg", with_app1(jpeg, "http://ns.adobe.com/", tags))),
+  EXPECT_THAT(panorama_error(written("g.jpg", with_app1(jpeg, "http://ns.adobe.com/", tags))),
               HasSubstr("part of the sphere"));
 }
 
@@ -141,7 +140,7 @@ TEST_F(ImageFileTest, MasksAreBlackOrNotAndAlphaIsOne) {
 
 TEST_F(ImageFileTest, IntactImagesOfBothFormatsAreTold) {
   for (const std::string name : {"a.jpg", "a.png"}) {
-    std::string bytes = read_file(written(name, noise(64, 32, CV_8UC3)));
+    std::string bytes = read_file(written(name, noise()));
     EXPECT_EQ(require_intact_image(std::as_bytes(std::span(bytes)), name).size.width, 64);
     bytes.resize(bytes.size() - 5);
     EXPECT_THROW(require_intact_image(std::as_bytes(std::span(bytes)), name), Error);
@@ -161,14 +160,11 @@ TEST_F(ImageFileTest, OneWarningNamesTheFirstTurnedImageAndCountsTheOthers) {
                                 HasSubstr("used as they are stored")));
 }
 
-TEST_F(ImageFileTest, DistanceMapRoundTripIsExact) {
+TEST_F(ImageFileTest, DistanceMapsRoundTripExactlyAndOtherImagesAreNone) {
   cv::Mat map(4, 8, CV_16UC1, cv::Scalar(65535));
   map.at<std::uint16_t>(0, 0) = 0;
   map.at<std::uint16_t>(3, 7) = 1234;
   EXPECT_EQ(cv::norm(read_distance_map(written("d.png", map)), map, cv::NORM_INF), 0.0);
-}
-
-TEST_F(ImageFileTest, OtherImagesAreRejectedAsDistanceMaps) {
   for (const auto& [name, type] :
        {std::pair("grey8.png", CV_8UC1), {"colour16.png", CV_16UC3}, {"photo.jpg", CV_8UC1}}) {
     const fs::path file = written(name, noise(8, 4, type));
@@ -178,13 +174,13 @@ TEST_F(ImageFileTest, OtherImagesAreRejectedAsDistanceMaps) {
 }
 
 TEST_F(ImageFileTest, WritingRejectsUnsupportedTypes) {
-  EXPECT_THROW(write_image(directory_ / "a.bmp", noise(8, 4, CV_8UC3)), UsageError);
-  EXPECT_THROW(write_image(directory_ / "a", noise(8, 4, CV_8UC3)), UsageError);
+  EXPECT_THROW(write_image(directory_ / "a.bmp", noise()), UsageError);
+  EXPECT_THROW(write_image(directory_ / "a", noise()), UsageError);
   EXPECT_THROW(write_image(directory_ / "a.png", cv::Mat()), Error);
   EXPECT_THROW(write_image(directory_ / "a.png", noise(8, 4, CV_32FC3)), Error);
   EXPECT_THROW(write_image(directory_ / "a.jpg", noise(8, 4, CV_16UC1)), Error);
   EXPECT_THROW(write_image(directory_ / "a.jpg", noise(70000, 2, CV_8UC3)), Error);
-  EXPECT_THROW(write_image(directory_ / "missing/a.png", noise(8, 4, CV_8UC3)), Error);
+  EXPECT_THROW(write_image(directory_ / "missing/a.png", noise()), Error);
   EXPECT_EQ(directory_.entries(), 0U);
 }
 
@@ -274,6 +270,146 @@ TEST(ImageHeader, NonImagesAreRejected) {
   EXPECT_THROW(header_of("\xFF\xD8\xFF\xC0\0\x0B\x08\0\0\0\4\1\1\x11\0"s), Error) << "height 0";
   std::string huge = encoded(".png", 4, 2, CV_8UC3);
   EXPECT_THROW(header_of(huge.replace(16, 4, "\xFF\xFF\xFF\xFE")), Error);
+}
+
+std::string bytes_of_profile(cmsHPROFILE profile) {
+  cmsUInt32Number size = 0;
+  cmsSaveProfileToMem(profile, nullptr, &size);
+  std::string bytes(size, '\0');
+  cmsSaveProfileToMem(profile, bytes.data(), &size);
+  cmsCloseProfile(profile);
+  return bytes;
+}
+
+// Adobe RGB (1998), 4.3.1: white, primaries and gamma.
+std::string adobe_rgb() {
+  const cmsCIExyY white{0.3127, 0.3290, 1.0};
+  const cmsCIExyYTRIPLE primaries{{0.64, 0.33, 1.0}, {0.21, 0.71, 1.0}, {0.15, 0.06, 1.0}};
+  cmsToneCurve* gamma = cmsBuildGamma(nullptr, 563.0 / 256.0);
+  const std::array<cmsToneCurve*, 3> curves{gamma, gamma, gamma};
+  std::string bytes = bytes_of_profile(cmsCreateRGBProfile(&white, &primaries, curves.data()));
+  cmsFreeToneCurve(gamma);
+  return bytes;
+}
+
+// The same colour by the definitions of both spaces: linear by the gamma, the matrices of Adobe RGB
+// (1998), 4.3.5.3 and IEC 61966-2-1, and sRGB's curve.
+cv::Vec3b srgb_of_adobe(const cv::Vec3b& bgr) {
+  const cv::Matx33d xyz_from_adobe(0.57667, 0.18556, 0.18823, 0.29734, 0.62736, 0.07529, 0.02703,
+                                   0.07069, 0.99134);
+  const cv::Matx33d srgb_from_xyz(3.2406, -1.5372, -0.4986, -0.9689, 1.8758, 0.0415, 0.0557,
+                                  -0.2040, 1.0570);
+  const auto linear = [](uchar level) { return std::pow(level / 255.0, 563.0 / 256.0); };
+  const cv::Vec3d rgb =
+      srgb_from_xyz * (xyz_from_adobe * cv::Vec3d(linear(bgr[2]), linear(bgr[1]), linear(bgr[0])));
+  const auto level = [](double value) {
+    const double x = std::clamp(value, 0.0, 1.0);
+    const double curved = x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1.0 / 2.4) - 0.055;
+    return cv::saturate_cast<uchar>(255.0 * curved);
+  };
+  return {level(rgb[2]), level(rgb[1]), level(rgb[0])};
+}
+
+std::string png_with_profile(const std::string& profile) {
+  std::string packed(compressBound(profile.size()), '\0');
+  uLongf size = packed.size();
+  compress(reinterpret_cast<Bytef*>(packed.data()), &size,
+           reinterpret_cast<const Bytef*>(profile.data()), profile.size());
+  packed.resize(size);
+  const std::string data = std::string("iCCPname\0\0", 10) + packed;
+  const auto big_endian = [](std::size_t value) {
+    std::string bytes;
+    for (int i = 3; i >= 0; --i) bytes.push_back(static_cast<char>(value >> (8 * i)));
+    return bytes;
+  };
+  const std::string chunk =
+      big_endian(data.size() - 4) + data +
+      big_endian(crc32_z(0, reinterpret_cast<const Bytef*>(data.data()), data.size()));
+  const auto png = encode_image("a.png", noise());
+  return std::string(png.begin(), png.end()).insert(33, chunk);  // behind IHDR
+}
+
+// In two pieces, the second one first.
+std::string jpeg_with_profile(const std::string& profile) {
+  const auto segment = [&](char number, const std::string& piece) {
+    const std::size_t length = 2 + 14 + piece.size();
+    return std::string("\xFF\xE2") + static_cast<char>(length >> 8) +
+           static_cast<char>(length & 0xFF) + std::string("ICC_PROFILE\0", 12) + number + '\2' +
+           piece;
+  };
+  const auto jpeg = encode_jpeg(noise(), 100);
+  std::string bytes(reinterpret_cast<const char*>(jpeg.data()), jpeg.size());
+  return bytes.insert(2,
+                      segment('\2', profile.substr(200)) + segment('\1', profile.substr(0, 200)));
+}
+
+TEST_F(ImageFileTest, APictureInAnotherColourSpaceIsReadAsSrgb) {
+  const auto jpeg = encode_jpeg(noise(), 100);
+  for (const bool is_jpeg : {false, true}) {
+    const fs::path file = is_jpeg ? written("a.jpg", jpeg_with_profile(adobe_rgb()))
+                                  : written("a.png", png_with_profile(adobe_rgb()));
+    const cv::Mat stored = is_jpeg ? decode_jpeg(jpeg, CV_8UC3, "plain") : noise();
+    const cv::Mat read = read_panorama(file);
+    double largest = 0.0, changed = 0.0;
+    for (int i = 0; i < static_cast<int>(stored.total()); ++i) {
+      const cv::Vec3b expected = srgb_of_adobe(stored.at<cv::Vec3b>(i));
+      largest = std::max(largest, cv::norm(read.at<cv::Vec3b>(i), expected, cv::NORM_INF));
+      changed = std::max(changed, cv::norm(stored.at<cv::Vec3b>(i), expected, cv::NORM_INF));
+    }
+    EXPECT_GT(changed, 30.0) << "the test's colours are too pale";
+    EXPECT_LE(largest, 2.0) << is_jpeg;
+  }
+}
+
+TEST(ColourProfile, SrgbDamagedAndOtherProfilesChangeNothing) {
+  cmsToneCurve* gamma = cmsBuildGamma(nullptr, 1.8);
+  const std::string grey = bytes_of_profile(cmsCreateGrayProfile(cmsD50_xyY(), gamma));
+  cmsFreeToneCurve(gamma);
+  const std::string srgb = bytes_of_profile(cmsCreate_sRGBProfile()), adobe = adobe_rgb();
+  for (const std::string& profile :
+       {std::string(), srgb, grey, adobe.substr(0, 100), std::string(500, 'x')}) {
+    cv::Mat picture = noise();
+    convert_to_srgb(profile, &picture);
+    EXPECT_EQ(cv::norm(picture, noise(), cv::NORM_INF), 0.0) << profile.size();
+  }
+}
+
+TEST(ColourProfile, CutAndDamagedFilesHaveAProfileOrNone) {
+  for (const std::string& whole : {jpeg_with_profile(adobe_rgb()), png_with_profile(adobe_rgb())}) {
+    EXPECT_EQ(embedded_profile(std::as_bytes(std::span(whole))), adobe_rgb());
+    const std::size_t end = std::min<std::size_t>(whole.size(), 1000);
+    for (std::size_t at = 2; at < end; ++at) {
+      std::string bytes = whole;
+      bytes[at] = static_cast<char>(bytes[at] ^ 0x55);
+      embedded_profile(std::as_bytes(std::span(bytes)));
+      embedded_profile(std::as_bytes(std::span(whole).first(at)));
+    }
+  }
+}
+
+TEST(Gpano, TheStatedAttitudeIsReadFromBothFormsOfXmp) {
+  const auto attitude = [](const std::string& xmp) {
+    return stated_attitude(std::as_bytes(std::span(xmp)));
+  };
+  const auto attributes =
+      attitude(R"(<rdf GPano:PosePitchDegrees="-23.5" GPano:PoseRollDegrees="2"/>)");
+  EXPECT_EQ(attributes.value().pitch_deg, -23.5);
+  EXPECT_EQ(attributes->roll_deg, 2.0);
+  EXPECT_EQ(attitude("<GPano:PoseRollDegrees>11</GPano:PoseRollDegrees>").value().roll_deg, 11.0);
+  EXPECT_FALSE(attitude("GPano:PosePitchDegrees=\"level\""));
+  EXPECT_FALSE(attitude("JFIF"));
+}
+
+TEST(Gpano, APartOfAPanoramaIsTold) {
+  const auto is_cropped = [](const std::string& xmp) {
+    return is_stated_as_cropped(std::as_bytes(std::span(xmp)));
+  };
+  const std::string whole =
+      R"(GPano:FullPanoWidthPixels="4096" GPano:FullPanoHeightPixels="2048" )";
+  EXPECT_FALSE(is_cropped(whole));
+  EXPECT_FALSE(is_cropped(whole + R"(GPano:CroppedAreaImageWidthPixels="4096")"));
+  EXPECT_TRUE(is_cropped(whole + R"(GPano:CroppedAreaImageWidthPixels="4095")"));
+  EXPECT_TRUE(is_cropped(whole + "<GPano:CroppedAreaImageHeightPixels>900<"));
 }
 
 }  // namespace

@@ -62,9 +62,8 @@ TEST(DecodeJpeg, GivesThePixelsThatOpenCvGives) {
     EXPECT_EQ(quick_error(bytes), "no error") << kind;
   }
   for (const Bytes& bytes : {encoded(colour), encoded(grey)}) {
-    EXPECT_EQ(
-        cv::norm(decoded(bytes, CV_8UC1), cv::imdecode(bytes, cv::IMREAD_GRAYSCALE), cv::NORM_INF),
-        0.0);
+    const cv::Mat expected = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE);
+    EXPECT_EQ(cv::norm(decoded(bytes, CV_8UC1), expected, cv::NORM_INF), 0.0);
   }
 }
 
@@ -127,27 +126,20 @@ TEST(DecodeJpeg, ASizeThatNobodyHasIsRefusedBeforeItIsAllocated) {
   EXPECT_EQ(quick_error(bytes), decoding_error(bytes));
 }
 
-// Red and blue columns; halved in resolution, both become purple.
-cv::Mat colour_columns() {
-  cv::Mat columns(32, 64, CV_8UC3);
-  for (int v = 0; v < columns.rows; ++v) {
-    for (int u = 0; u < columns.cols; ++u) {
-      columns.at<cv::Vec3b>(v, u) = u % 2 == 0 ? cv::Vec3b(0, 0, 200) : cv::Vec3b(200, 0, 0);
-    }
-  }
-  return columns;
-}
-
-double mean_error(const cv::Mat& image, JpegSampling sampling) {
-  const cv::Mat back = decode_jpeg(encode_jpeg(image, 95, sampling), CV_8UC3, "columns");
-  return cv::norm(back, image, cv::NORM_L1) / static_cast<double>(image.total() * 3);
-}
-
 TEST(EncodeJpeg, KeepsOrHalvesTheResolutionOfColours) {
-  EXPECT_LT(mean_error(colour_columns(), JpegSampling::kFull), 8.0);
-  EXPECT_GT(mean_error(colour_columns(), JpegSampling::kQuarter), 30.0);
+  // Red and blue columns; halved in resolution, both become purple.
+  cv::Mat columns(32, 64, CV_8UC3);
+  for (int u = 0; u < columns.cols; ++u) {
+    columns.col(u).setTo(u % 2 == 0 ? cv::Scalar(0, 0, 200) : cv::Scalar(200, 0, 0));
+  }
+  const auto mean_error = [](const cv::Mat& image, JpegSampling sampling) {
+    const cv::Mat back = decode_jpeg(encode_jpeg(image, 95, sampling), CV_8UC3, "columns");
+    return cv::norm(back, image, cv::NORM_L1) / static_cast<double>(image.total() * 3);
+  };
+  EXPECT_LT(mean_error(columns, JpegSampling::kFull), 8.0);
+  EXPECT_GT(mean_error(columns, JpegSampling::kQuarter), 30.0);
   // Rows need not follow each other in memory.
-  EXPECT_LT(mean_error(colour_columns()(cv::Rect(3, 5, 40, 20)), JpegSampling::kFull), 8.0);
+  EXPECT_LT(mean_error(columns(cv::Rect(3, 5, 40, 20)), JpegSampling::kFull), 8.0);
 }
 
 TEST(EncodeJpeg, RefusesWhatJpegCannotHold) {
