@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <array>
 #include <cmath>
 #include <random>
 
 #include "core/geometry/eye_circle.h"
+#include "core/geometry/fast_math.h"
+#include "core/geometry/fisheye_lens.h"
 #include "core/geometry/panorama_pixels.h"
 
 namespace raywalk {
@@ -27,17 +30,12 @@ Vector3d random_direction(std::mt19937_64& random) {
   return Vector3d(normal(random), normal(random), normal(random)).normalized();
 }
 
-TEST(WrapAngle, HoldsTheLowerEndAndNotTheUpper) {
+TEST(WrapAngle, StaysInRangeWithItsLowerEndAndKeepsTheDirection) {
   EXPECT_EQ(wrap_angle(0.0), 0.0);
   EXPECT_EQ(wrap_angle(kPi), -kPi);
   EXPECT_EQ(wrap_angle(-kPi), -kPi);
   EXPECT_EQ(wrap_angle(kTwoPi), 0.0);
   EXPECT_EQ(wrap_angle(1.5), 1.5);
-  EXPECT_NEAR(wrap_angle(3.0 * kHalfPi), -kHalfPi, kTolerance);
-  EXPECT_NEAR(wrap_angle(-3.0 * kHalfPi), kHalfPi, kTolerance);
-}
-
-TEST(WrapAngle, StaysInRangeAndKeepsTheDirectionForAnyTurns) {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> angle(-1000.0, 1000.0);
   for (int i = 0; i < 10000; ++i) {
@@ -72,46 +70,34 @@ TEST(Direction, RoundTripsAtAnyLength) {
   }
 }
 
-TEST(Direction, KeepsItsDigitsBesideThePole) {
-  // asin(y) would return exactly pi / 2 here.
-  const SphereAngles angles = angles_from_direction({0.0, 1.0, 1e-9});
-  EXPECT_NEAR(kHalfPi - angles.phi_rad, 1e-9, 1e-15);
-}
-
-TEST(Direction, HasLongitudeZeroAtThePoles) {
+TEST(Direction, IsExactAtAndBesideThePolesAndBackwards) {
   for (const double x : {0.0, -0.0}) {
     for (const double z : {0.0, -0.0}) {
       EXPECT_EQ(angles_from_direction({x, 2.0, z}).theta_rad, 0.0);
       EXPECT_EQ(angles_from_direction({x, 2.0, z}).phi_rad, kHalfPi);
       EXPECT_EQ(angles_from_direction({x, -2.0, z}).phi_rad, -kHalfPi);
     }
+    EXPECT_EQ(angles_from_direction({x, 0.0, -1.0}).theta_rad, -kPi);
   }
+  // asin(y) would return exactly pi / 2 here.
+  EXPECT_NEAR(kHalfPi - angles_from_direction({0.0, 1.0, 1e-9}).phi_rad, 1e-9, 1e-15);
 }
 
-TEST(Direction, BackwardsIsAlwaysTheLowerEndOfTheRange) {
-  EXPECT_EQ(angles_from_direction({0.0, 0.0, -1.0}).theta_rad, -kPi);
-  EXPECT_EQ(angles_from_direction({-0.0, 0.0, -1.0}).theta_rad, -kPi);
-}
-
-TEST(Pixel, CentresAreHalfAPixelInside) {
+TEST(Pixel, CentresAreHalfAPixelInsideAndBordersAreExact) {
   constexpr PanoramaSize size{360, 180};
-  const SphereAngles first = angles_from_pixel({0.0, 0.0}, size);
-  EXPECT_NEAR(degrees_from_radians(first.theta_rad), -179.5, 1e-12);
-  EXPECT_NEAR(degrees_from_radians(first.phi_rad), 89.5, 1e-12);
-  const SphereAngles last = angles_from_pixel({359.0, 179.0}, size);
-  EXPECT_NEAR(degrees_from_radians(last.theta_rad), 179.5, 1e-12);
-  EXPECT_NEAR(degrees_from_radians(last.phi_rad), -89.5, 1e-12);
-}
-
-TEST(Pixel, CentreAndBordersAreExact) {
-  constexpr PanoramaSize size{4096, 2048};
-  EXPECT_EQ(angles_from_pixel({2047.5, 1023.5}, size).theta_rad, 0.0);
-  EXPECT_EQ(angles_from_pixel({2047.5, 1023.5}, size).phi_rad, 0.0);
+  for (const double sign : {-1.0, 1.0}) {
+    const PixelPosition corner{179.5 + sign * 179.5, 89.5 - sign * 89.5};
+    const SphereAngles angles = angles_from_pixel(corner, size);
+    EXPECT_NEAR(degrees_from_radians(angles.theta_rad), sign * 179.5, 1e-12);
+    EXPECT_NEAR(degrees_from_radians(angles.phi_rad), sign * 89.5, 1e-12);
+  }
+  EXPECT_EQ(angles_from_pixel({179.5, 89.5}, size).theta_rad, 0.0);
+  EXPECT_EQ(angles_from_pixel({179.5, 89.5}, size).phi_rad, 0.0);
   EXPECT_EQ(angles_from_pixel({-0.5, -0.5}, size).theta_rad, -kPi);
   EXPECT_EQ(angles_from_pixel({-0.5, -0.5}, size).phi_rad, kHalfPi);
-  EXPECT_EQ(angles_from_pixel({-0.5, 2047.5}, size).phi_rad, -kHalfPi);
+  EXPECT_EQ(angles_from_pixel({-0.5, 179.5}, size).phi_rad, -kHalfPi);
   // The right border is the left one.
-  EXPECT_EQ(angles_from_pixel({4095.5, 0.0}, size).theta_rad, -kPi);
+  EXPECT_EQ(angles_from_pixel({359.5, 0.0}, size).theta_rad, -kPi);
 }
 
 TEST(Pixel, MirroredPixelsHaveExactlyMirroredAngles) {
@@ -139,30 +125,15 @@ TEST(Pixel, RoundTripsOverTheWholePanorama) {
   }
 }
 
-TEST(Attitude, YawTurnsTheCentreTowardsX) {
-  const double a = 0.3;
-  expect_near(world_from_camera({.yaw_rad = a}) * Vector3d::UnitZ(),
-              {std::sin(a), 0.0, std::cos(a)});
-}
-
-TEST(Attitude, PitchRaisesTheCentre) {
-  const double a = 0.3;
-  expect_near(world_from_camera({.pitch_rad = a}) * Vector3d::UnitZ(),
-              {0.0, std::sin(a), std::cos(a)});
-}
-
-TEST(Attitude, RollTipsUpTowardsTheRight) {
-  const double a = 0.3;
-  expect_near(world_from_camera({.roll_rad = a}) * Vector3d::UnitY(),
-              {std::sin(a), std::cos(a), 0.0});
-}
-
-TEST(Attitude, RollsFirstThenPitchesThenYaws) {
-  const Attitude attitude{.yaw_rad = 0.7, .pitch_rad = -0.4, .roll_rad = 0.2};
-  const Eigen::Matrix3d expected = world_from_camera({.yaw_rad = 0.7}) *
-                                   world_from_camera({.pitch_rad = -0.4}) *
-                                   world_from_camera({.roll_rad = 0.2});
-  EXPECT_LT((world_from_camera(attitude) - expected).norm(), kTolerance);
+TEST(Attitude, YawTurnsToXPitchRaisesAndRollTipsUpToTheRightInThatOrder) {
+  const double a = 0.3, sine = std::sin(a), cosine = std::cos(a);
+  const Eigen::Matrix3d yaw = world_from_camera({.yaw_rad = a});
+  const Eigen::Matrix3d pitch = world_from_camera({.pitch_rad = a});
+  const Eigen::Matrix3d roll = world_from_camera({.roll_rad = a});
+  expect_near(yaw * Vector3d::UnitZ(), {sine, 0.0, cosine});
+  expect_near(pitch * Vector3d::UnitZ(), {0.0, sine, cosine});
+  expect_near(roll * Vector3d::UnitY(), {sine, cosine, 0.0});
+  EXPECT_LT((world_from_camera({a, a, a}) - yaw * pitch * roll).norm(), kTolerance);
 }
 
 TEST(Attitude, IsAProperRotation) {
@@ -187,54 +158,28 @@ TEST(AttitudeFromRotation, InvertsWorldFromCameraUpToTheZenith) {
     const Eigen::Matrix3d again = world_from_camera(attitude_from_world_from_camera(rotation));
     EXPECT_LT((again - rotation).norm(), 1e-11) << "pitch " << pitch;
   }
-}
-
-TEST(AttitudeFromRotation, GivesTheAnglesThatPosesCsvHolds) {
-  const Attitude attitude = attitude_from_world_from_camera(world_from_camera({0.3, -0.2, 0.1}));
-  EXPECT_NEAR(attitude.yaw_rad, 0.3, kTolerance);
-  EXPECT_NEAR(attitude.pitch_rad, -0.2, kTolerance);
-  EXPECT_NEAR(attitude.roll_rad, 0.1, kTolerance);
+  const Attitude same = attitude_from_world_from_camera(world_from_camera({0.3, -0.2, 0.1}));
+  EXPECT_NEAR(same.yaw_rad, 0.3, kTolerance);
+  EXPECT_NEAR(same.pitch_rad, -0.2, kTolerance);
+  EXPECT_NEAR(same.roll_rad, 0.1, kTolerance);
 }
 
 constexpr PanoramaSize kSize{64, 32};
 
-// Bilinear interpolation of the directions of the pixel centres.
-Eigen::Vector3d interpolated_direction(PixelPosition position) {
-  const PixelsAround around = pixels_around(position, kSize);
-  Eigen::Vector3d sum(0, 0, 0);
-  for (std::size_t i = 0; i < 2; ++i) {
-    for (std::size_t j = 0; j < 2; ++j) {
-      const PixelPosition centre{double(around.column[i]), double(around.row[j])};
-      sum += around.weight(i, j) * direction_from_angles(angles_from_pixel(centre, kSize));
-    }
-  }
-  return sum;
-}
-
-TEST(WrappedColumn, GoesRound) {
+TEST(PixelsAround, GoRoundAtTheSeamAndEndAtThePoles) {
   EXPECT_EQ(wrapped_column(-1, 8), 7);
-  EXPECT_EQ(wrapped_column(0, 8), 0);
   EXPECT_EQ(wrapped_column(8, 8), 0);
   EXPECT_EQ(wrapped_column(-17, 8), 7);
-}
-
-TEST(PixelsAround, AtACentreThatPixelCountsAlone) {
-  const PixelsAround around = pixels_around({63.0, 5.0}, kSize);
-  EXPECT_EQ(around.nearest_column(), 63);
-  EXPECT_EQ(around.nearest_row(), 5);
-  EXPECT_EQ(around.weight(0, 0), 1.0);
-}
-
-TEST(PixelsAround, SpanTheSeam) {
+  const PixelsAround at_centre = pixels_around({63.0, 5.0}, kSize);
+  EXPECT_EQ(at_centre.nearest_column(), 63);
+  EXPECT_EQ(at_centre.nearest_row(), 5);
+  EXPECT_EQ(at_centre.weight(0, 0), 1.0);
   for (const double u : {-0.25, 63.75}) {
     const PixelsAround around = pixels_around({u, 5.0}, kSize);
     EXPECT_EQ(around.column, (std::array{63, 0})) << u;
     EXPECT_EQ(around.nearest_column(), 0) << u;
     EXPECT_EQ(around.part_u, 0.75) << u;
   }
-}
-
-TEST(PixelsAround, EndAtThePoles) {
   EXPECT_EQ(pixels_around({3.0, -0.5}, kSize).row, (std::array{0, 0}));
   EXPECT_EQ(pixels_around({3.0, 31.5}, kSize).row, (std::array{31, 31}));
 }
@@ -244,16 +189,20 @@ TEST(PixelsAround, InterpolateEveryDirection) {
   for (double phi = -90.0; phi <= 90.0; phi += 1.5) {
     for (double theta = -180.0; theta < 180.0; theta += 2.25) {
       const SphereAngles angles{radians_from_degrees(theta), radians_from_degrees(phi)};
-      const PixelPosition position = pixel_from_angles(angles, kSize);
-      const PixelsAround around = pixels_around(position, kSize);
+      const PixelsAround around = pixels_around(pixel_from_angles(angles, kSize), kSize);
       double sum = 0.0;
+      Vector3d interpolated(0, 0, 0);
       for (std::size_t i = 0; i < 2; ++i) {
-        for (std::size_t j = 0; j < 2; ++j) sum += around.weight(i, j);
+        for (std::size_t j = 0; j < 2; ++j) {
+          const PixelPosition centre{double(around.column[i]), double(around.row[j])};
+          sum += around.weight(i, j);
+          interpolated +=
+              around.weight(i, j) * direction_from_angles(angles_from_pixel(centre, kSize));
+        }
       }
       EXPECT_NEAR(sum, 1.0, 1e-12);
       // Half a row at a pole, where the row next to it stands for the pole.
-      EXPECT_LT((interpolated_direction(position) - direction_from_angles(angles)).norm(),
-                0.51 * pixel_rad)
+      EXPECT_LT((interpolated - direction_from_angles(angles)).norm(), 0.51 * pixel_rad)
           << theta << " " << phi;
     }
   }
@@ -293,6 +242,118 @@ TEST(EyeCircle, DoesNotSeeWhatIsInside) {
   EXPECT_FALSE(eye.direction_of({0.05, -1.0, 0.05}));
   EXPECT_FALSE(eye.direction_of({0.0, 1.0, 0.0}));
   EXPECT_TRUE(eye.direction_of({0.1, -1.0, 0.05}));
+}
+
+constexpr double kBoundRad = 5.5e-7;  // as the header promises
+
+double error_of(float y, float x) {
+  return std::fabs(static_cast<double>(fast_atan2(y, x)) -
+                   std::atan2(static_cast<double>(y), static_cast<double>(x)));
+}
+
+TEST(FastAtan2, StaysWithinItsBoundForArgumentsOfEverySize) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> exponent(-37.0, 38.0);
+  std::bernoulli_distribution negative(0.5);
+  const auto argument = [&] {
+    const double size = std::pow(10.0, exponent(random));
+    return static_cast<float>(negative(random) ? -size : size);
+  };
+  for (int i = 0; i < 200000; ++i) {
+    const float y = argument();
+    const float x = argument();
+    ASSERT_LT(error_of(y, x), kBoundRad) << y << ' ' << x;
+  }
+}
+
+TEST(FastAtan2, StaysWithinItsBoundAllAroundTheCircle) {
+  for (int i = 0; i < 400000; ++i) {
+    const double angle = (i - 200000) * 1.5707963e-5;
+    const auto y = static_cast<float>(std::sin(angle));
+    const auto x = static_cast<float>(std::cos(angle));
+    ASSERT_LT(error_of(y, x), kBoundRad) << angle;
+  }
+}
+
+TEST(FastAtan2, MeetsTheAxesAndIsOddInItsFirstArgument) {
+  EXPECT_EQ(fast_atan2(0.0f, 0.0f), 0.0f);
+  EXPECT_EQ(fast_atan2(0.0f, 2.0f), 0.0f);
+  for (const float size : {1e-30f, 1.0f, 1e30f}) {
+    EXPECT_LT(error_of(0.0f, -size), kBoundRad);
+    EXPECT_LT(error_of(size, 0.0f), kBoundRad);
+    EXPECT_LT(error_of(-size, 0.0f), kBoundRad);
+  }
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<float> value(-1.0f, 1.0f);
+  for (int i = 0; i < 10000; ++i) {
+    const float y = value(random);
+    const float x = value(random);
+    ASSERT_EQ(fast_atan2(-y, x), -fast_atan2(y, x));
+  }
+}
+
+Vector3d at_angle(double off_axis_rad, double around_rad) {
+  return {std::sin(off_axis_rad) * std::cos(around_rad),
+          std::sin(off_axis_rad) * std::sin(around_rad), std::cos(off_axis_rad)};
+}
+
+TEST(FisheyeLensTest, EquidistantLensImagesAnglesInProportion) {
+  FisheyeLens lens;
+  lens.centre = {200.0, 100.0};
+  lens.focal_px = 60.0;
+  const PixelPosition right = project(lens, at_angle(0.5, 0.0)).value();
+  EXPECT_NEAR(right.u, 230.0, 1e-12);
+  EXPECT_NEAR(right.v, 100.0, 1e-12);
+  const PixelPosition up = project(lens, at_angle(0.5, kHalfPi)).value();
+  EXPECT_NEAR(up.u, 200.0, 1e-12);
+  EXPECT_NEAR(up.v, 70.0, 1e-12);  // v grows downwards
+  EXPECT_NEAR(project(lens, {0, 0, 2})->u, 200.0, 0.0);
+}
+
+TEST(FisheyeLensTest, UnprojectInvertsProjectBeyond180Degrees) {
+  std::mt19937_64 random(3);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  int inverted = 0;
+  for (int i = 0; i < 2000; ++i) {
+    FisheyeLens lens;
+    lens.centre = {uniform(0, 1000), uniform(0, 1000)};
+    lens.focal_px = 50.0 * std::pow(40.0, uniform(0, 1));
+    lens.k = {uniform(-0.03, 0.05), uniform(-0.004, 0.01), uniform(-0.001, 0.001),
+              uniform(-1e-4, 1e-4)};
+    lens.largest_angle_rad = radians_from_degrees(105.0);
+    const Vector3d direction = at_angle(uniform(0, lens.largest_angle_rad), uniform(-kPi, kPi));
+    const auto pixel = project(lens, direction);
+    ASSERT_TRUE(pixel);
+    const auto back = unproject(lens, *pixel);
+    if (!back) continue;  // on the very rim
+    EXPECT_LT((*back - direction).norm(), 1e-10);
+    ++inverted;
+  }
+  EXPECT_GE(inverted, 1990);
+}
+
+TEST(FisheyeLensTest, RadiusIsWhereProjectPutsTheAngle) {
+  FisheyeLens lens;
+  lens.k = {0.02, -0.006, 0.001, -0.0001};
+  for (double t = 0.1; t < lens.largest_angle_rad; t += 0.1) {
+    const auto pixel = project(lens, at_angle(t, 0.0));
+    ASSERT_TRUE(pixel);
+    EXPECT_NEAR(pixel->u, lens.focal_px * fisheye_radius(lens.k, t), 1e-12);
+    // A wider floating-point type gives the same with more digits.
+    EXPECT_NEAR(static_cast<double>(fisheye_radius(lens.k, static_cast<long double>(t))),
+                fisheye_radius(lens.k, t), 1e-15);
+  }
+}
+
+TEST(FisheyeLensTest, NothingIsSeenBeyondTheFieldOfView) {
+  const FisheyeLens lens;
+  EXPECT_TRUE(project(lens, at_angle(radians_from_degrees(94.9), 1.0)));
+  EXPECT_FALSE(project(lens, at_angle(radians_from_degrees(95.1), 1.0)));
+  const double rim = lens.focal_px * lens.largest_angle_rad;
+  EXPECT_TRUE(unproject(lens, {rim - 0.01, 0}));
+  EXPECT_FALSE(unproject(lens, {rim + 0.01, 0}));
 }
 
 }  // namespace
