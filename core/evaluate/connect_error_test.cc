@@ -39,6 +39,7 @@ class ConnectErrorTest : public ::testing::Test {
   TestDirectory directory_;
 };
 
+// Over all k.
 std::vector<double> column(const ordered_json& measured, const char* key) {
   std::vector<double> values;
   for (const ordered_json& row : measured["rows"]) values.push_back(row[key]);
@@ -54,12 +55,9 @@ TEST_F(ConnectErrorTest, LinesAgreeOnPointsAtInfinity) {
   for (const ViewMethod method : kViewMethods) {
     const ordered_json result = measure(spec, method, {.viewpoints = 3});
     EXPECT_EQ(result["rows"].size(), default_k_list_deg().size());
-    for (const ordered_json& row : result["rows"]) {
-      EXPECT_EQ(row["coverage"].get<double>(), 1.0);
-      // Fixed-point weights round the same picture by at most one level.
-      EXPECT_LT(row["e_connect"].get<double>(), 0.1)
-          << method_name(method) << " at k = " << row["k_deg"].get<double>();
-    }
+    EXPECT_THAT(column(result, "coverage"), Each(1.0));
+    // Fixed-point weights round the same picture by at most one level.
+    EXPECT_THAT(column(result, "e_connect"), Each(Lt(0.1))) << method_name(method);
   }
 }
 
@@ -122,19 +120,18 @@ TEST_F(ConnectErrorTest, CoverageCountsTheReadablePairs) {
     const SyntheticRoomSpec spec{.overhang_m = overhang_m, .width = 96, .distances = false};
     const ordered_json result = measure(spec, ViewMethod::kInitial, {.viewpoints = 7});
     for (const ordered_json& row : result["rows"]) {
-      EXPECT_EQ(row["coverage"].get<double>(),
-                counted_coverage(spec, 7, row["k_deg"].get<double>()))
-          << "k = " << row["k_deg"].get<double>() << ", overhang " << overhang_m << " m";
-      EXPECT_EQ(std::isnan(row["e_connect"].get<double>()), row["coverage"].get<double>() == 0.0);
+      const double k_deg = row["k_deg"], coverage = row["coverage"], error = row["e_connect"];
+      EXPECT_EQ(coverage, counted_coverage(spec, 7, k_deg)) << k_deg << ", " << overhang_m << " m";
+      EXPECT_EQ(std::isnan(error), coverage == 0.0);
     }
   }
 }
 
 TEST_F(ConnectErrorTest, NeighbouringCellsLineServesAsOverhang) {
-  const ConnectErrorOptions options{.viewpoints = 4, .k_list_deg = {45.0, 90.0}};
   const auto coverage = [&](int cells_x) {
     const SyntheticRoomSpec spec{.cells_x = cells_x, .distances = false};
-    return measure(spec, ViewMethod::kInitial, options)["rows"].back()["coverage"].get<double>();
+    return column(measure(spec, ViewMethod::kInitial, {.viewpoints = 4, .k_list_deg = {90.0}}),
+                  "coverage")[0];
   };
   EXPECT_EQ(coverage(1), 0.0);
   EXPECT_GT(coverage(2), 0.2);
@@ -143,20 +140,18 @@ TEST_F(ConnectErrorTest, NeighbouringCellsLineServesAsOverhang) {
 TEST_F(ConnectErrorTest, CommonErrorIsOverThePairsOfTheMostDemandingK) {
   const SyntheticRoomSpec spec{.overhang_m = 0.25, .distances = false};
   const ordered_json result = measure(spec, ViewMethod::kInitial, {.viewpoints = 9});
-  const ordered_json& lfu = result["rows"].front();
-  const ordered_json& rayspace360 = result["rows"].back();
-  ASSERT_LT(lfu["coverage"].get<double>(), rayspace360["coverage"].get<double>());
+  const ordered_json &lfu = result["rows"].front(), &rayspace360 = result["rows"].back();
+  ASSERT_LT(lfu["coverage"], rayspace360["coverage"]);
   // Every k can read what k = 45 can read.
-  EXPECT_EQ(lfu["e_connect_common"].get<double>(), lfu["e_connect"].get<double>());
-  EXPECT_NE(rayspace360["e_connect_common"].get<double>(), rayspace360["e_connect"].get<double>());
-  EXPECT_EQ(result["connection"]["common_share"].get<double>(), lfu["coverage"].get<double>());
+  EXPECT_EQ(lfu["e_connect_common"], lfu["e_connect"]);
+  EXPECT_NE(rayspace360["e_connect_common"], rayspace360["e_connect"]);
+  EXPECT_EQ(result["connection"]["common_share"], lfu["coverage"]);
 }
 
 TEST_F(ConnectErrorTest, CorrectionRemovesTheError) {
   const SyntheticRoomSpec spec{.overhang_m = 0.25};
   const ConnectErrorOptions options{.viewpoints = 5};
-  const double initial =
-      measure(spec, ViewMethod::kInitial, options)["rows"].back()["e_connect"].get<double>();
+  const double initial = column(measure(spec, ViewMethod::kInitial, options), "e_connect").back();
   for (const ViewMethod method : {ViewMethod::kHlfVd, ViewMethod::kTwoSided}) {
     EXPECT_THAT(column(measure(spec, method, options), "e_connect"), Each(Lt(0.2 * initial)))
         << method_name(method);
@@ -202,10 +197,8 @@ TEST_F(ConnectErrorTest, RoomWithoutCellsOrDistancesIsRefused) {
 // 130 is no width of a view.
 TEST_F(ConnectErrorTest, PanoramasOfAnyEvenWidthAreMeasured) {
   const auto error_at = [&](int width) {
-    return measure({.overhang_m = 0.25, .width = width}, ViewMethod::kInitial,
-                   {.viewpoints = 2})["rows"]
-        .back()["e_connect"]
-        .get<double>();
+    const SyntheticRoomSpec spec{.overhang_m = 0.25, .width = width};
+    return column(measure(spec, ViewMethod::kInitial, {.viewpoints = 2}), "e_connect").back();
   };
   const double exact = error_at(128);
   EXPECT_NEAR(error_at(130), exact, 0.2 * exact);

@@ -5,9 +5,12 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/base/test_error.h"
+#include "core/evaluate/kept_results.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
@@ -16,6 +19,7 @@ namespace {
 
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
+using nlohmann::ordered_json;
 
 MeasuredChoice some_choice() {
   return {.name = "quick, k 76.5°",
@@ -92,6 +96,35 @@ TEST_F(MeasuredSettingsTest, DamageIsNamedWithItsPlace) {
   EXPECT_THAT(with("format_version", "4"), HasSubstr("newer than 3"));
   write_file_atomically(measured_settings_path(room_), whole.substr(0, 200));
   EXPECT_THAT(message(), HasSubstr("damaged ("));
+}
+
+class KeptResultsTest : public ::testing::Test {
+ protected:
+  // What a run finds under a key, or makes.
+  ordered_json got(const std::string& key, const ordered_json& made) const {
+    return KeptResults(file_).get(key, [&] { return made; });
+  }
+
+  TestDirectory directory_;
+  std::filesystem::path file_ = directory_ / "some.partial";
+};
+
+TEST_F(KeptResultsTest, DamageCountsAsMissing) {
+  got("a", {{"x", 12}});
+  const std::string whole = read_file(file_);
+  std::string changed = whole;
+  changed[changed.find("12")] = '7';
+  for (const std::string& text :
+       {std::string(), std::string("{}"), whole.substr(0, 70), changed, std::string(100, '[')}) {
+    write_file_atomically(file_, text);
+    EXPECT_EQ(got("a", 1), 1) << text;
+    EXPECT_EQ(got("a", 2), 1) << text;
+  }
+}
+
+TEST_F(KeptResultsTest, AFileThatCannotBeWrittenIsRefusedAtOnce) {
+  std::filesystem::create_directory(file_);
+  EXPECT_THROW(KeptResults{file_}, Error);
 }
 
 }  // namespace

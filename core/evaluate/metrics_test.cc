@@ -8,8 +8,6 @@
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <numbers>
 #include <opencv2/core.hpp>
@@ -21,7 +19,8 @@
 
 #include "core/base/error.h"
 #include "core/evaluate/fsim.h"
-#include "core/evaluate/test_images.h"
+#include "core/files/atomic_output.h"
+#include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 
 namespace raywalk {
@@ -31,30 +30,70 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-// Writes the image as one raw frame and returns the ffmpeg arguments that read it.
-std::string raw_input(const cv::Mat& image, const std::filesystem::path& file) {
-  const cv::Mat frame = image.isContinuous() ? image : image.clone();
-  std::ofstream(file, std::ios::binary)
-      .write(reinterpret_cast<const char*>(frame.data),
-             static_cast<std::streamsize>(frame.total() * frame.elemSize()));
-  return fmt::format(" -f rawvideo -pix_fmt {} -s {}x{} -i '{}'",
-                     frame.channels() == 1 ? "gray" : "bgr24", frame.cols, frame.rows,
-                     file.string());
+cv::Mat flat_image(cv::Size size, const cv::Scalar& bgr) { return {size, CV_8UC3, bgr}; }
+
+// Smooth coloured waves, boxes and lines: gradients, edges and texture in one.
+cv::Mat textured_image(cv::Size size) {
+  cv::Mat image(size, CV_8UC3);
+  for (int row = 0; row < size.height; ++row) {
+    for (int col = 0; col < size.width; ++col) {
+      const double waves =
+          std::sin(0.13 * col) * std::cos(0.09 * row) + std::sin(0.011 * col * row);
+      image.at<cv::Vec3b>(row, col) = {
+          cv::saturate_cast<std::uint8_t>(120 + 45 * waves),
+          cv::saturate_cast<std::uint8_t>(110 + 60.0 * row / size.height),
+          cv::saturate_cast<std::uint8_t>(90 - 30 * waves)};
+    }
+  }
+  const cv::Rect box(size.width / 5, size.height / 4, size.width / 4, size.height / 3);
+  cv::rectangle(image, box, cv::Scalar(30, 200, 240), cv::FILLED);
+  cv::line(image, {0, size.height - 1}, {size.width - 1, size.height / 2}, cv::Scalar(250, 20, 10));
+  return image;
 }
 
-// What `ffmpeg -lavfi FILTER` (psnr or ssim) on two gray or bgr24 images prints behind "KEY:"; NaN
-// where it fails or is missing. `options` go before the inputs.
+// With Gaussian noise of the given standard deviation in 8-bit levels.
+cv::Mat noisy(const cv::Mat& image, double deviation, int seed = 1) {
+  cv::Mat noise(image.size(), CV_64FC3);
+  cv::RNG(seed).fill(noise, cv::RNG::NORMAL, 0.0, deviation);
+  cv::Mat sum;
+  cv::add(image, noise, sum, cv::noArray(), CV_8U);
+  return sum;
+}
+
+cv::Mat blurred(const cv::Mat& image, double sigma_px) {
+  cv::Mat out;
+  cv::GaussianBlur(image, out, cv::Size(), sigma_px);
+  return out;
+}
+
+// Multiplied by gain, offset added, rounded and cut off at 0 and 255.
+cv::Mat adjusted(const cv::Mat& image, double gain, double offset) {
+  cv::Mat out;
+  image.convertTo(out, CV_8U, gain, offset);
+  return out;
+}
+
+// Rotated about the vertical: columns move to the right and wrap around.
+cv::Mat rolled(const cv::Mat& image, int columns) {
+  const int kept = image.cols - columns;
+  cv::Mat out;
+  cv::hconcat(image.colRange(kept, image.cols), image.colRange(0, kept), out);
+  return out;
+}
+
+// What `ffmpeg -lavfi FILTER` (psnr or ssim) on two images prints behind "KEY:"; NaN where it fails
+// or is missing. `options` go before the inputs.
 double ffmpeg_filter_value(const std::string& filter, const std::string& key, const cv::Mat& a,
                            const cv::Mat& b, const std::string& options = "") {
   const TestDirectory directory;
-  const std::filesystem::path log = directory / "log";
-  const std::string command = "ffmpeg -hide_banner -nostdin " + options +
-                              raw_input(a, directory / "a.raw") +
-                              raw_input(b, directory / "b.raw") + " -lavfi " + filter +
-                              " -f null - >'" + log.string() + "' 2>&1";
+  write_image(directory / "a.png", a);
+  write_image(directory / "b.png", b);
+  const std::string command = fmt::format(
+      "cd {} && ffmpeg -hide_banner -nostdin {} -i a.png -i b.png -lavfi {} -f null - "
+      ">log 2>&1",
+      directory.path().string(), options, filter);
   const int status = std::system(command.c_str());
-  std::ifstream in(log);
-  const std::string output{std::istreambuf_iterator<char>(in), {}};
+  const std::string output = read_file(directory / "log");
   std::smatch match;
   const std::regex value(" " + key + ":(-?[0-9.]+|inf)");
   if (status == 0 && std::regex_search(output, match, value)) return std::stod(match[1]);
@@ -86,13 +125,6 @@ TEST(ImagePair, IsOfColourImagesOfOneSizeLargeEnough) {
 }
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-// A black image and the same with one row at `level`.
-cv::Mat with_bright_row(cv::Size size, int row, double level) {
-  cv::Mat image = flat_image(size, {0, 0, 0});
-  image.row(row).setTo(cv::Scalar::all(level));
-  return image;
-}
 
 TEST(MeanSquaredError, AveragesChannelsOfThePixelsThatCount) {
   const cv::Mat a = flat_image({4, 2}, {10, 10, 10});
@@ -134,24 +166,29 @@ TEST(Psnr, HasItsLimits) {
   EXPECT_NEAR(ws_psnr_db(black, white), 0.0, 1e-12);
 }
 
+// An image and what has become of it.
+std::vector<std::pair<cv::Mat, cv::Mat>> disturbed_images() {
+  const cv::Mat image = textured_image({512, 256}), dark = adjusted(image, 0.05, 0.0);
+  return {{image, noisy(image, 1.0)},
+          {image, noisy(image, 40.0)},
+          {image, blurred(image, 2.0)},
+          {image, adjusted(image, 0.8, 20.0)},
+          {image, adjusted(image, -1.0, 255.0)},
+          {image, rolled(image, 7)},
+          {image, image + cv::Scalar(9, 0, 0)},
+          {image, image + cv::Scalar(0, 0, 9)},
+          {dark, noisy(dark, 2.0)},
+          {image, flat_image(image.size(), {90, 120, 150})}};
+}
+
 // ffmpeg prints 6 decimals and averages over the planes in double like this function: the
 // difference is at most half a unit of the last decimal.
 TEST(Psnr, AgreesWithFfmpegOverRgb) {
-  constexpr double kTolerance_db = 1e-6;
-  const cv::Mat image = textured_image({512, 256});
+  std::vector<std::pair<cv::Mat, cv::Mat>> pairs = disturbed_images();
   const cv::Mat odd = textured_image({131, 77});
-  const std::vector<std::pair<cv::Mat, cv::Mat>> pairs = {
-      {image, noisy(image, 1.0)},
-      {image, noisy(image, 40.0)},
-      {image, blurred(image, 2.0)},
-      {image, adjusted(image, 0.8, 20.0)},
-      {image, rolled(image, 7)},
-      {image, image + cv::Scalar(9, 0, 0)},
-      {image, image + cv::Scalar(0, 0, 9)},
-      {odd, noisy(odd, 5.0)},
-      {image, flat_image(image.size(), {90, 120, 150})}};
+  pairs.emplace_back(odd, noisy(odd, 5.0));
   for (const auto& [a, b] : pairs) {
-    EXPECT_NEAR(psnr_db(a, b), ffmpeg_filter_value("psnr", "average", a, b), kTolerance_db);
+    EXPECT_NEAR(psnr_db(a, b), ffmpeg_filter_value("psnr", "average", a, b), 1e-6);
   }
 }
 
@@ -167,8 +204,9 @@ TEST(WsPsnr, IsTheClosedFormForAnErrorInOneRow) {
       const double phi = std::numbers::pi * (0.5 - (row + 0.5) / height);
       const double weighted =
           kError * kError * std::cos(phi) * std::sin(std::numbers::pi / (2.0 * height));
-      EXPECT_NEAR(ws_psnr_db(black, with_bright_row(size, row, kError)),
-                  10.0 * std::log10(255.0 * 255.0 / weighted), 1e-9)
+      cv::Mat bright = black.clone();
+      bright.row(row).setTo(cv::Scalar::all(kError));
+      EXPECT_NEAR(ws_psnr_db(black, bright), 10.0 * std::log10(255.0 * 255.0 / weighted), 1e-9)
           << "row " << row << " of " << height;
     }
   }
@@ -189,18 +227,8 @@ double ffmpeg_ssim(const cv::Mat& a, const cv::Mat& b, const std::string& option
 }
 
 TEST(Ssim, AgreesWithFfmpeg) {
-  const cv::Mat image = textured_image({512, 256});
-  const cv::Mat dark = adjusted(image, 0.05, 0.0);
-  const std::vector<std::pair<cv::Mat, cv::Mat>> pairs = {
-      {image, noisy(image, 1.0)},
-      {image, noisy(image, 40.0)},
-      {image, blurred(image, 2.0)},
-      {image, adjusted(image, 0.8, 20.0)},
-      {image, adjusted(image, -1.0, 255.0)},
-      {image, rolled(image, 7)},
-      {dark, noisy(dark, 2.0)},
-      {image, flat_image(image.size(), {90, 120, 150})}};
-  for (const auto& [a, b] : pairs) EXPECT_NEAR(ssim(a, b), ffmpeg_ssim(a, b), kTolerance);
+  for (const auto& [a, b] : disturbed_images())
+    EXPECT_NEAR(ssim(a, b), ffmpeg_ssim(a, b), kTolerance);
 }
 
 TEST(Ssim, AgreesWithFfmpegAtEverySize) {
@@ -219,13 +247,6 @@ TEST(Ssim, IsOneForEqualLumaAndSymmetric) {
   EXPECT_DOUBLE_EQ(ssim(a, b), ssim(b, a));
 }
 
-// Every pixel as a square of 2 x 2.
-cv::Mat doubled(const cv::Mat& image) {
-  cv::Mat out;
-  cv::resize(image, out, {}, 2.0, 2.0, cv::INTER_NEAREST);
-  return out;
-}
-
 TEST(Fsim, IsOneForEqualImages) {
   for (const cv::Size size : {cv::Size(8, 8), cv::Size(131, 77), cv::Size(1024, 512)}) {
     const cv::Mat image = textured_image(size);
@@ -235,14 +256,13 @@ TEST(Fsim, IsOneForEqualImages) {
 
 TEST(Fsim, IsThatOfTheLuma) {
   const cv::Mat a = textured_image({256, 128}), b = noisy(a, 10.0);
-  const auto grey = [](const cv::Mat& bgr) {
-    cv::Mat luma, image;
-    cv::cvtColor(bgr, luma, cv::COLOR_BGR2GRAY);
-    cv::cvtColor(luma, image, cv::COLOR_GRAY2BGR);
+  const auto greyed = [](const cv::Mat& bgr) {
+    cv::Mat image;
+    cv::cvtColor(grey(bgr), image, cv::COLOR_GRAY2BGR);
     return image;
   };
-  EXPECT_NEAR(fsim(a, b), fsim(grey(a), grey(b)), 1e-3);
-  EXPECT_GT(std::abs(fsim(a, b) - fsim(a, grey(a))), 1e-3);
+  EXPECT_NEAR(fsim(a, b), fsim(greyed(a), greyed(b)), 1e-3);
+  EXPECT_GT(std::abs(fsim(a, b) - fsim(a, greyed(a))), 1e-3);
 }
 
 TEST(Fsim, DoesNotSeeBrightness) {
@@ -309,7 +329,153 @@ TEST(Fsim, DoesNotDependOnWhereThePanoramaIsCut) {
 TEST(Fsim, AveragesLargeImagesDownFirst) {
   const cv::Mat small = textured_image({512, 256});
   const cv::Mat small_blurred = blurred(small, 2.0);
+  const auto doubled = [](const cv::Mat& image) {
+    cv::Mat out;
+    cv::resize(image, out, {}, 2.0, 2.0, cv::INTER_NEAREST);
+    return out;
+  };
   EXPECT_NEAR(fsim(doubled(small), doubled(small_blurred)), fsim(small, small_blurred), 1e-9);
+}
+
+const cv::Size kSize(64, 32);
+constexpr double kPixels = 64.0 * 32.0;
+
+cv::Mat flat_distances(int mm) { return {kSize, CV_16UC1, cv::Scalar(mm)}; }
+
+// Columns 16 to 47 at one distance, the others at another: silhouettes far from the seam.
+cv::Mat two_distances(int inside_mm, int outside_mm) {
+  cv::Mat distances = flat_distances(outside_mm);
+  distances.colRange(16, 48).setTo(inside_mm);
+  return distances;
+}
+
+int near_pixels(const cv::Mat& distances_mm) {
+  return cv::countNonZero(near_silhouettes(distances_mm));
+}
+
+double db_of_error(double levels) { return 20.0 * std::log10(255.0 / levels); }
+
+// Both pixels of the pair and two beyond each: 6 columns at either side.
+constexpr int kTwoBands = 2 * 6 * 32;
+
+TEST(NearSilhouettes, AreWhereDistancesHaveARatioAbove1Point15) {
+  EXPECT_EQ(near_pixels(flat_distances(1000)), 0);
+  EXPECT_EQ(near_pixels(two_distances(1000, 1150)), 0);
+  EXPECT_EQ(near_pixels(two_distances(1150, 1000)), 0);
+  EXPECT_EQ(near_pixels(two_distances(1000, 1151)), kTwoBands);
+  EXPECT_EQ(near_pixels(two_distances(1151, 1000)), kTwoBands);
+}
+
+TEST(NearSilhouettes, NoSurfaceIsFarthest) {
+  EXPECT_EQ(near_pixels(two_distances(0, 65535)), 0);
+  EXPECT_EQ(near_pixels(two_distances(0, 56988)), 0) << "65535 / 1.15 = 56987";
+  EXPECT_EQ(near_pixels(two_distances(0, 56986)), kTwoBands);
+}
+
+TEST(NearSilhouettes, AreTwoPixelsWideGoRoundTheSeamAndEndAtThePoles) {
+  cv::Mat distances = flat_distances(1000);
+  distances.colRange(0, 32).setTo(2000);
+  const cv::Mat near = near_silhouettes(distances);
+  ASSERT_EQ(near.size(), kSize);
+  for (int column = 0; column < kSize.width; ++column) {
+    const bool in_band = column <= 2 || (column >= 29 && column <= 34) || column >= 61;
+    EXPECT_EQ(cv::countNonZero(near.col(column)), in_band ? kSize.height : 0) << column;
+  }
+  distances = flat_distances(1000);
+  distances.rowRange(0, 8).setTo(2000);
+  const cv::Mat above = near_silhouettes(distances);
+  for (int row = 0; row < kSize.height; ++row) {
+    EXPECT_EQ(cv::countNonZero(above.row(row)), row >= 5 && row <= 10 ? kSize.width : 0) << row;
+  }
+}
+
+TEST(SilhouetteScores, TellErrorsNearSilhouettesFromOthers) {
+  const cv::Mat truth = flat_image(kSize, {100, 100, 100});
+  const cv::Mat distances = two_distances(1000, 2000);
+  cv::Mat view = flat_image(kSize, {105, 105, 105});
+  view.setTo(cv::Scalar::all(120), near_silhouettes(distances));
+  const SilhouetteScores scores = score_silhouettes(view, truth, distances);
+  EXPECT_NEAR(scores.near_psnr_db, db_of_error(20.0), 1e-9);
+  EXPECT_NEAR(scores.elsewhere_psnr_db, db_of_error(5.0), 1e-9);
+  EXPECT_DOUBLE_EQ(scores.near_share, kTwoBands / kPixels);
+  EXPECT_EQ(scores.specks_per_mpx, 0.0);
+  EXPECT_EQ(score_silhouettes(truth, truth, distances).near_psnr_db, kMaxPsnrDb);
+}
+
+TEST(SilhouetteScores, ATruthMayHaveNoSilhouetteOrNothingElse) {
+  const cv::Mat truth = flat_image(kSize, {100, 100, 100});
+  const SilhouetteScores none = score_silhouettes(truth, truth, flat_distances(1000));
+  EXPECT_TRUE(std::isnan(none.near_psnr_db));
+  EXPECT_EQ(none.elsewhere_psnr_db, kMaxPsnrDb);
+  EXPECT_EQ(none.near_share, 0.0);
+  cv::Mat stripes = flat_distances(1000);
+  for (int column = 0; column < kSize.width; column += 2) stripes.col(column).setTo(2000);
+  const SilhouetteScores all = score_silhouettes(truth, truth, stripes);
+  EXPECT_EQ(all.near_psnr_db, kMaxPsnrDb);
+  EXPECT_TRUE(std::isnan(all.elsewhere_psnr_db));
+  EXPECT_EQ(all.near_share, 1.0);
+}
+
+TEST(SilhouetteScores, MaskedPixelsDoNotCount) {
+  const cv::Mat truth = flat_image(kSize, {100, 100, 100});
+  cv::Mat view = flat_image(kSize, {105, 105, 105});
+  view.colRange(32, 64).setTo(cv::Scalar::all(200));
+  view.at<cv::Vec3b>(8, 8) = {200, 105, 105};
+  view.at<cv::Vec3b>(8, 56) = {0, 200, 200};
+  cv::Mat mask = cv::Mat::zeros(kSize, CV_8UC1);
+  mask.colRange(0, 32).setTo(1);
+  cv::Mat distances = two_distances(1000, 2000);
+  const SilhouetteScores scores = score_silhouettes(view, truth, distances, mask);
+  EXPECT_NEAR(scores.near_psnr_db, db_of_error(5.0), 1e-9);
+  EXPECT_DOUBLE_EQ(scores.near_share, 6.0 / 32.0);
+  EXPECT_DOUBLE_EQ(scores.specks_per_mpx, 1e6 / (kPixels / 2.0)) << "the one that counts";
+}
+
+// Specks among `surroundings` where one pixel of the view, and of the truth, is at other levels.
+double specks_of(const cv::Scalar& surroundings, const cv::Vec3b& in_view,
+                 const cv::Vec3b& in_truth = {100, 100, 100}) {
+  cv::Mat view = flat_image(kSize, surroundings), truth = flat_image(kSize, {100, 100, 100});
+  view.at<cv::Vec3b>(16, 40) = in_view;
+  truth.at<cv::Vec3b>(16, 40) = in_truth;
+  return score_silhouettes(view, truth, flat_distances(1000)).specks_per_mpx * kPixels / 1e6;
+}
+
+// Wrong by over 48 levels in some channel, over 32 off what is around, where the truth is smooth.
+TEST(Specks, DifferFromTheTruthAndFromWhatIsAround) {
+  const cv::Scalar right(100, 100, 100), wrong(160, 160, 160);
+  EXPECT_DOUBLE_EQ(specks_of(right, {100, 149, 100}), 1.0);
+  EXPECT_DOUBLE_EQ(specks_of(right, {100, 148, 100}), 0.0);
+  EXPECT_DOUBLE_EQ(specks_of(right, {100, 100, 51}), 1.0);
+  EXPECT_DOUBLE_EQ(specks_of(right, {52, 100, 100}), 0.0);
+  EXPECT_DOUBLE_EQ(specks_of(wrong, {160, 160, 160}), 0.0);
+  EXPECT_DOUBLE_EQ(specks_of(wrong, {192, 192, 192}), 0.0);
+  EXPECT_DOUBLE_EQ(specks_of(wrong, {160, 193, 160}), 1.0);
+  EXPECT_DOUBLE_EQ(specks_of(right, {200, 200, 200}, {100, 115, 100}), 1.0);
+  EXPECT_DOUBLE_EQ(specks_of(right, {200, 200, 200}, {100, 116, 100}), 0.0);
+}
+
+// Three of the nine pixels around a column are of it, six around a double one, also at the seam.
+TEST(Specks, AreIsolated) {
+  const cv::Mat truth = flat_image(kSize, {100, 100, 100});
+  for (const int column : {0, 20, 63}) {
+    cv::Mat view = truth.clone();
+    view.col(column).setTo(cv::Scalar::all(200));
+    const auto specks = [&] {
+      return score_silhouettes(view, truth, flat_distances(1000)).specks_per_mpx;
+    };
+    EXPECT_DOUBLE_EQ(specks(), 1e6 * kSize.height / kPixels) << column;
+    view.col((column + 1) % kSize.width).setTo(cv::Scalar::all(200));
+    EXPECT_EQ(specks(), 0.0) << column;
+  }
+}
+
+TEST(SilhouetteScores, RefuseWhatDoesNotFit) {
+  const cv::Mat image = flat_image(kSize, {});
+  EXPECT_THROW(score_silhouettes(image, image, cv::Mat::ones(16, 32, CV_16UC1)), Error);
+  EXPECT_THROW(score_silhouettes(image, image, cv::Mat::ones(kSize, CV_32FC1)), Error);
+  EXPECT_THROW(score_silhouettes(image, flat_image({32, 16}, {}), flat_distances(1)), Error);
+  EXPECT_THROW(score_silhouettes(image, image, flat_distances(1), cv::Mat::zeros(kSize, CV_8UC1)),
+               Error);
 }
 
 }  // namespace

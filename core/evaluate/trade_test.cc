@@ -187,7 +187,7 @@ TEST_F(TradeTest, TheTableHoldsTheNumbersOfTheJson) {
       if (value.is_boolean()) {
         EXPECT_EQ(row[column], value.get<bool>() ? "1" : "0") << header[column];
       } else if (value.is_string()) {
-        EXPECT_EQ(row[column], value.get<std::string>()) << header[column];
+        EXPECT_EQ(row[column], value) << header[column];
       } else {
         EXPECT_EQ(std::stod(row[column]), value.get<double>()) << header[column];
       }
@@ -296,16 +296,15 @@ TEST_F(TradeTest, StationsReplaceTrueViews) {
   EXPECT_EQ(last.ratio, settings.back()["ratio"]);
 }
 
-class TradeSweepTest : public ::testing::Test {
- protected:
-  TradeSweepTest() {
-    for (const ViewMethod method :
-         {ViewMethod::kInitial, ViewMethod::kHlfVd, ViewMethod::kTwoSided}) {
-      centres_.push_back({.method = method, .k_deg = 80.0});
-    }
+// Of an initial, an hlf-vd and a two-sided setting.
+std::vector<ViewOptions> centres() {
+  std::vector<ViewOptions> centres;
+  for (const ViewMethod method :
+       {ViewMethod::kInitial, ViewMethod::kHlfVd, ViewMethod::kTwoSided}) {
+    centres.push_back({.method = method, .k_deg = 80.0});
   }
-  std::vector<ViewOptions> centres_;
-};
+  return centres;
+}
 
 std::set<std::string> names(const std::vector<TradeSetting>& settings) {
   std::set<std::string> names;
@@ -318,24 +317,20 @@ std::map<std::string, std::set<std::string>> values(const std::vector<TradeSetti
   std::map<std::string, std::set<std::string>> values;
   for (const TradeSetting& setting : settings) {
     const ordered_json parameters = parameters_of(setting);
-    for (const auto& [parameter, value] : parameters.items())
+    for (const auto& [parameter, value] : parameters.items()) {
       values[parameter].insert(value.dump());
+    }
   }
   return values;
 }
 
-TEST_F(TradeSweepTest, SettingsAreUnique) {
-  std::vector<TradeSetting> sweep = trade_sweep(centres_, 64, 2);
+TEST(TradeSweep, SettingsAreUniqueAndVaryEveryParameter) {
+  std::vector<TradeSetting> sweep = trade_sweep(centres(), 64, 2);
   repeat_on(Device::kGpu, 2, &sweep);
   std::set<std::string> parameters;
   for (const TradeSetting& setting : sweep) parameters.insert(parameters_of(setting).dump());
   EXPECT_EQ(parameters.size(), sweep.size());
   EXPECT_EQ(names(sweep).size(), sweep.size());
-}
-
-TEST_F(TradeSweepTest, EveryParameterIsVaried) {
-  std::vector<TradeSetting> sweep = trade_sweep(centres_, 64, 2);
-  repeat_on(Device::kGpu, 2, &sweep);
   const auto taken = values(sweep);
   for (const auto& [parameter, all] : taken) EXPECT_GE(all.size(), 2U) << parameter;
   EXPECT_THAT(taken.at("stations_mixed"), SizeIs(5));
@@ -344,14 +339,15 @@ TEST_F(TradeSweepTest, EveryParameterIsVaried) {
 }
 
 // A parameter without effect would give the same image in the same time under another name.
-TEST_F(TradeSweepTest, ParametersWithoutEffectAreNotVaried) {
-  EXPECT_THAT(trade_sweep(std::span(centres_).first(1), 64, 2), SizeIs(1)) << "initial views";
-  EXPECT_THAT(values(trade_sweep(std::span(centres_).subspan(1, 1), 64, 2)).at("second_side"),
+TEST(TradeSweep, ParametersWithoutEffectAreNotVaried) {
+  const std::vector<ViewOptions> all = centres();
+  EXPECT_THAT(trade_sweep(std::span(all).first(1), 64, 2), SizeIs(1)) << "initial views";
+  EXPECT_THAT(values(trade_sweep(std::span(all).subspan(1, 1), 64, 2)).at("second_side"),
               SizeIs(1));
 }
 
-TEST_F(TradeSweepTest, NamesListDifferencesFromTheCentre) {
-  const std::set<std::string> sweep = names(trade_sweep(centres_, 64, 2));
+TEST(TradeSweep, NamesListDifferencesFromTheCentre) {
+  const std::set<std::string> sweep = names(trade_sweep(centres(), 64, 2));
   for (const char* name : {"hlf-vd", "two-sided", "hlf-vd, cubic", "hlf-vd, k 45°",
                            "hlf-vd, stations 16", "hlf-vd, threads 1", "hlf-vd, 32 px wide",
                            "two-sided, cubic, stations 8, second side faded"}) {

@@ -114,20 +114,16 @@ TEST_F(ValidateTest, TheReportShowsViewsBesideTheirTruth) {
   EXPECT_EQ(files(), (std::set<std::string>{"index.html", "metrics.json"}));
 }
 
-TEST_F(ValidateTest, IdenticalPicturesGiveFiniteJson) {
-  make_room({.scene = {.contrast = 0.0}, .width = 64});
-  make_truth("near", {0.4, 0.0}, 64);
-  list("near.png,0.4,0,0\n");
-  const json mode = validated()["modes"][1];
-  EXPECT_EQ(mode["psnr_db"], kMaxPsnrDb);
-  EXPECT_EQ(mode["ws_psnr_db"], kMaxPsnrDb);
-}
-
 // 45 degrees lie between two columns of 5.6 degrees each, so that no column's centre is within a
 // quarter of a degree of them.
-TEST_F(ValidateTest, AnErrorThatCannotBeMeasuredIsNull) {
+TEST_F(ValidateTest, IdenticalPicturesAndErrorsThatCannotBeMeasuredGiveValidJson) {
+  make_room({.scene = {.contrast = 0.0}, .overhang_m = 0.25, .width = 64});
+  make_truth("near", {0.4, 0.0}, 64);
+  list("near.png,0.4,0,0\n");
   options_.connect = {.viewpoints = 2, .overlap_deg = 0.5, .k_list_deg = {45.0}};
   const json all = validated(), row = all["connection_error"][0];
+  EXPECT_EQ(all["modes"][1]["psnr_db"], kMaxPsnrDb);
+  EXPECT_EQ(all["modes"][1]["ws_psnr_db"], kMaxPsnrDb);
   EXPECT_EQ(row["coverage"], 0.0);
   EXPECT_TRUE(row["e_connect"].is_null());
   EXPECT_TRUE(row["e_connect_common"].is_null());
