@@ -101,6 +101,16 @@ TEST(WrappedPixelTest, RowsBeyondAPoleAreSeenHalfATurnAway) {
   EXPECT_EQ(wrapped_pixel(6, 4, size), cv::Point(2, 3));
 }
 
+TEST(WrappedBorderTest, ContinuesAcrossSeamAndPoles) {
+  cv::Mat_<ushort> image(2, 4);
+  for (int i = 0; i < 8; ++i) image(i / 4, i % 4) = static_cast<ushort>(1000 + i);
+  const cv::Mat_<ushort> expected = (cv::Mat_<ushort>(4, 6) << 1001, 1002, 1003, 1000, 1001, 1002,
+                                     1003, 1000, 1001, 1002, 1003, 1000,  //
+                                     1007, 1004, 1005, 1006, 1007, 1004,  //
+                                     1005, 1006, 1007, 1004, 1005, 1006);
+  EXPECT_EQ(cv::norm(with_wrapped_border(image, 1), expected, cv::NORM_INF), 0.0);
+}
+
 TEST(NearestPixelTest, IsTheOneThatTheDirectionLiesInAlsoAroundTheSeam) {
   const cv::Size size(kSampledSize.width, kSampledSize.height);
   EXPECT_EQ(nearest_pixel(PixelPosition{63.6, 5.2}, size), cv::Point(0, 5));
