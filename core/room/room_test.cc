@@ -8,13 +8,17 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <string>
 
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/json.h"
 #include "core/files/test_directory.h"
 #include "core/room/hdf5_file.h"
+#include "core/room/requirements.h"
+#include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {
 namespace {
@@ -84,11 +88,11 @@ Line line_of(int stations) {
 
 class VolumeTest : public ::testing::Test {
  protected:
+  // It names the file.
   std::string line_error(int stations = kStations, PanoramaSize size = kSize) {
-    return error_of([&] { LineVolume::open(file_, stations, size); });
-  }
-  std::string distance_error(int stations = kStations) {
-    return error_of([&] { DistanceVolume::open(file_, line_of(stations)); });
+    std::string error = error_of([&] { LineVolume::open(file_, stations, size); });
+    EXPECT_THAT(error, HasSubstr(file_.string()));
+    return error;
   }
 
   TestDirectory directory_;
@@ -124,39 +128,27 @@ TEST_F(VolumeTest, ValidRowsAreWithinTheColumn) {
   EXPECT_EQ(masked.stored_valid_rows(1).size(), 16U);
 }
 
-TEST_F(VolumeTest, ValidRowsOfAnotherShapeAreRefused) {
-  write_line(file_, {kStations, 7, 2});
-  EXPECT_THAT(line_error(), AllOf(HasSubstr(file_.string()), HasSubstr("'valid_rows'"),
-                                  HasSubstr("[3, 7, 2]"), HasSubstr("[3, 8, 2]")));
-  write_line(file_, {kStations, 8, 3});
-  EXPECT_THAT(line_error(), HasSubstr("'valid_rows'"));
-}
-
-TEST_F(VolumeTest, FileThatIsMissingOrNotHdf5IsNamed) {
-  EXPECT_THAT(line_error(), AllOf(HasSubstr(file_.string()), HasSubstr("no such file")));
+TEST_F(VolumeTest, FileThatIsMissingCutShortOrNotHdf5IsNamed) {
+  EXPECT_THAT(line_error(), HasSubstr("no such file"));
   write_file_atomically(file_, "not a volume");
-  EXPECT_THAT(line_error(), AllOf(HasSubstr(file_.string()), HasSubstr("not an HDF5 file")));
-}
-
-TEST_F(VolumeTest, EveryLengthShorterThanTheFileIsRefused) {
+  EXPECT_THAT(line_error(), HasSubstr("not an HDF5 file"));
   write_line(file_);
   const std::string whole = read_file(file_);
-  const fs::path cut = directory_ / "cut.h5";
   for (size_t length = 0; length < whole.size(); length += 37) {
-    std::ofstream(cut, std::ios::binary) << whole.substr(0, length);
-    EXPECT_THAT(error_of([&] { LineVolume::open(cut, kStations, kSize); }),
-                AllOf(HasSubstr("cut.h5"), Not(HasSubstr("\n"))))
-        << length;
+    std::ofstream(file_, std::ios::binary) << whole.substr(0, length);
+    EXPECT_THAT(line_error(), Not(HasSubstr("\n"))) << length;
   }
 }
 
-TEST_F(VolumeTest, ShapeMustBeTheManifests) {
+TEST_F(VolumeTest, OtherShapesThanTheManifestsVersionsAndFormatsAreRefused) {
   write_line(file_);
   EXPECT_THAT(line_error(kStations + 1), HasSubstr("[3, 8, 4, 3], the manifest says [4, 8, 4, 3]"));
   EXPECT_THAT(line_error(kStations, {16, 8}), HasSubstr("[3, 16, 8, 3]"));
-}
-
-TEST_F(VolumeTest, OtherVersionsAndFormatsAreRefused) {
+  write_line(file_, {kStations, 7, 2});
+  EXPECT_THAT(line_error(),
+              AllOf(HasSubstr("'valid_rows'"), HasSubstr("[3, 7, 2]"), HasSubstr("[3, 8, 2]")));
+  write_line(file_, {kStations, 8, 3});
+  EXPECT_THAT(line_error(), HasSubstr("'valid_rows'"));
   write_line(file_, {}, kVolumeFormatVersion + 1);
   EXPECT_THAT(line_error(), HasSubstr("newer"));
   write_line(file_, {}, kVolumeFormatVersion - 1);
@@ -181,15 +173,13 @@ TEST_F(VolumeTest, OtherTypesAndChunksAreRefused) {
 
 // HDF5 1.10 does not detect damaged metadata of its older formats, which have no checksums.
 TEST_F(VolumeTest, FileWithoutChecksumsIsRefused) {
-  const fs::path path = directory_.path() / "old.h5";
   const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
   H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18);
-  const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
+  const hid_t file = H5Fcreate(file_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
   ASSERT_GE(file, 0);
   H5Fclose(file);
   H5Pclose(access);
-  EXPECT_THAT(error_of([&] { LineVolume::open(path, kStations, kSize); }),
-              AllOf(HasSubstr("old.h5"), HasSubstr("without checksums")));
+  EXPECT_THAT(line_error(), HasSubstr("without checksums"));
 }
 
 TEST_F(VolumeTest, DistancesAreWhatWasWritten) {
@@ -203,16 +193,20 @@ TEST_F(VolumeTest, DistancesAreWhatWasWritten) {
 }
 
 TEST_F(VolumeTest, DistancesThatDoNotFitTheLineAreRefused) {
-  write_distances(file_, {0, 3}, {2, 8, 4});
-  EXPECT_THAT(distance_error(), HasSubstr("station 3 does not exist"));
-  write_distances(file_, {-1, 1}, {2, 8, 4});
-  EXPECT_THAT(distance_error(), HasSubstr("station -1 does not exist"));
-  write_distances(file_, {2, 1}, {2, 8, 4});
-  EXPECT_THAT(distance_error(), HasSubstr("does not increase"));
-  write_distances(file_, {0, 1}, {2, 8, 5});
-  EXPECT_THAT(distance_error(), HasSubstr("twice as many theta as phi"));
-  write_distances(file_, {0}, {2, 8, 4});
-  EXPECT_THAT(distance_error(), HasSubstr("1 maps"));
+  const struct {
+    std::vector<std::int32_t> stations;
+    Shape shape;
+    const char* message;
+  } cases[] = {{{0, 3}, {2, 8, 4}, "station 3 does not exist"},
+               {{-1, 1}, {2, 8, 4}, "station -1 does not exist"},
+               {{2, 1}, {2, 8, 4}, "does not increase"},
+               {{0, 1}, {2, 8, 5}, "twice as many theta as phi"},
+               {{0}, {2, 8, 4}, "1 maps"}};
+  for (const auto& [stations, shape, message] : cases) {
+    write_distances(file_, stations, shape);
+    EXPECT_THAT(error_of([&] { DistanceVolume::open(file_, line_of(kStations)); }),
+                HasSubstr(message));
+  }
 }
 
 class RoomTest : public ::testing::Test {
@@ -232,10 +226,6 @@ class RoomTest : public ::testing::Test {
   std::string open_error() {
     return error_of([&] { Room::open(room_); });
   }
-  void use_given_distances() {
-    manifest_.distances = DistanceKind::kGiven;
-    write_file_atomically(manifest_path(room_), manifest_to_json(manifest_));
-  }
 
   TestDirectory directory_;
   RoomManifest manifest_;
@@ -243,12 +233,17 @@ class RoomTest : public ::testing::Test {
 };
 
 TEST_F(RoomTest, DistancesAreThoseOfTheManifest) {
-  write_distances(distance_volume_path(room_, "x0"), {1}, {1, 4, 2});
+  const fs::path volume = distance_volume_path(room_, "x0");
+  write_distances(volume, {1}, {1, 4, 2});
   EXPECT_FALSE(Room::open(room_).has_distances());
-  use_given_distances();
-  const Room room = Room::open(room_);
-  EXPECT_TRUE(room.has_distances());
-  EXPECT_EQ(room.distances(0).maps(), 1);
+  manifest_.distances = DistanceKind::kGiven;
+  write_file_atomically(manifest_path(room_), manifest_to_json(manifest_));
+  EXPECT_EQ(Room::open(room_).distances(0).maps(), 1);
+  write_file_atomically(volume, "damaged");
+  EXPECT_THAT(open_error(), HasSubstr("distances/given/x0.h5"));
+  fs::remove(volume);
+  EXPECT_THAT(open_error(), AllOf(HasSubstr("distances/given/x0.h5: no such file"),
+                                  HasSubstr("raywalk-build-lf depth")));
 }
 
 TEST_F(RoomTest, EveryMissingPartIsNamed) {
@@ -261,12 +256,199 @@ TEST_F(RoomTest, EveryMissingPartIsNamed) {
   EXPECT_THAT(open_error(), AllOf(HasSubstr("x0.h5"), HasSubstr("no such file")));
 }
 
-TEST_F(RoomTest, DamagedAndMissingDistancesAreNamed) {
-  use_given_distances();
-  EXPECT_THAT(open_error(), AllOf(HasSubstr("distances/given/x0.h5: no such file"),
-                                  HasSubstr("raywalk-build-lf depth")));
-  write_file_atomically(distance_volume_path(room_, "x0"), "damaged");
-  EXPECT_THAT(open_error(), HasSubstr("distances/given/x0.h5"));
+using Json = nlohmann::json;
+
+// The four lines of a square of side 1 around the origin, five stations each.
+RoomManifest square_manifest() {
+  std::vector<StationPose> stations;
+  for (int i = 0; i < 5; ++i) {
+    const double at_m = -0.5 + 0.25 * i;
+    stations.push_back({"front" + std::to_string(i), {at_m, 0.1, 0.5}, ""});
+    stations.push_back({"back" + std::to_string(i), {at_m, 0.1, -0.5}, ""});
+    stations.push_back({"left" + std::to_string(i), {-0.5, 0.1, at_m}, ""});
+    stations.push_back({"right" + std::to_string(i), {0.5, 0.1, at_m}, ""});
+  }
+  return {{64, 32}, find_grid(stations, {}), std::vector<std::string>(4, std::string(64, 'a'))};
+}
+
+std::string manifest_error(const std::string& text) {
+  return error_of([&] { manifest_from_json(text, "manifest.json"); });
+}
+
+// The error after setting the value at a JSON pointer of a good manifest.
+std::string error_with(const std::string& pointer, const Json& value) {
+  Json json = Json::parse(manifest_to_json(square_manifest()));
+  json[Json::json_pointer(pointer)] = value;
+  return manifest_error(json.dump());
+}
+
+TEST(Manifest, ReadsBackExactlyWhatItWrote) {
+  RoomManifest written = square_manifest();
+  written.refined = {.source = "../hall.lf",
+                     .source_fingerprint = "abc",
+                     .source_stations = 244,
+                     .hold_out = 5,
+                     .sharpening = {0.75, 1.5}};
+  const std::string text = manifest_to_json(written);
+  const RoomManifest read = manifest_from_json(text, "manifest.json");
+  EXPECT_EQ(manifest_to_json(read), text);
+  EXPECT_EQ(read.panorama, written.panorama);
+  EXPECT_EQ(read.rays_sha256, written.rays_sha256);
+  EXPECT_EQ(read.grid.lines[2].id, "z0");
+  EXPECT_EQ(read.grid.lines[2].stations[1].file, written.grid.lines[2].stations[1].file);
+  EXPECT_EQ(read.grid.lines[2].stations[1].position_m,
+            written.grid.lines[2].stations[1].position_m);
+  EXPECT_EQ(read.grid.cells[0].line, written.grid.cells[0].line);
+  EXPECT_EQ(read.grid.cells[0].x_max_m, written.grid.cells[0].x_max_m);
+  EXPECT_EQ(read.refined->source_stations, 244);
+  EXPECT_EQ(read.refined->hold_out, 5);
+}
+
+TEST(Manifest, ChecksumsAndARefinedRoomsSourceAreOptional) {
+  RoomManifest manifest = square_manifest();
+  manifest.rays_sha256.clear();
+  for (const DistanceKind kind : kDistanceKinds) {
+    manifest.distances = kind;
+    manifest.gains = kind == DistanceKind::kGiven;
+    const RoomManifest read = manifest_from_json(manifest_to_json(manifest), "m");
+    EXPECT_EQ(read.distances, kind);
+    EXPECT_EQ(read.gains, manifest.gains);
+    EXPECT_TRUE(read.rays_sha256.empty());
+    EXPECT_FALSE(read.refined);
+  }
+}
+
+TEST(Manifest, EveryMissingKeyIsNamed) {
+  const Json good = Json::parse(manifest_to_json(square_manifest()));
+  for (const char* pointer :
+       {"/format", "/format_version", "/panorama", "/panorama/width", "/lines", "/cells",
+        "/distances", "/gains", "/lines/0/id", "/lines/0/axis", "/lines/0/origin_m",
+        "/lines/0/direction", "/lines/0/height_m", "/lines/0/stations", "/lines/0/stations/0/file",
+        "/lines/0/stations/0/position_m", "/lines/0/stations/0/along_m", "/cells/0/x_min_m",
+        "/cells/0/front"}) {
+    const Json::json_pointer place(pointer);
+    Json json = good;
+    json[place.parent_pointer()].erase(place.back());
+    EXPECT_THAT(manifest_error(json.dump()), HasSubstr("has no '" + place.back() + "'")) << pointer;
+  }
+}
+
+TEST(Manifest, InconsistentValuesAreRejected) {
+  const struct {
+    const char* pointer;
+    Json value;
+    const char* message;
+  } cases[] = {{"/format", "other", "is not raywalk-room"},
+               {"/format_version", kRoomFormatVersion - 1, "pack the room again"},
+               {"/format_version", kRoomFormatVersion + 1, "use a newer Raywalk"},
+               {"/distances", 3, "distances"},
+               {"/distances", "swept", "is not none, given or estimated"},
+               {"/gains", 1, "gains"},
+               {"/refined", Json::object(), "has no 'source'"},
+               {"/panorama/width", 63, "twice the height"},
+               {"/panorama/width", 1e9, "is not an integer"},
+               {"/panorama/width", 4000000000U, "is not between"},
+               {"/panorama/width", -64, "is not between"},
+               {"/lines", Json::array(), "is empty"},
+               {"/lines", "x", "is not a list"},
+               {"/lines/0/axis", "y", "neither x nor z"},
+               {"/lines/0/id", "../x0", "followed by a number"},
+               {"/lines/0/id", "z7", "followed by a number"},
+               {"/lines/0/id", "x1", "occurs twice"},
+               {"/lines/0/direction", {2.0, 0.0}, "unit vector"},
+               {"/lines/0/direction", {0.0, 1.0}, "axis"},
+               {"/lines/0/direction", {1.0}, "2 elements"},
+               {"/lines/0/origin_m/0", 1e7, "is not between"},
+               {"/lines/0/height_m", "high", "is not a number"},
+               {"/lines/0/stations/1/along_m", 0.3, "contradicts"},
+               {"/lines/0/stations/1/position_m/0", 0.3, "contradicts"},
+               {"/lines/0/stations", Json::array(), "fewer than two"},
+               {"/lines/0/rays_sha256", "abc", "SHA-256"},
+               {"/cells/0/x_min_m", 9.0, "has no area"},
+               {"/cells/0/x_min_m", -0.7, "bounds"},
+               {"/cells/0/front", "x9", "does not exist"},
+               {"/cells/0/front", "z0", "wrong axis"},
+               {"/cells/0/front", "x0", "bounds"}};
+  for (const auto& [pointer, value, message] : cases) {
+    EXPECT_THAT(error_with(pointer, value), AllOf(HasSubstr("manifest.json"), HasSubstr(message)));
+  }
+  EXPECT_EQ(error_with("/note", "hand-made"), "no error") << "unknown keys are ignored";
+}
+
+TEST(Manifest, StationsMustFollowEachOther) {
+  Json json = Json::parse(manifest_to_json(square_manifest()));
+  std::swap(json["/lines/0/stations/1"_json_pointer], json["/lines/0/stations/2"_json_pointer]);
+  EXPECT_THAT(manifest_error(json.dump()), HasSubstr("does not increase"));
+}
+
+class RequirementsTest : public ::testing::Test {
+ protected:
+  Room room_of(const SyntheticRoomSpec& spec) const {
+    write_synthetic_room(spec, path_);
+    return Room::open(path_);
+  }
+  static Json measured_on(const Room& room) {
+    return {{"format", kRequirementsFormat},
+            {"format_version", kRequirementsVersion},
+            {"distances_sha256", distances_sha256(room)},
+            {"layers", {{"omega_max_per_m", 2.0}}},
+            {"spacing", {{"needed_with_distances_m", 0.09}}},
+            {"storage", {{"worth_width_px", nullptr}, {"needed_distance_width_px", 256}}}};
+  }
+  void keep(const std::string& text) const {
+    write_file_atomically(requirements_path(path_), text);
+  }
+
+  TestDirectory directory_;
+  std::filesystem::path path_ = directory_ / "room.lf";
+};
+
+TEST_F(RequirementsTest, AreThoseOfTheRoomsDistances) {
+  Room room = room_of({.width = 32});
+  EXPECT_FALSE(current_requirements(room));
+  const std::string measured = measured_on(room).dump();
+  keep(measured);
+  const auto required = current_requirements(room);
+  ASSERT_TRUE(required);
+  EXPECT_EQ(required->omega_max_per_m, 2.0);
+  EXPECT_EQ(required->spacing_m, 0.09);
+  EXPECT_TRUE(std::isinf(required->worth_width_px));
+  EXPECT_EQ(required->distance_width_px, 256);
+
+  SyntheticRoomSpec other{.width = 32};
+  other.scene.walls.max_m.x() += 0.01;
+  room = room_of(other);
+  keep(measured);
+  EXPECT_FALSE(current_requirements(room)) << "different distances";
+  room = room_of({.width = 32, .distance_every = 2});
+  keep(measured);
+  EXPECT_FALSE(current_requirements(room)) << "fewer distances";
+}
+
+TEST_F(RequirementsTest, DamageIsReportedWithARemedy) {
+  const Room room = room_of({.width = 32});
+  const Json whole = measured_on(room);
+  std::vector<std::string> damaged{"", "null", "[]", "{}", whole.dump().substr(0, 60)};
+  for (const auto& [pointer, value] :
+       std::vector<std::pair<const char*, Json>>{{"/format", "other"},
+                                                 {"/format_version", "1"},
+                                                 {"/format_version", 2},
+                                                 {"/layers/omega_max_per_m", nullptr},
+                                                 {"/layers/omega_max_per_m", -1.0},
+                                                 {"/spacing/needed_with_distances_m", "0.09"},
+                                                 {"/storage/needed_distance_width_px", 2.5},
+                                                 {"/storage/needed_distance_width_px", 0}}) {
+    Json other = whole;
+    other[Json::json_pointer(pointer)] = value;
+    damaged.push_back(other.dump());
+  }
+  for (const std::string& text : damaged) {
+    keep(text);
+    EXPECT_THAT(
+        error_of([&] { current_requirements(room); }),
+        AllOf(HasSubstr("room.lf/require.json: "), HasSubstr("run raywalk-build-lf require")))
+        << text;
+  }
 }
 
 }  // namespace

@@ -8,8 +8,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -18,6 +16,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/test_error.h"
+#include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/line_volume.h"
@@ -71,13 +70,10 @@ class TiledRaysTest : public testing::Test {
 
   // Overwrites a byte of the first encoded tile, which is of station 2.
   void damage() const {
-    std::fstream file(file_, std::ios::binary | std::ios::in | std::ios::out);
-    std::string content(fs::file_size(file_), '\0');
-    file.read(content.data(), static_cast<std::streamsize>(content.size()));
+    std::string content = read_file(file_);
     const std::string tile(tiles_[0].begin(), tiles_[0].end());
-    const auto at = content.find(tile) + tile.size() / 2;
-    file.seekp(static_cast<std::streamoff>(at));
-    file.put(static_cast<char>(content[at] ^ 0x55));
+    content[content.find(tile) + tile.size() / 2] ^= 0x55;
+    write_file_atomically(file_, content);
   }
 
   LineVolume open() const { return LineVolume::open(file_, kTiledStations, kTiledSize); }
@@ -145,15 +141,12 @@ TEST_F(TiledRaysTest, CannotBeReadWithoutATileReading) {
 TEST_F(TiledRaysTest, TablesThatPointElsewhereAreRejected) {
   write({RayForm::Kind::kLossless, 0});
   const std::vector<std::uint64_t> places = Hdf5File::open(file_).read<std::uint64_t>("tiles");
-  std::string content(fs::file_size(file_), '\0');
-  std::ifstream(file_, std::ios::binary).read(content.data(), std::ssize(content));
+  std::string content = read_file(file_);
   const std::string first(reinterpret_cast<const char*>(places.data()), 16);
-  const auto at = static_cast<std::streamoff>(content.find(first));
+  const std::size_t at = content.find(first);
   for (const std::uint64_t place : {std::uint64_t{0}, std::uint64_t{1} << 60, places[2]}) {
-    std::fstream file(file_, std::ios::binary | std::ios::in | std::ios::out);
-    file.seekp(at);
-    file.write(reinterpret_cast<const char*>(&place), sizeof(place));
-    file.close();
+    content.replace(at, sizeof(place), reinterpret_cast<const char*>(&place), sizeof(place));
+    write_file_atomically(file_, content);
     const LineVolume volume = open();
     const TileReading reading;
     EXPECT_THROW(volume.column(0, 0), Error) << place;
@@ -230,19 +223,13 @@ TEST(TileLayoutTest, TilesOfUsualSizeCoverAStation) {
 constexpr std::size_t kRows = 4;
 constexpr std::size_t kRowBytes = std::size_t{1} << 20;
 
-std::vector<std::uint8_t> row_values(std::size_t row) {
-  std::vector<std::uint8_t> values(kRowBytes);
-  std::iota(values.begin(), values.end(), static_cast<std::uint8_t>(row));
-  return values;
-}
-
 // A file of kRows rows, dropped from the page cache if the file system supports it.
 std::filesystem::path write_cold(const TestDirectory& directory) {
   const std::filesystem::path path = directory / "cold.h5";
   Hdf5File file = Hdf5File::create(path);
   file.create_contiguous("rays", ElementType::kUint8, {kRows, kRowBytes});
-  for (std::size_t row = 0; row < kRows; ++row)
-    file.write_slab("rays", row, row_values(row).data());
+  const std::vector<std::uint8_t> values(kRowBytes, 7);
+  for (std::size_t row = 0; row < kRows; ++row) file.write_slab("rays", row, values.data());
   file.close();
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   EXPECT_EQ(::fsync(descriptor), 0);
