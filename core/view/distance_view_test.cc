@@ -3,10 +3,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <random>
+#include <utility>
 #include <vector>
 
-#include "core/view/map_lookup.h"
+#include "core/view/map_cache.h"
+#include "core/view/smooth_distances.h"
 #include "core/view/test_room.h"
 #include "tests/synthetic_room/synthetic_scene.h"
 
@@ -126,41 +134,142 @@ TEST(NearestMaps, AreSortedSpreadAndLimited) {
   }
 }
 
-// Of what a view sees, by both ways of looking a point up in a map.
-TEST(LookUp, TellsSeenFromHiddenPoints) {
-  const TestRoom& room = room_with(true);
-  const Vector3d viewpoint(0.0, 0.0, 0.0);
-  const SyntheticScene& scene = room.spec().scene;
-  // A map at a corner of the grid, where the pillar hides other parts.
-  const auto maps = nearest_maps(room.room(), kAllLines, {0.75, 0.0, 0.5}, 0.0, 1, 1);
-  ASSERT_EQ(maps.size(), 1U);
-  const SurfaceMap surfaces(room.room().distances(maps[0].line), maps[0].map);
-  int wrong = 0, wrongly_held = 0, hidden = 0;
-  for (int u = 0; u < 128; ++u) {
-    for (int v = 2; v < 62; ++v) {
-      const SphereAngles angles = angles_from_pixel({double(u), double(v)}, {128, 64});
-      const Vector3d direction = direction_from_angles(angles);
-      const double rho = distance_at(scene, viewpoint, direction);
-      const auto inverse = static_cast<float>(1.0 / rho);
-      const Vector3d from_map = viewpoint + rho * direction - maps[0].position_m;
-      const double first = distance_at(scene, maps[0].position_m, from_map.normalized());
-      const bool sees = first > 0.99 * from_map.norm();
-      hidden += sees ? 0 : 1;
-      const MapLookup found =
-          look_up(room.room(), maps[0], direction.cast<float>(), inverse, viewpoint, 0.1f);
-      EXPECT_NEAR(found.omega_there * from_map.norm(), 1.0, 1e-4);
-      wrong += sees != (found.omega_map <= found.omega_there * 1.1f) ? 1 : 0;
-      const HeldPoint held =
-          look_up_point({surfaces, maps[0].position_m, viewpoint, angles.theta_rad},
-                        static_cast<float>(std::sin(angles.phi_rad)),
-                        static_cast<float>(std::cos(angles.phi_rad)), inverse, 0.1f);
-      wrongly_held += sees != (held.part > 0.5f) ? 1 : 0;
-      EXPECT_TRUE(held.part == 0.0f || std::fabs(held.inverse * rho - 1.0) < 0.11);
+constexpr PanoramaSize kMapSize{256, 128};
+
+// Trust in a map of the given confidences.
+MapTrust trust_in(const std::function<std::uint8_t(int u, int v)>& confidence) {
+  SyntheticRoomSpec spec;
+  spec.width = 16;
+  spec.distance_width = kMapSize.width;
+  spec.spacing_m = 0.5;
+  spec.distance_every = 100;
+  spec.stored_confidence = confidence;
+  const TestRoom room(spec);
+  return {room.room().distances(0), 0};
+}
+
+// In column `u`, at the horizon, of a view from the map's station.
+float trust_at(const MapTrust& map, double u) {
+  float trust = 0.0f, far = 0.0f;
+  map.find_most(theta_of_column(u, kMapSize.width), Latitudes(1), {}, &far, &trust);
+  return trust;
+}
+
+TEST(MapTrust, FallsSmoothlyToNothingWhereMostPixelsAreUnreliable) {
+  const auto few = [](int u, int v) { return u % 4 == 0 && v % 4 == 0 ? 10 : 200; };
+  EXPECT_TRUE(trust_in(few).everywhere()) << "a few change nothing";
+  const MapTrust trust = trust_in([](int u, int) { return u < kMapSize.width / 2 ? 255 : 70; });
+  EXPECT_FALSE(trust.everywhere());
+  EXPECT_EQ(trust_at(trust, 64.0), 1.0f);
+  EXPECT_LT(trust_at(trust, 192.0), 0.01f);
+  for (int u = 0; u < kMapSize.width; ++u) {
+    const float step = trust_at(trust, u) - trust_at(trust, u + 1.0);
+    EXPECT_LT(std::fabs(step), 0.2f) << u;
+  }
+}
+
+class DoubtedView : public testing::Test {
+ protected:
+  // Smooth distances of a view that is not to be relied on.
+  void compute() {
+    static const MapTrust trust = trust_in([](int, int) { return 64; });
+    const std::vector<TrustedMap> maps{{.trust = &trust}};
+    smooth_.compute(omega_, kMapSize, EyeCircle(), maps);
+  }
+  std::vector<float> column(int theta) const {
+    std::vector<float> omega(128, 100.0f);
+    EXPECT_NE(smooth_.trust(theta), nullptr);
+    smooth_.smooth(theta, omega);
+    return omega;
+  }
+  std::vector<float> omega_ = std::vector<float>(static_cast<size_t>(256 * 128), 0.5f);
+  SmoothDistances smooth_;
+};
+
+TEST_F(DoubtedView, SinglePixelsThatDifferDoNotShow) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> anything(-1.0f, 20.0f);
+  for (float& omega : omega_) {
+    if (random() % 3 == 0) omega = anything(random);
+  }
+  compute();
+  for (int theta = 0; theta < kMapSize.width; theta += 5) {
+    for (const float omega : column(theta)) EXPECT_NEAR(omega, 0.5f, 0.05f);
+  }
+}
+
+TEST_F(DoubtedView, GapsTakeTheDistanceAroundAndAreFarWithoutAny) {
+  for (int theta = -30; theta < 30; ++theta) {
+    const auto first = static_cast<size_t>((theta + 256) % 256) * 128;
+    std::fill_n(omega_.begin() + static_cast<std::ptrdiff_t>(first) + 40, 60, -1.0f);
+  }
+  compute();
+  for (const int theta : {250, 0, 10}) {
+    for (const float omega : column(theta)) EXPECT_NEAR(omega, 0.5f, 1e-3f);
+  }
+  std::ranges::fill(omega_, -1.0f);
+  compute();
+  for (const float omega : column(9)) EXPECT_EQ(omega, 0.0f);
+}
+
+TEST(SmoothDistances, AreFiniteWhateverTheDistancesInViewsOfAnySize) {
+  const MapTrust trust = trust_in([](int u, int) { return u % 3 == 0 ? 200 : 64; });
+  const std::vector<TrustedMap> maps{{.trust = &trust, .position_m = {1.0, 2.0, 3.0}}};
+  std::mt19937 random(3);
+  for (const int height : {1, 2, 3, 5, 125}) {
+    const auto rows = static_cast<size_t>(height);
+    std::vector<float> omega(2 * rows * rows);
+    for (float& each : omega) each = std::array{-1.0f, 0.0f, 1e-9f, 1e9f}[random() % 4];
+    SmoothDistances smooth;
+    smooth.compute(omega, {2 * height, height}, EyeCircle(), maps);
+    for (int theta = 0; theta < 2 * height; ++theta) {
+      std::vector<float> column(rows, 1e9f);
+      EXPECT_NE(smooth.trust(theta), nullptr);
+      smooth.smooth(theta, column);
+      for (const float each : column) EXPECT_TRUE(each >= 0.0f && each <= 1.001e9f) << height;
     }
   }
-  EXPECT_GT(hidden, 30) << "the scene must hide something";
-  EXPECT_LT(wrong, 0.01 * 128 * 60);
-  EXPECT_LT(wrongly_held, 0.01 * 128 * 60);
+}
+
+std::vector<MapStation> places(std::initializer_list<std::pair<int, int>> lines_and_maps) {
+  std::vector<MapStation> all;
+  for (const auto& [line, map] : lines_and_maps) all.push_back({.line = line, .map = map});
+  return all;
+}
+
+TEST(MapCache, InverseDistancesAreLimitedAndNegativeWhereUnknown) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(stored_omega(4.0f, 255), 0.25f);
+  EXPECT_EQ(stored_omega(4.0f, kMinConfidence), 0.25f);
+  EXPECT_LT(stored_omega(4.0f, kMinConfidence - 1), 0.0f);
+  EXPECT_LT(stored_omega(0.0f, 255), 0.0f);
+  EXPECT_EQ(stored_omega(kInfinity, 255), 0.0f);
+  EXPECT_EQ(stored_omega(1e-42f, 255), 1e9f);
+}
+
+// A map of which four are kept.
+struct LargeMap {
+  LargeMap(const DistanceVolume& /*volume*/, int /*map*/) {}
+  std::size_t bytes() const { return MapCache<LargeMap>::kKeptBytes / 4; }
+};
+
+TEST(MapCache, MapsUsedLongestAgoAreForgottenButThoseOfOneViewAreAllKept) {
+  const TestRoom room(box_room(32));
+  MapCache<LargeMap> cache(room.room());
+  const auto get = [&](int map) { return cache.get(places({{0, map}})).front(); };
+  // Held, so that a map read again cannot have the same address.
+  std::vector<std::shared_ptr<const LargeMap>> held;
+  for (int map = 0; map < 4; ++map) held.push_back(get(map));
+  for (int map = 0; map < 4; ++map) EXPECT_EQ(get(map), held[static_cast<std::size_t>(map)]);
+  EXPECT_EQ(get(0), held[0]);
+  held.push_back(get(4));
+  for (const int map : {0, 2, 3, 4}) {
+    EXPECT_EQ(get(map), held[static_cast<std::size_t>(map)]) << map;
+  }
+  EXPECT_NE(get(1), held[1]);
+  const auto all = places({{0, 0}, {0, 1}, {0, 2}, {0, 3}, {1, 0}, {1, 1}});
+  const auto first = cache.get(all);
+  EXPECT_EQ(cache.get(all), first);
 }
 
 }  // namespace

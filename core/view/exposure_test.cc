@@ -1,14 +1,10 @@
-#include "core/view/exposure.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
-#include <random>
 
-#include "core/files/atomic_output.h"
 #include "core/view/test_gains.h"
 #include "core/view/test_room.h"
 
@@ -16,7 +12,7 @@ namespace raywalk {
 namespace {
 
 // Linear between the middles of the patches, around the seam, and constant beyond them at a pole.
-double gain_at(const cv::Mat& local, double u, double v, PanoramaSize size, int channel) {
+double gain_at(const cv::Mat& local, double u, double v, PanoramaSize size) {
   const double x = (u + 0.5) / size.width * local.rows - 0.5;
   const double y = std::clamp((v + 0.5) / size.height * local.cols - 0.5, 0.0, local.cols - 1.0);
   double sum = 0.0;
@@ -26,32 +22,10 @@ double gain_at(const cv::Mat& local, double u, double v, PanoramaSize size, int 
       const auto row = std::min(static_cast<int>(y) + lower, local.cols - 1);
       const double across = x - std::floor(x), down = y - std::floor(y);
       sum += (right == 1 ? across : 1 - across) * (lower == 1 ? down : 1 - down) *
-             local.at<cv::Vec3f>((column + 2 * local.rows) % local.rows, row)[channel];
+             local.at<cv::Vec3f>((column + 2 * local.rows) % local.rows, row)[0];
     }
   }
   return sum;
-}
-
-TEST(Exposure, IsThatOfTheRoomsGainsAnywhere) {
-  SyntheticRoomSpec spec = box_room(64);
-  spec.distances = false;
-  const RoomWithGains room(spec, random_field);
-  const Exposure exposure(room.room());
-  EXPECT_TRUE(exposure.is_one(0, 0));
-  EXPECT_FALSE(exposure.is_one(2, 3));
-  std::mt19937 random(4);
-  std::uniform_real_distribution<float> u(0.0f, 64.0f), v(0.0f, 31.0f);
-  const GainField& field = room.room().gains()[2][3];
-  for (int i = 0; i < 5000; ++i) {
-    const float at_u = u(random), at_v = v(random);
-    const cv::Vec4f factors = exposure.at(2, 3, at_u, at_v);
-    for (int c = 0; c < 3; ++c) {
-      ASSERT_NEAR(factors[c],
-                  field.whole[c] * gain_at(field.local, at_u, at_v, room.room().panorama(), c),
-                  1e-4)
-          << at_u << ", " << at_v;
-    }
-  }
 }
 
 // All lines with another exposure, and gains that undo it: the room but for rounded positions.
@@ -84,16 +58,18 @@ TEST(Exposure, ViewsOfASkyShowTheGainsOfEveryDirection) {
   GainField field;
   field.local.create(48, 24, CV_32FC3);
   for (int theta = 0; theta < 48; ++theta) {
-    field.local.row(theta) = cv::Scalar::all(1.0 + 0.4 * std::cos((theta + 0.5) / 48 * kTwoPi));
+    for (int phi = 0; phi < 24; ++phi) {
+      field.local.at<cv::Vec3f>(theta, phi) = cv::Vec3f::all(
+          static_cast<float>(0.7 + 0.2 * std::cos((theta + 0.5) / 48 * kTwoPi) + 0.015 * phi));
+    }
   }
   const RoomWithGains room(spec, [&](int, int) { return field; });
   for (const ViewMethod method : kViewMethods) {
     const cv::Mat view =
         Renderer(room.room(), {.method = method}).render(PlanPoint{0.3, 0.31}).image;
     for (int u = 0; u < view.cols; ++u) {
-      const double expected = 128.0 * gain_at(field.local, u, 20.0, {96, 48}, 0);
-      for (int v = 0; v < view.rows; ++v) {
-        ASSERT_NEAR(view.at<cv::Vec3b>(v, u)[1], expected, 1.0)
+      for (int v = 4; v < view.rows - 4; ++v) {  // not beside a pole, where they are constant
+        ASSERT_NEAR(view.at<cv::Vec3b>(v, u)[1], 128.0 * gain_at(field.local, u, v, {96, 48}), 1.0)
             << method_name(method) << ' ' << u << ", " << v;
       }
     }

@@ -1,11 +1,16 @@
-// Views of eyes above and below the lines, and for two eyes.
+// Views of eyes above and below the lines, for two eyes, and flat pictures of part of a view.
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <vector>
 
 #include "core/base/error.h"
+#include "core/panorama/panorama_sampler.h"
 #include "core/view/renderer.h"
 #include "core/view/test_room.h"
+#include "core/view/test_viewport.h"
 
 namespace raywalk {
 namespace {
@@ -114,6 +119,114 @@ TEST(RendererStereo, TheCircleMayReachOverALineAndMustNotLeaveTheRoom) {
   }
   EXPECT_NO_THROW(renderer.render_stereo({0.968, 0.0}, kEyesApart_m));
   EXPECT_THROW(renderer.render_stereo({0.97, 0.0}, kEyesApart_m), Error);
+}
+
+// The picture of a pinhole camera in the scene.
+cv::Mat true_picture(const SyntheticRoomSpec& spec, PlanPoint at, const Viewport& viewport) {
+  const Eigen::Vector3d from_m(at.x_m, spec.height_m, at.z_m);
+  cv::Mat picture(viewport.height, viewport.width, CV_8UC3);
+  for (int u = 0; u < viewport.width; ++u) {
+    for (int v = 0; v < viewport.height; ++v) {
+      const Eigen::Vector3d rgb = color_at(spec.scene, from_m, ray_of(viewport, u, v));
+      picture.at<cv::Vec3b>(v, u) = {cv::saturate_cast<uchar>(rgb.z()),
+                                     cv::saturate_cast<uchar>(rgb.y()),
+                                     cv::saturate_cast<uchar>(rgb.x())};
+    }
+  }
+  return picture;
+}
+
+// The picture cut from a whole panorama; interpolated by cubics.
+cv::Mat cut_from(const cv::Mat& panorama, const Viewport& viewport) {
+  const PanoramaSampler sampler(panorama);
+  cv::Mat cut(viewport.height, viewport.width, CV_8UC3);
+  for (int u = 0; u < cut.cols; ++u) {
+    for (int v = 0; v < cut.rows; ++v) {
+      cut.at<cv::Vec3b>(v, u) = cv::Vec3b(sampler.at(ray_of(viewport, u, v)));
+    }
+  }
+  return cut;
+}
+
+class ViewportRoom : public testing::Test {
+ protected:
+  static SyntheticRoomSpec spec() {
+    SyntheticRoomSpec spec = box_room(256);
+    spec.spacing_m = 0.25;
+    return spec;
+  }
+  cv::Mat flat(const ViewOptions& options, PlanPoint at, const Viewport& viewport) const {
+    return Renderer(room_.room(), options).render(at, viewport).image;
+  }
+  const std::vector<Viewport> viewports_ = {
+      looking(0, 0, 0, 90, 160, 120),      looking(180, 10, 0, 60, 101, 140),
+      looking(-70, -35, 25, 100, 160, 90), looking(40, 90, 15, 80, 120, 120),
+      looking(-130, -80, -60, 75, 96, 90), looking(10, 0, 90, 20, 64, 48)};
+
+  TestRoom room_{spec()};
+};
+
+// And the panorama, up to interpolation.
+TEST_F(ViewportRoom, PicturesMatchACameraAndThePanorama) {
+  const PlanPoint at{0.12, -0.2};
+  for (const ViewMethod method : kViewMethods) {
+    const ViewOptions options{.method = method, .k_deg = 76.0};
+    const cv::Mat panorama = room_.image(options, at);
+    for (const Viewport& viewport : viewports_) {
+      const cv::Mat picture = flat(options, at, viewport);
+      EXPECT_GT(psnr_db(picture, cut_from(panorama, viewport)), 40.0)
+          << method_name(method) << " yaw " << viewport.attitude.yaw_rad;
+      if (method == ViewMethod::kInitial) continue;
+      EXPECT_GT(psnr_db(picture, true_picture(spec(), at, viewport)), 36.0);
+    }
+  }
+}
+
+TEST_F(ViewportRoom, ACoarsePictureIsAFineOneAveraged) {
+  const ViewOptions options{.method = ViewMethod::kHlfVd};
+  const Viewport fine = looking(20, 5, 3, 90, 80, 64);
+  const Viewport coarse = looking(20, 5, 3, 90, 40, 32);
+  cv::Mat averaged;
+  cv::resize(flat(options, {0.1, 0.1}, fine), averaged, {40, 32}, 0, 0, cv::INTER_AREA);
+  EXPECT_LE(largest_difference(flat(options, {0.1, 0.1}, coarse), averaged), 2.0);
+}
+
+TEST_F(ViewportRoom, OneRendererAlternatesPanoramasAndPictures) {
+  Renderer renderer(room_.room(), {.method = ViewMethod::kTwoSided});
+  const cv::Mat panorama = renderer.render({0.2, 0.1}).image;
+  const cv::Mat first = renderer.render({0.2, 0.1}, viewports_[2]).image;
+  renderer.render({-0.4, 0.1}, viewports_[3]);
+  EXPECT_EQ(largest_difference(renderer.render({0.2, 0.1}, viewports_[2]).image, first), 0.0);
+  EXPECT_EQ(largest_difference(renderer.render({0.2, 0.1}).image, panorama), 0.0);
+  EXPECT_THROW(renderer.render({0.2, 0.1}, looking(0, 0, 0, 180, 10, 10)), UsageError);
+  // A coarse picture is rendered finer first, up to the largest size.
+  EXPECT_EQ(renderer.render({0.1, 0.1}, looking(0, 0, 0, 170, 1, 4000)).image.size(),
+            cv::Size(1, 4000));
+}
+
+// A room whose cameras see nothing of directions with a y below `y`.
+SyntheticRoomSpec masked_below(double y) {
+  SyntheticRoomSpec spec = box_room(128);
+  spec.companion.emplace().hides = [y](const std::string&, int, const Eigen::Vector3d& d) {
+    return d.y() < y;
+  };
+  return spec;
+}
+
+// Of a large place that no station shows a flat picture may see a part only; it is filled as in the
+// panorama.
+TEST(ViewportMasks, WhatNoStationShowsIsFilledAsInThePanorama) {
+  const TestRoom room(masked_below(-0.4));
+  for (const ViewMethod method : kViewMethods) {
+    Renderer renderer(room.room(), {.method = method});
+    const cv::Mat panorama = renderer.render({0.1, 0.2}).image;
+    for (const double pitch_deg : {-90.0, -55.0, -30.0}) {
+      const Viewport viewport = looking(30, pitch_deg, 0, 50, 60, 60);
+      EXPECT_GT(psnr_db(renderer.render({0.1, 0.2}, viewport).image, cut_from(panorama, viewport)),
+                40.0)
+          << method_name(method) << pitch_deg;
+    }
+  }
 }
 
 }  // namespace

@@ -1,12 +1,24 @@
-// Accuracy of views in rooms whose truth is known in closed form.
+// Accuracy of views in rooms whose truth is known in closed form, also with poor or absurd
+// distances and stations beside their lines.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <limits>
+#include <map>
 #include <opencv2/core.hpp>
+#include <random>
+#include <string>
 #include <vector>
 
+#include "core/room/room.h"
 #include "core/view/renderer.h"
 #include "core/view/test_room.h"
+#include "core/view/test_viewport.h"
+#include "core/view/view_plan.h"
 
 namespace raywalk {
 namespace {
@@ -150,6 +162,272 @@ TEST(RendererQuality, NothingIsLeftBlackWhereStationsSeeDifferentThings) {
       }
     }
   }
+}
+
+// Texture with a wavelength of a few pixels, whose crests linear interpolation flattens.
+SyntheticRoomSpec textured_room(int width = 192) {
+  SyntheticRoomSpec spec = box_room(width);
+  spec.scene.texture_wavelength_m = 0.5;
+  return spec;
+}
+
+TEST(RendererInterpolation, CubicIsCloserToTheTruthThanLinear) {
+  const TestRoom room(textured_room());
+  for (const ViewMethod method : kCorrected) {
+    for (const PlanPoint at : {PlanPoint{0.13, -0.21}, {-0.31, 0.17}}) {
+      const ViewOptions linear{.method = method};
+      const ViewOptions cubic{.method = method, .interpolation = Interpolation::kCubic};
+      EXPECT_GT(room.psnr(cubic, at), room.psnr(linear, at) + 1.0) << method_name(method);
+    }
+  }
+}
+
+TEST(RendererInterpolation, InitialViewsAndFlatPicturesAreResampledWithIt) {
+  SyntheticRoomSpec spec = textured_room();
+  spec.scene.infinitely_far = true;
+  const TestRoom room(spec);
+  const ViewOptions linear{.method = ViewMethod::kInitial, .width = 300};
+  ViewOptions cubic = linear;
+  cubic.interpolation = Interpolation::kCubic;
+  EXPECT_GT(room.psnr(cubic, {0.1, 0.2}), room.psnr(linear, {0.1, 0.2}) + 1.0);
+  // At the captured width columns are copied either way.
+  const ViewOptions copied{.method = ViewMethod::kInitial};
+  cubic.width = 0;
+  EXPECT_EQ(largest_difference(room.image(copied, {0.1, 0.2}), room.image(cubic, {0.1, 0.2})), 0.0);
+  // Across the seam, over the zenith, and straight: parts of the panorama and all of it.
+  for (const Viewport& viewport : {looking(170, 10, 20, 57, 70, 45), looking(0, 80, 0, 57, 70, 45),
+                                   looking(0, 0, 0, 57, 70, 45)}) {
+    cv::Mat truth(viewport.height, viewport.width, CV_8UC3);
+    for (int v = 0; v < truth.rows; ++v) {
+      for (int u = 0; u < truth.cols; ++u) {
+        const Eigen::Vector3d rgb = color_at(spec.scene, {0, 0, 0}, ray_of(viewport, u, v));
+        truth.at<cv::Vec3b>(v, u) = cv::Vec3b(cv::Vec3d(rgb.z(), rgb.y(), rgb.x()));
+      }
+    }
+    const auto psnr = [&](const ViewOptions& options) {
+      Renderer renderer(room.room(), options);
+      // Another picture first, so that leftovers in memory would show.
+      renderer.render({0.1, 0.2}, looking(0, -57, 0, 90, 50, 50));
+      return psnr_db(renderer.render({0.1, 0.2}, viewport).image, truth);
+    };
+    EXPECT_GT(psnr(cubic), psnr(copied) + 1.0);
+  }
+}
+
+TEST(RendererStations, AnyNumberOfThemStaysCloseToTheTruth) {
+  const TestRoom room(textured_room());
+  const PlanPoint at{0.13, -0.21};
+  for (const ViewMethod method : kCorrected) {
+    const double one_db = room.psnr({.method = method}, at);
+    EXPECT_GT(one_db, 30.0);
+    for (const int stations : {2, 5, 16}) {
+      EXPECT_NEAR(room.psnr({.method = method, .stations_mixed = stations}, at), one_db, 3.0)
+          << method_name(method) << ' ' << stations;
+    }
+  }
+}
+
+// Every station off its line by up to a share of the cell, at random: across, and up or down.
+std::function<OffLine(const std::string&, int)> scattered(double across, double up) {
+  return [=](const std::string& line, int station) {
+    std::seed_seq seed{static_cast<int>(line[0]), static_cast<int>(line[1]), station};
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> share(-1.0, 1.0);
+    const double across_share = share(random);
+    return OffLine{across * across_share, up * share(random)};
+  };
+}
+
+// A room of cell side 1 m whose stations are off their lines.
+SyntheticRoomSpec uneven_room(double across_m, double up_m) {
+  SyntheticRoomSpec spec = box_room();
+  spec.scene.obstacle = SceneBox{{0.7, -1.2, 0.8}, {1.2, 0.3, 1.3}};
+  spec.off_line = scattered(across_m, up_m);
+  return spec;
+}
+
+// Enough that the mean does not depend on how single silhouettes meet the pixels.
+const std::vector<PlanPoint> kUnevenViewpoints = {{0.0, 0.0},    {0.23, 0.31},  {-0.31, 0.12},
+                                                  {-0.2, -0.35}, {0.12, -0.18}, {0.37, -0.07}};
+
+// Against the truth at the height of the views, which is that of the stations around.
+double mean_psnr(const TestRoom& room, ViewMethod method) {
+  Renderer renderer(room.room(), {.method = method});
+  double sum_db = 0.0;
+  for (const PlanPoint at : kUnevenViewpoints) {
+    SyntheticRoomSpec there = room.spec();
+    there.height_m = ViewPlan(room.room().grid(), at, {kHalfPi, 0.0}).height_m();
+    sum_db += psnr_db(renderer.render(at).image, render_truth(there, at, there.width));
+  }
+  return sum_db / static_cast<double>(kUnevenViewpoints.size());
+}
+
+TEST(RendererOffLine, ViewsAreAsGoodAsFromStationsOnTheLines) {
+  const TestRoom on_line(uneven_room(0.0, 0.0)), beside(uneven_room(0.1, 0.0)),
+      above(uneven_room(0.0, 0.1)), far_off(uneven_room(0.2, 0.2));
+  for (const ViewMethod method : kCorrected) {
+    const double on_line_db = mean_psnr(on_line, method);
+    EXPECT_GT(on_line_db, 41.0);
+    EXPECT_GT(mean_psnr(beside, method), on_line_db - 0.7);
+    EXPECT_GT(mean_psnr(above, method), on_line_db - 0.7);
+    EXPECT_GT(mean_psnr(far_off, method), on_line_db - 3.0);
+  }
+}
+
+constexpr int kRoomWidth = 256;
+
+// A room of few stations. Of its distances half are right, the others anything; none are confident.
+SyntheticRoomSpec room_of_poor_distances(int cells_z) {
+  SyntheticRoomSpec spec = box_room(kRoomWidth);
+  spec.cells_z = cells_z;
+  spec.spacing_m = 0.25;
+  spec.stored_distance = [](int u, int v, double exact_m) {
+    std::minstd_rand random(static_cast<unsigned>(1 + 613 * u + v));
+    random.discard(3);
+    if (random() % 2 == 0) return static_cast<float>(exact_m);
+    return static_cast<float>(std::uniform_real_distribution<double>(0.2, 8.0)(random));
+  };
+  spec.stored_confidence = [](int u, int v) {
+    return static_cast<std::uint8_t>((7 * u + 3 * v) % 5 == 0 ? 0 : 72);
+  };
+  return spec;
+}
+
+// The frames of the two stations nearest to a viewpoint, by nearness.
+cv::Mat cross_fade(const TestRoom& room, PlanPoint at) {
+  struct Nearby {
+    double distance_m = 0.0;
+    PlanPoint position{};
+  };
+  std::vector<Nearby> stations;
+  for (const Line& line : room.room().grid().lines) {
+    for (const Station& station : line.stations) {
+      const PlanPoint p{station.position_m.x(), station.position_m.z()};
+      stations.push_back({std::hypot(p.x_m - at.x_m, p.z_m - at.z_m), p});
+    }
+  }
+  std::ranges::sort(stations, {}, &Nearby::distance_m);
+  const double share = stations[1].distance_m / (stations[0].distance_m + stations[1].distance_m);
+  cv::Mat mixed;
+  cv::addWeighted(room.truth(stations[0].position), share, room.truth(stations[1].position),
+                  1.0 - share, 0.0, mixed);
+  return mixed;
+}
+
+TEST(PoorDistances, NoViewIsWorseThanCrossFadingTheNearestStations) {
+  for (const int cells_z : {0, 1}) {
+    const TestRoom room(room_of_poor_distances(cells_z));
+    const auto places = cells_z == 0
+                            ? std::vector<PlanPoint>{{0.1, 0.02}, {-0.3, -0.04}, {0.37, 0.0}}
+                            : std::vector<PlanPoint>{{0.1, 0.2}, {-0.3, 0.45}, {0.4, -0.1}};
+    for (const PlanPoint at : places) {
+      const cv::Mat truth = room.truth(at);
+      EXPECT_GT(room.psnr({.method = ViewMethod::kTwoSided}, at),
+                psnr_db(cross_fade(room, at), truth))
+          << cells_z << " cells, at " << at.x_m << ',' << at.z_m;
+    }
+  }
+}
+
+// Poor distances of one half of the directions do not spoil the other: there the view is the same
+// as from exact maps. They are too far, as nearer ones would hide what is right.
+TEST(PoorDistances, DoNotSpoilWhatIsConfident) {
+  SyntheticRoomSpec spec = box_room(kRoomWidth);
+  spec.spacing_m = 0.25;
+  const auto is_good = [](int u) { return u < kRoomWidth / 2; };
+  spec.stored_distance = [=](int u, int, double exact_m) {
+    return static_cast<float>(is_good(u) ? exact_m : 1.5 * exact_m);
+  };
+  spec.stored_confidence = [=](int u, int) {
+    return static_cast<std::uint8_t>(is_good(u) ? 255 : 72);
+  };
+  const TestRoom room(spec);
+  spec.stored_distance = {};
+  spec.stored_confidence = {};
+  const TestRoom exact(spec);
+  const PlanPoint at{0.02, -0.03};
+  const ViewOptions options{.method = ViewMethod::kTwoSided};
+  // Away from the border between them.
+  const cv::Range good(kRoomWidth / 8, 3 * kRoomWidth / 8);
+  EXPECT_GT(psnr_db(room.image(options, at).colRange(good).clone(),
+                    exact.image(options, at).colRange(good).clone()),
+            45.0);
+}
+
+// Extreme contents of distance maps, by name.
+std::map<std::string, std::function<float(int, int, double)>> extreme_distances() {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const auto always = [](float metres) { return [metres](int, int, double) { return metres; }; };
+  const auto checkerboard = [](float a, float b) {
+    return [a, b](int u, int v, double) { return (u / 2 + v / 2) % 2 == 0 ? a : b; };
+  };
+  return {{"1 um", always(1e-6f)},
+          {"100000 km", always(1e8f)},
+          {"none", always(0.0f)},
+          {"infinite", always(kInfinity)},
+          {"less than a float can invert", always(1e-42f)},
+          {"the largest float", always(std::numeric_limits<float>::max())},
+          {"half a metre, where stations are", always(0.5f)},
+          {"near beside far", checkerboard(1e-6f, 1e8f)},
+          {"known beside unknown", checkerboard(2.0f, 0.0f)},
+          {"infinite beside zero", checkerboard(kInfinity, 0.0f)}};
+}
+
+// The least and the largest level of a picture's channels.
+cv::Point2d levels_of(const cv::Mat& picture) {
+  double least = 0.0;
+  double most = 0.0;
+  cv::minMaxLoc(picture.reshape(1), &least, &most);
+  return {least, most};
+}
+
+// For any distance maps a view consists of captured colours: no level outside their range, no
+// missing pixel, the same picture every time; whatever is mixed and how it is read.
+TEST(RendererExtremes, WrongDistancesNeverGiveInvalidPictures) {
+  const cv::Point2d captured{38.0, 218.0};  // range of the walls' levels
+  for (const auto& [name, stored] : extreme_distances()) {
+    SyntheticRoomSpec spec = box_room(64);
+    spec.distance_width = 48;
+    spec.stored_distance = stored;
+    const TestRoom room(spec);
+    for (const ViewMethod method : kCorrected) {
+      for (const int stations : {1, 3, 16}) {
+        for (const int width : {0, 20, 100}) {
+          const ViewOptions options{.method = method, .width = width, .stations_mixed = stations};
+          for (const PlanPoint at : {PlanPoint{0.1, 0.2}, {0.5, -0.5}, {-0.5, 0.0}}) {
+            const RenderedView view = room.view(options, at);
+            const cv::Point2d levels = levels_of(view.image);
+            EXPECT_GE(levels.x, captured.x - 1.0) << name;
+            EXPECT_LE(levels.y, captured.y + 1.0) << name;
+            EXPECT_EQ(view.report.empty_share, 0.0) << name;
+            EXPECT_LE(view.report.filled_share + view.report.unseen_share, 1.0) << name;
+          }
+        }
+        ViewOptions cubic{
+            .method = method, .interpolation = Interpolation::kCubic, .stations_mixed = stations};
+        EXPECT_EQ(largest_difference(room.image(cubic, {0.1, 0.2}), room.image(cubic, {0.1, 0.2})),
+                  0.0)
+            << name;
+      }
+    }
+  }
+}
+
+// Without parallax there is nothing to correct, whichever way the maps say so. Where nothing is
+// known the two neighbours are mixed, as in an initial view.
+TEST(RendererExtremes, UnknownEverywhereIsInfinitelyFar) {
+  const auto view_of = [](float stored, ViewMethod method) {
+    SyntheticRoomSpec spec = box_room(96);
+    spec.stored_distance = [stored](int, int, double) { return stored; };
+    return TestRoom(spec).image({.method = method}, {0.13, -0.21});
+  };
+  for (const ViewMethod method : kCorrected) {
+    const cv::Mat infinite = view_of(std::numeric_limits<float>::infinity(), method);
+    EXPECT_LE(largest_difference(view_of(1e8f, method), infinite), 1.0);
+  }
+  EXPECT_LE(
+      largest_difference(view_of(0.0f, ViewMethod::kHlfVd), view_of(0.0f, ViewMethod::kInitial)),
+      1.0);
 }
 
 }  // namespace

@@ -3,14 +3,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
 #include "core/base/test_error.h"
 #include "core/geometry/sphere.h"
+#include "core/view/connection.h"
 #include "core/view/test_grid.h"
+#include "core/view/view_height.h"
 
 namespace raywalk {
 namespace {
@@ -223,6 +228,158 @@ TEST(OpenGrid, ALineServesTheColumnsWhoseRaysCrossItAndTheNearerOneIsRead) {
   }
   grid.lines.erase(grid.lines.begin());
   EXPECT_THROW(ViewPlan(grid, {3.0, 1.0}, kPhysical), Error) << "nothing of it is seen there";
+}
+
+constexpr double kPlentyM = 1e9;  // an overhang that never runs out
+
+CornerView corner_at(double a, double b, double overhang = kPlentyM) {
+  return {a, b, overhang, overhang};
+}
+double corner_angle(const CornerView& c) { return std::atan2(c.to_next_side_m, c.to_this_side_m); }
+
+// Corners with all four lengths log-uniform over 1e-9..1e6, now and then exactly 0.
+class RandomCorners {
+ public:
+  CornerView next() { return {length(), length(), length(), length()}; }
+  double angle_deg(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+
+ private:
+  double length() {
+    if (std::uniform_int_distribution<int>(0, 15)(random_) == 0) return 0.0;
+    return std::pow(10.0, std::uniform_real_distribution<double>(-9.0, 6.0)(random_));
+  }
+  std::mt19937_64 random_{7};
+};
+
+TEST(Connection, CutIsTheCornerAngleClampedToTheAllowedIncidence) {
+  // k = 70 allows 20..70 degrees.
+  for (const auto& [corner_deg, cut_deg] : {std::pair{15.0, 20.0}, {45.0, 45.0}, {75.0, 70.0}}) {
+    const double c = radians_from_degrees(corner_deg);
+    const CornerView corner = corner_at(std::sin(c), std::cos(c));
+    EXPECT_NEAR(degrees_from_radians(hybrid_cut(corner, radians_from_degrees(70.0))), cut_deg,
+                1e-12);
+  }
+}
+
+TEST(Connection, LfuCutsAtTheDiagonalAndRaySpace360AtTheCornerWithoutOverhang) {
+  RandomCorners corners;
+  for (int i = 0; i < 2000; ++i) {
+    CornerView corner = corners.next();
+    const CornerConnection physical = connect_corner(corner, rule_of(90.0));
+    EXPECT_EQ(physical.cut_rad, corner_angle(corner));
+    EXPECT_FALSE(physical.limited);
+    corner.overhang_this_m = corner.overhang_next_m = kPlentyM;
+    if (corner.to_this_side_m + corner.to_next_side_m > 1e3) continue;
+    EXPECT_NEAR(degrees_from_radians(connect_corner(corner, rule_of(45.0)).cut_rad), 45.0, 1e-4);
+  }
+}
+
+TEST(Connection, SharedAnglesEndWhereEitherLineEnds) {
+  // 1 m to the next side, 0.5 m to this one. This line reaches 0.25 m beyond the corner, seen at
+  // atan(1.25 / 0.5); the next one 0.5 m, seen at atan(1 / (0.5 + 0.5)) = 45 degrees.
+  const SharedAngles shared = shared_angles({1.0, 0.5, 0.25, 0.5});
+  EXPECT_NEAR(degrees_from_radians(shared.begin_rad), 45.0, 1e-12);
+  EXPECT_NEAR(shared.end_rad, std::atan(2.5), 1e-15);
+}
+
+TEST(Connection, CutMovesContinuouslyTowardsPhysicalAsTheOverhangRunsOut) {
+  // Both sides of the diagonal: the next line's overhang limits c > k, this line's c < 90 - k.
+  for (const auto& [a, b] : {std::pair{1.0, 0.2}, {0.2, 1.0}}) {
+    double previous = hybrid_cut(corner_at(a, b), radians_from_degrees(50.0));
+    bool was_limited = false;
+    for (double overhang = 2.0; overhang >= 0.0; overhang -= 0.001) {
+      const CornerConnection connection =
+          connect_corner(corner_at(a, b, std::max(0.0, overhang)), rule_of(50.0));
+      const double c = corner_angle(corner_at(a, b));
+      EXPECT_LE(std::fabs(connection.cut_rad - c), std::fabs(previous - c) + 1e-15);
+      // |d cut / d overhang| <= 1 / hypot(a, b + o) < 1.
+      EXPECT_LT(std::fabs(connection.cut_rad - previous), 0.001 + 1e-12) << overhang;
+      EXPECT_TRUE(connection.limited || !was_limited) << "limits come and stay";
+      was_limited = connection.limited;
+      previous = connection.cut_rad;
+    }
+    EXPECT_TRUE(was_limited);
+  }
+}
+
+TEST(ConnectionProperty, CutAndBlendStayWithinBothLines) {
+  RandomCorners corners;
+  for (int i = 0; i < 20000; ++i) {
+    const CornerView corner = corners.next();
+    const ConnectionRule rule =
+        rule_of(corners.angle_deg(45.0, 90.0), corners.angle_deg(0.0, 45.0));
+    const SharedAngles shared = shared_angles(corner);
+    const CornerConnection connection = connect_corner(corner, rule);
+    ASSERT_GE(shared.begin_rad, 0.0);
+    ASSERT_LE(shared.begin_rad, shared.end_rad);
+    ASSERT_LE(shared.end_rad, kHalfPi);
+    ASSERT_GE(connection.blend_begin_rad, shared.begin_rad);
+    ASSERT_LE(connection.blend_begin_rad, connection.cut_rad);
+    ASSERT_LE(connection.cut_rad, connection.blend_end_rad);
+    ASSERT_LE(connection.blend_end_rad, shared.end_rad);
+    const double wanted = hybrid_cut(corner, rule.k_rad);
+    const bool readable = wanted >= shared.begin_rad && wanted <= shared.end_rad;
+    ASSERT_EQ(connection.limited, !readable);
+    if (readable) {
+      ASSERT_EQ(connection.cut_rad, wanted);
+    }
+  }
+}
+
+// A line along x with heights y(x), its stations unevenly spaced.
+Line line_with_heights(const std::function<double(double)>& height_m) {
+  std::vector<double> positions_m;
+  for (int i = 0; i <= 60; ++i) positions_m.push_back(0.1 * i + (i % 3 == 0 ? 0.04 : 0.0));
+  Line line = line_at(LineAxis::kX, 0.0, positions_m);
+  for (Station& station : line.stations) {
+    station.position_m.y() = height_m(station.along_m);
+    line.height_m += station.position_m.y() / static_cast<double>(line.stations.size());
+  }
+  return line;
+}
+
+TEST(ViewHeight, FollowsLevelSlopingAndHillyLines) {
+  const Line sloping = line_with_heights([](double x_m) { return 0.2 + 0.1 * x_m; });
+  const auto hill_m = [](double x_m) { return 0.3 * std::sin(x_m); };
+  const Line hilly = line_with_heights(hill_m);
+  for (double x_m = 0.05; x_m < 6.0; x_m += 0.07) {
+    EXPECT_NEAR(height_along(sloping, x_m), 0.2 + 0.1 * x_m, 1e-12);
+    EXPECT_NEAR(height_along(hilly, x_m), hill_m(x_m), 0.012) << x_m;
+  }
+  EXPECT_NEAR(height_along(sloping, -7.0), 0.2 + 0.1 * sloping.first_m(), 1e-12);
+  EXPECT_NEAR(height_along(sloping, 70.0), 0.2 + 0.1 * sloping.last_m(), 1e-12);
+}
+
+TEST(ViewHeight, AveragesWhatSingleStationsAreOffAndIsContinuous) {
+  const Line line =
+      line_with_heights([](double x_m) { return std::lround(x_m * 10.0) % 2 == 0 ? 0.02 : -0.02; });
+  double before = height_along(line, 0.5);
+  for (double x_m = 0.5; x_m < 5.5; x_m += 0.001) {
+    const double here = height_along(line, x_m);
+    EXPECT_LT(std::abs(here), 0.007) << x_m;
+    EXPECT_LT(std::abs(here - before), 5e-4) << x_m;
+    before = here;
+  }
+}
+
+TEST(ViewHeight, IsDefinedInALongGap) {
+  Line line = line_at(LineAxis::kX, 0.0, {0.0, 0.1, 0.2, 0.3, 9.0, 9.1, 9.2});
+  for (double x_m = 0.0; x_m < 9.2; x_m += 0.1) EXPECT_NEAR(height_along(line, x_m), 0.0, 1e-12);
+}
+
+TEST(ViewHeight, OfACellOnASlopeIsThatOfThePlane) {
+  const auto plane_m = [](double x_m, double z_m) { return 1.0 + 0.05 * x_m - 0.03 * z_m; };
+  Grid grid = square_grid(1.0, 0.25);
+  for (Line& line : grid.lines) {
+    for (Station& station : line.stations) {
+      station.position_m.y() = plane_m(station.position_m.x(), station.position_m.z());
+    }
+  }
+  for (const PlanPoint at : {PlanPoint{0.0, 0.0}, {0.5, 0.2}, {-0.31, 0.44}, {0.5, -0.5}}) {
+    EXPECT_NEAR(height_in_cell(grid, grid.cells[0], at), plane_m(at.x_m, at.z_m), 1e-12);
+  }
 }
 
 }  // namespace
