@@ -1,18 +1,13 @@
-// End-to-end test of raywalk-build-lf. RAYWALK_BUILD_LF is the program, RAYWALK_TEST_ROOM the
-// embedded capture.
+// End-to-end test of raywalk-build-lf, but for depth, and of views with what require has stored.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <spawn.h>
 
 #include <algorithm>
-#include <array>
-#include <chrono>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "build_lf/pack/test_capture.h"
+#include "core/files/atomic_output.h"
 #include "core/room/room.h"
 #include "tests/end_to_end/run_command.h"
 
@@ -30,23 +25,21 @@ class BuildLfTest : public ::testing::Test {
     return run_command(std::string(RAYWALK_BUILD_LF) + " " + arguments);
   }
   std::string pack_arguments() const {
-    return "pack --frames " + capture_.list().string() + " --out " + capture_.room().string();
+    return "pack --frames " + capture_.list().string() + " --out " + room_;
   }
 
-  // Expects failure with this exit code and exactly one error line.
-  static void expect_error(const CommandResult& result, int exit_code, const std::string& text) {
-    EXPECT_EQ(result.exit_code, exit_code);
-    EXPECT_THAT(result.errors, HasSubstr(text));
-    size_t lines = 0;
-    for (size_t at = 0;
-         (at = result.errors.find("raywalk-build-lf: error: ", at)) != std::string::npos; ++at)
-      ++lines;
-    EXPECT_EQ(lines, 1U) << result.errors;
-    EXPECT_EQ(result.errors.find("HDF5-DIAG"), std::string::npos) << result.errors;
+  // With a distance map of every n-th frame.
+  void pack_with_distances(int every = 1) const {
+    for (int frame = 0; frame < TestCapture::kStations; frame += every) {
+      capture_.write_distance_map(frame, {32, 16});
+    }
+    const CommandResult packed =
+        build_lf(pack_arguments() + " --distance " + capture_.distances().string());
+    ASSERT_EQ(packed.exit_code, 0) << packed.errors;
   }
-  // The same for pack, which must leave no files behind.
+  // Of pack, which must leave no files behind.
   void expect_clean_pack_error(const std::string& text) {
-    expect_error(build_lf(pack_arguments()), 1, text);
+    expect_one_error(build_lf(pack_arguments()), 1, text);
     EXPECT_FALSE(fs::exists(capture_.room()));
     EXPECT_FALSE(fs::exists(capture_.partial()));
   }
@@ -55,62 +48,52 @@ class BuildLfTest : public ::testing::Test {
   }
 
   TestCapture capture_;
+  std::string room_ = capture_.room().string();
 };
 
 TEST_F(BuildLfTest, PacksInspectsAndVerifies) {
   capture_.write_distance_map(2, {32, 16});
   const CommandResult packed =
-      build_lf("pack --frames " + capture_.root().string() + " --out " + capture_.room().string() +
-               " --distance " + capture_.distances().string());  // the folder of the list
+      build_lf("pack --frames " + capture_.root().string() + " --out " + room_ + " --distance " +
+               capture_.distances().string());  // the folder of the list
   EXPECT_EQ(packed.exit_code, 0) << packed.errors;
   EXPECT_THAT(packed.output, HasSubstr("4 lines, 1 cell, 28 panoramas of 64 x 32, 1 distance map"));
-  EXPECT_THAT(packed.errors, HasSubstr("its positions are taken as listed"));
-  const CommandResult info = build_lf("info --json " + capture_.room().string());
+  const CommandResult info = build_lf("info --json " + room_);
   EXPECT_EQ(info.exit_code, 0);
   const auto json = nlohmann::json::parse(info.output);
   EXPECT_EQ(json["lines"].size(), 4U);
   EXPECT_EQ(json["cells"].size(), 1U);
   EXPECT_EQ(json["stations"], 28);
   EXPECT_NEAR(json["lines"][0]["overhang_first_m"], 0.25, 1e-12);
-  EXPECT_THAT(build_lf("info " + capture_.room().string()).output, HasSubstr("0.250 / 0.250"));
-  const CommandResult verified = build_lf("verify " + capture_.room().string());
+  EXPECT_THAT(build_lf("info " + room_).output, HasSubstr("0.250 / 0.250"));
+  const CommandResult verified = build_lf("verify " + room_);
   EXPECT_EQ(verified.exit_code, 0);
   EXPECT_THAT(verified.output, AllOf(HasSubstr("28 panoramas and 1 distance maps match"),
                                      HasSubstr("distances in use: given")));
 }
 
 TEST_F(BuildLfTest, ARoomWithSwappedOrMissingDistancesIsRefused) {
-  for (int frame = 0; frame < TestCapture::kStations; ++frame) {
-    capture_.write_distance_map(frame, {32, 16});
-  }
-  ASSERT_EQ(build_lf(pack_arguments() + " --distance " + capture_.distances().string()).exit_code,
-            0);
-  const std::string room = capture_.room().string();
+  pack_with_distances();
   const fs::path distances = capture_.room() / "distances" / "given";
-  EXPECT_THAT(build_lf("distances " + room).output, HasSubstr("views use the given distances"));
+  EXPECT_THAT(build_lf("distances " + room_).output, HasSubstr("views use the given distances"));
   fs::rename(distances / "x0.h5", distances / "q");
   fs::rename(distances / "x1.h5", distances / "x0.h5");
   fs::rename(distances / "q", distances / "x1.h5");
-  expect_error(build_lf("verify " + room), 1, "x0.h5: holds the distances of line x1");
+  expect_one_error(build_lf("verify " + room_), 1, "x0.h5: holds the distances of line x1");
   fs::remove(distances / "x0.h5");
   fs::rename(distances / "x1.h5", distances / "x0.h5");
-  expect_error(build_lf("info " + room), 1, "x1.h5: no such file");
-  EXPECT_THAT(build_lf("distances " + room).output, HasSubstr("not usable"));
-  expect_error(build_lf("distances " + room + " --use estimated"), 1, "raywalk-build-lf depth");
-  expect_error(build_lf("distances " + room + " --use both"), 2, "give given or estimated");
-  expect_error(build_lf("distances " + room + "/lines"), 1, "not a room");
+  expect_one_error(build_lf("info " + room_), 1, "x1.h5: no such file");
+  EXPECT_THAT(build_lf("distances " + room_).output, HasSubstr("not usable"));
+  expect_one_error(build_lf("distances " + room_ + " --use estimated"), 1,
+                   "raywalk-build-lf depth");
+  expect_one_error(build_lf("distances " + room_ + " --use both"), 2, "give given or estimated");
+  expect_one_error(build_lf("distances " + room_ + "/lines"), 1, "not a room");
 }
 
 TEST_F(BuildLfTest, ARefinedRoomSaysWhatItWasMadeFrom) {
-  for (int frame = 0; frame < TestCapture::kStations; frame += 2) {
-    capture_.write_distance_map(frame, {32, 16});
-  }
-  const std::string room = capture_.room().string();
-  const CommandResult before = build_lf("refine " + room);
-  expect_error(before, 1, "room.lf");
-  ASSERT_EQ(build_lf(pack_arguments() + " --distance " + capture_.distances().string()).exit_code,
-            0);
-  const CommandResult refined = build_lf("refine " + room + " --compress jpeg:95");
+  expect_one_error(build_lf("refine " + room_), 1, "room.lf");
+  pack_with_distances(2);
+  const CommandResult refined = build_lf("refine " + room_ + " --compress jpeg:95");
   EXPECT_EQ(refined.exit_code, 0) << refined.errors;
   EXPECT_THAT(refined.output, AllOf(HasSubstr("panoramas of 128 x 64"), HasSubstr("jpeg:95")));
   const fs::path out = capture_.room().parent_path() / "room-refined.lf";
@@ -119,7 +102,7 @@ TEST_F(BuildLfTest, ARefinedRoomSaysWhatItWasMadeFrom) {
   EXPECT_THAT(build_lf("verify " + out.string()).output, Not(HasSubstr("changed")));
   fs::remove_all(capture_.room());
   EXPECT_THAT(build_lf("verify " + out.string()).output, HasSubstr("whether that has changed"));
-  expect_error(build_lf("refine " + room + " --out " + room + "-2"), 1, room);
+  expect_one_error(build_lf("refine " + room_ + " --out " + room_ + "-2"), 1, room_);
 }
 
 TEST_F(BuildLfTest, ThreeLinesOfPythonOpenAVolume) {
@@ -136,25 +119,12 @@ TEST_F(BuildLfTest, ThreeLinesOfPythonOpenAVolume) {
       << python.errors;
 }
 
-TEST_F(BuildLfTest, HelpAndVersionSucceedAndExamplesAreGiven) {
-  for (const char* command : {"", "pack", "info", "verify"}) {
-    const CommandResult help = build_lf(std::string(command) + " --help");
-    EXPECT_EQ(help.exit_code, 0);
-    EXPECT_THAT(help.output, HasSubstr("Example:\n  raywalk-build-lf")) << command;
-  }
-  EXPECT_THAT(build_lf("--version").output, HasSubstr("raywalk-build-lf "));
-}
-
 TEST_F(BuildLfTest, WrongUsageIsExitCodeTwo) {
-  expect_error(build_lf(""), 2, "subcommand");
-  expect_error(build_lf("pack --out room.lf"), 2, "--frames");
-  expect_error(build_lf(pack_arguments() + " --line-tolerance-mm -1"), 2, "--line-tolerance-mm");
-  expect_error(build_lf("info --yaml room.lf"), 2, "--yaml");
-}
-
-TEST_F(BuildLfTest, PackingOverARoomIsRefused) {
-  ASSERT_EQ(build_lf(pack_arguments()).exit_code, 0);
-  expect_error(build_lf(pack_arguments()), 1, "exists already");
+  expect_one_error(build_lf(""), 2, "subcommand");
+  expect_one_error(build_lf("pack --out room.lf"), 2, "--frames");
+  expect_one_error(build_lf(pack_arguments() + " --line-tolerance-mm -1"), 2,
+                   "--line-tolerance-mm");
+  expect_one_error(build_lf("info --yaml room.lf"), 2, "--yaml");
 }
 
 TEST_F(BuildLfTest, BadInputGivesOneErrorLineAndLeavesNothing) {
@@ -184,25 +154,25 @@ TEST_F(BuildLfTest, DamagedRoomsAreNamed) {
   std::string flipped = whole;
   flipped[whole.size() / 2] = static_cast<char>(flipped[whole.size() / 2] ^ 4);
   write_file_atomically(volume, flipped);
-  expect_error(build_lf("verify " + capture_.room().string()), 1, "line z0 station 3 (left_3.png)");
+  expect_one_error(build_lf("verify " + room_), 1, "line z0 station 3 (left_3.png)");
   fs::resize_file(volume, whole.size() - 1);
   for (const char* command : {"info ", "verify "}) {
-    expect_error(build_lf(command + capture_.room().string()), 1, "z0.h5");
+    expect_one_error(build_lf(command + room_), 1, "z0.h5");
   }
   write_file_atomically(volume, whole);
   std::string manifest = read_file(manifest_path(capture_.room()));
   const std::string version = "\"format_version\": 3";
   manifest.replace(manifest.find(version), version.size(), "\"format_version\": 4");
   write_file_atomically(manifest_path(capture_.room()), manifest);
-  expect_error(build_lf("info " + capture_.room().string()), 1, "newer");
+  expect_one_error(build_lf("info " + room_), 1, "newer");
 }
 
 TEST_F(BuildLfTest, UnwritableOutputIsNamed) {
   // A file in place of a directory is an error even for root.
   const std::string frames = "pack --frames " + capture_.list().string();
-  expect_error(build_lf(frames + " --out " + (capture_.list() / "room.lf").string()), 1,
-               "poses.csv/room.lf");
-  expect_error(build_lf(frames + " --out /proc/room.lf"), 1, "/proc/room.lf");
+  expect_one_error(build_lf(frames + " --out " + (capture_.list() / "room.lf").string()), 1,
+                   "poses.csv/room.lf");
+  expect_one_error(build_lf(frames + " --out /proc/room.lf"), 1, "/proc/room.lf");
 }
 
 // A file size limit simulates a full disk: writes fail in the same way.
@@ -228,69 +198,68 @@ TEST_F(BuildLfTest, RunStoppedByAFullDiskIsResumed) {
   replace_list(rows);
   const CommandResult stopped =
       run_command("ulimit -f 64; " + std::string(RAYWALK_BUILD_LF) + " " + pack_arguments());
-  expect_error(stopped, 1, "x1");
+  expect_one_error(stopped, 1, "x1");
   EXPECT_FALSE(fs::exists(capture_.room()));
   const fs::path finished = line_volume_path(capture_.partial(), "x0");
   ASSERT_TRUE(fs::exists(finished));
   const auto written = fs::last_write_time(finished);
   EXPECT_EQ(build_lf(pack_arguments()).exit_code, 0);
   EXPECT_EQ(fs::last_write_time(line_volume_path(capture_.room(), "x0")), written);
-  EXPECT_EQ(build_lf("verify " + capture_.room().string()).exit_code, 0);
+  EXPECT_EQ(build_lf("verify " + room_).exit_code, 0);
   EXPECT_FALSE(fs::exists(capture_.partial()));
 }
 
-// Packs the embedded room and interrupts as soon as the first volume is finished. Returns the exit
-// code, or nothing if the run finished before the signal.
-std::optional<int> exit_code_of_interrupted_pack(const fs::path& out) {
-  const std::string frames = std::string(RAYWALK_TEST_ROOM) + "/poses.csv";
-  const std::string out_text = out.string();
-  std::array<const char*, 9> arguments{RAYWALK_BUILD_LF, "pack",  "--frames",
-                                       frames.c_str(),   "--out", out_text.c_str(),
-                                       "--threads",      "1",     nullptr};
-  pid_t child = 0;
-  if (posix_spawn(&child, RAYWALK_BUILD_LF, nullptr, nullptr,
-                  const_cast<char* const*>(arguments.data()), environ) != 0) {
-    return -1;
-  }
-  const fs::path first = line_volume_path(out.string() + ".partial", "x0");
-  int status = 0;
-  while (!fs::exists(first) && waitpid(child, &status, WNOHANG) == 0) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  kill(child, SIGINT);
-  waitpid(child, &status, 0);
-  if (fs::exists(out)) return std::nullopt;
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-}
-
 TEST_F(BuildLfTest, InterruptedRunKeepsFinishedLinesAndIsResumed) {
-  std::optional<int> exit_code;
-  for (int attempt = 0; attempt < 5 && !exit_code; ++attempt) {
+  const fs::path finished = line_volume_path(capture_.partial(), "x0");
+  const std::string frames = RAYWALK_TEST_ROOM "/poses.csv";
+  int exit_code = 0;
+  // A run may be over before the signal.
+  for (int attempt = 0; attempt < 5 && exit_code == 0; ++attempt) {
     fs::remove_all(capture_.room());
-    exit_code = exit_code_of_interrupted_pack(capture_.room());
+    exit_code = exit_code_when_stopped(
+        {RAYWALK_BUILD_LF, "pack", "--frames", frames, "--out", room_, "--threads", "1"}, SIGINT,
+        [&] { return fs::exists(finished); });
   }
   EXPECT_EQ(exit_code, 130);
   EXPECT_FALSE(fs::exists(capture_.room()));
-  const fs::path finished = line_volume_path(capture_.partial(), "x0");
   ASSERT_TRUE(fs::exists(finished));
   const auto written = fs::last_write_time(finished);
   // Resuming with other inputs is refused.
-  const CommandResult other = build_lf(pack_arguments());
-  expect_error(other, 1, "holds an unfinished room of other frames");
-  const CommandResult resumed = build_lf("pack --frames " + std::string(RAYWALK_TEST_ROOM) +
-                                         "/poses.csv --out " + capture_.room().string());
+  expect_one_error(build_lf(pack_arguments()), 1, "holds an unfinished room of other frames");
+  const CommandResult resumed = build_lf("pack --frames " + frames + " --out " + room_);
   EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
+  EXPECT_THAT(resumed.output, HasSubstr("4 lines, 1 cell, 124 panoramas of 512 x 256"));
   EXPECT_EQ(fs::last_write_time(line_volume_path(capture_.room(), "x0")), written);
-  EXPECT_EQ(build_lf("verify " + capture_.room().string()).exit_code, 0);
+  EXPECT_EQ(build_lf("verify " + room_).exit_code, 0);
 }
 
-TEST_F(BuildLfTest, EmbeddedRoomPacksCompletely) {
-  const std::string room = RAYWALK_TEST_ROOM;
-  const CommandResult packed = build_lf("pack --frames " + room + "/poses.csv --distance " + room +
-                                        "/dist --out " + capture_.room().string());
-  EXPECT_EQ(packed.exit_code, 0) << packed.errors;
-  EXPECT_THAT(packed.output,
-              HasSubstr("4 lines, 1 cell, 124 panoramas of 512 x 256, 32 distance maps"));
+TEST_F(BuildLfTest, RequireMeasuresAndThins) {
+  pack_with_distances();
+  const std::string thin = (capture_.root() / "thin.lf").string();
+  const std::string report = (capture_.root() / "report").string();
+  const CommandResult required =
+      build_lf("require " + room_ + " --thin " + thin + " --report " + report);
+  ASSERT_EQ(required.exit_code, 0) << required.errors;
+  EXPECT_THAT(required.output,
+              AllOf(HasSubstr("layers"), HasSubstr("spacing"), HasSubstr("index.html")));
+  EXPECT_EQ(build_lf("verify " + thin).exit_code, 0);
+  const auto json = nlohmann::json::parse(read_file(fs::path(report) / "require.json"));
+  EXPECT_EQ(json["spacing"]["stations"], TestCapture::kStations);
+  EXPECT_EQ(json["thinned"]["room"], thin);
+  const CommandResult view = run_command(std::string(RAYWALK_RENDER) + " view " + room_ +
+                                         " --at 0,0 --out " + (capture_.root() / "a.png").string());
+  EXPECT_EQ(view.exit_code, 0) << view.errors;
+}
+
+TEST_F(BuildLfTest, RequireThatFailsLeavesNothing) {
+  ASSERT_EQ(build_lf(pack_arguments()).exit_code, 0);
+  const fs::path thin = capture_.root() / "thin.lf";
+  const CommandResult blind = build_lf("require " + room_ + " --thin " + thin.string());
+  expect_one_error(blind, 1, "raywalk-build-lf depth");
+  EXPECT_THAT(blind.errors, HasSubstr("pack --distance"));
+  EXPECT_FALSE(fs::exists(thin));
+  EXPECT_FALSE(fs::exists(capture_.room() / "require.json"));
+  expect_one_error(build_lf("require " + room_ + " --tolerance-px nan"), 2, "--tolerance-px");
 }
 
 }  // namespace

@@ -1,17 +1,28 @@
-// End-to-end test of raywalk-capture with the simulated rig in a separate process.
+// End-to-end test of raywalk-capture, against the simulated rig in a process of its own.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <httplib.h>
+#include <sqlite3.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <random>
 #include <set>
+#include <string>
+#include <thread>
+#include <vector>
 
 #include "core/files/atomic_output.h"
 #include "core/files/csv.h"
 #include "core/files/test_directory.h"
-#include "tests/end_to_end/capture_command.h"
+#include "tests/end_to_end/run_command.h"
+#include "tests/end_to_end/simulated_rig_process.h"
 
 namespace raywalk {
 namespace {
@@ -19,7 +30,107 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
+
+// The default plan: 4 lines of 3 stations, 500 mm apart.
+constexpr std::size_t kStations = 12;
+
+class CaptureCommandTest : public ::testing::Test {
+ protected:
+  CaptureCommandTest() { files_.directory = directory_.path(); }
+
+  void start_rig() {
+    files_.write();
+    rig_.emplace(files_);
+    url_ = nlohmann::json::parse(read_file(rig_->directory() / "rig.json"))["camera_url"]
+               .get<std::string>();
+  }
+  std::string session() const { return (directory_ / "session").string(); }
+  std::string with_rig() const {
+    return files_.capture().string() + " --rig " + rig_->directory().string();
+  }
+  CommandResult capture(const std::string& arguments) const {
+    return run_command(std::string(RAYWALK_CAPTURE) + " " + arguments);
+  }
+  CommandResult run() const { return capture("run " + with_rig() + " --session " + session()); }
+  std::unique_ptr<BackgroundProcess> run_in_background() const {
+    return std::make_unique<BackgroundProcess>(
+        std::vector<std::string>{RAYWALK_CAPTURE, "run", files_.capture().string(), "--rig",
+                                 rig_->directory().string(), "--session", session()},
+        directory_ / "run.log");
+  }
+  std::string run_log() const { return read_file(directory_ / "run.log"); }
+  void wait_for_moves(int moves, BackgroundProcess* process) const {
+    const int before = rig_state()["moves"];
+    while (rig_state()["moves"] < before + moves) ASSERT_FALSE(process->has_ended()) << run_log();
+  }
+  nlohmann::json rig_state() const {
+    return nlohmann::json::parse(httplib::Client(url_).Get("/rig/state")->body);
+  }
+  void rig_fault(const nlohmann::json& fault) const {
+    const auto reply = httplib::Client(url_).Post("/rig/fault", fault.dump(), "application/json");
+    ASSERT_EQ(reply->status, 200) << reply->body;
+  }
+  bool is_rig_reachable() const {
+    return fs::exists(rig_->directory() / "slider") && httplib::Client(url_).Get("/rig/state");
+  }
+  void mend_rig() const { httplib::Client(url_).Post("/rig/mend", "", "application/json"); }
+  nlohmann::json status() const {
+    return nlohmann::json::parse(capture("status --json " + session()).output);
+  }
+
+  CsvTable exported_poses() const {
+    return CsvTable::read(session() + "/poses.csv", {"file", "x", "y", "z", "line"}, {});
+  }
+  // What the rig knows of every picture.
+  CsvTable true_poses() const {
+    return CsvTable::read(rig_->directory() / "truth" / "true_poses.csv",
+                          {"file", "line", "x", "y", "z", "yaw", "pitch", "roll"}, {});
+  }
+  // All invariants of a finished session.
+  void expect_finished_session() const {
+    const CommandResult verified = capture("verify " + session());
+    EXPECT_EQ(verified.exit_code, 0) << verified.output << verified.errors;
+    const CommandResult exported = capture("export " + session());
+    ASSERT_EQ(exported.exit_code, 0) << exported.errors;
+    const CsvTable poses = exported_poses();
+    std::set<std::string> frames;
+    for (std::size_t row = 0; row < poses.rows(); ++row) frames.insert(poses.text(row, "file"));
+    EXPECT_EQ(poses.rows(), kStations);
+    EXPECT_EQ(frames.size(), kStations);
+    EXPECT_EQ(integrity(), "ok");
+  }
+  std::string integrity() const {
+    sqlite3* database = nullptr;
+    std::string answer;
+    sqlite3_open((session() + "/session.db").c_str(), &database);
+    sqlite3_exec(
+        database, "PRAGMA integrity_check",
+        [](void* out, int, char** values, char**) {
+          *static_cast<std::string*>(out) = values[0];
+          return 0;
+        },
+        &answer, nullptr);
+    sqlite3_close(database);
+    return answer;
+  }
+  // Checksum of every frame stored so far.
+  std::map<std::string, std::string> frame_sums() const {
+    std::map<std::string, std::string> sums;
+    if (!fs::exists(session() + "/frames")) return sums;
+    sums = checksums_of_files(session() + "/frames");
+    std::erase_if(sums, [](const auto& each) {
+      return each.first.starts_with(".") || !each.first.ends_with(".jpg");
+    });
+    return sums;
+  }
+
+  TestDirectory directory_;
+  RehearsalFiles files_;
+  std::optional<SimulatedRigProcess> rig_;
+  std::string url_;
+};
 
 // A rail half as long as the lines, placed twice for each; two sessions, one line in both.
 TEST_F(CaptureCommandTest, LinesCapturedApartBecomeOneSession) {
@@ -34,9 +145,8 @@ TEST_F(CaptureCommandTest, LinesCapturedApartBecomeOneSession) {
   ASSERT_EQ(some.exit_code, 0) << some.errors;
   EXPECT_THAT(some.output, HasSubstr("all 10 stations of 2 lines are captured"));
   ASSERT_EQ(capture("run " + with_rig() + " --lines z0-z1,x1 --session " + second).exit_code, 0);
-  const CommandResult twice = capture("merge " + first + " " + second + " --out " + session());
-  EXPECT_EQ(twice.exit_code, 1);
-  EXPECT_THAT(twice.errors, HasSubstr("line z0 is captured in"));
+  expect_one_error(capture("merge " + first + " " + second + " --out " + session()), 1,
+                   "line z0 is captured in");
   const CommandResult merged =
       capture("merge " + first + " " + second + " --replace --out " + session());
   ASSERT_EQ(merged.exit_code, 0) << merged.errors;
@@ -44,12 +154,9 @@ TEST_F(CaptureCommandTest, LinesCapturedApartBecomeOneSession) {
   EXPECT_THAT(run().output, HasSubstr("all 20 stations of 4 lines are captured"));
   ASSERT_EQ(capture("export " + session()).exit_code, 0);
   // Every frame is at its place, with the errors of its own placement.
-  const CsvTable poses =
-      CsvTable::read(fs::path(session()) / "poses.csv", {"file", "x", "y", "z", "line"}, {});
+  const CsvTable poses = exported_poses();
   ASSERT_EQ(poses.rows(), 20u);
-  const CsvTable truth =
-      CsvTable::read(rig_->directory() / "truth" / "true_poses.csv",
-                     {"file", "line", "x", "y", "z", "yaw", "pitch", "roll"}, {});
+  const CsvTable truth = true_poses();
   std::set<std::string> placements;
   for (std::size_t row = 0; row < truth.rows(); ++row) placements.insert(truth.text(row, "line"));
   EXPECT_THAT(placements, ::testing::IsSupersetOf({"x0", "x0-2", "x1-2", "z1-2"}));
@@ -77,11 +184,8 @@ TEST_F(CaptureCommandTest, ASessionFromTheFirstMoveToTheFrameList) {
   EXPECT_THAT(capture("status " + session()).output, HasSubstr("12 of 12 stations captured"));
 
   // The true positions recorded by the rig differ by the errors of the rail.
-  const CsvTable truth =
-      CsvTable::read(rig_->directory() / "truth" / "true_poses.csv",
-                     {"file", "line", "x", "y", "z", "yaw", "pitch", "roll"}, {});
-  const CsvTable poses =
-      CsvTable::read(fs::path(session()) / "poses.csv", {"file", "x", "y", "z", "line"}, {});
+  const CsvTable truth = true_poses();
+  const CsvTable poses = exported_poses();
   ASSERT_GE(truth.rows(), poses.rows());
   const std::size_t first = truth.rows() - poses.rows();  // rows before it: metering
   for (std::size_t i = 0; i < poses.rows(); ++i) {
@@ -131,10 +235,7 @@ TEST_F(CaptureCommandTest, SignalsStopTheSliderAndTheSessionResumes) {
   start_rig();
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
     auto process = run_in_background();
-    const auto moves = rig_state()["moves"].get<int>();
-    while (rig_state()["moves"].get<int>() < moves + 3) {
-      ASSERT_FALSE(process->has_ended()) << run_log();
-    }
+    ASSERT_NO_FATAL_FAILURE(wait_for_moves(3, process.get()));
     process->signal(number);
     process->signal(number);  // a second signal: the slider must still be stopped
     EXPECT_EQ(process->wait(), 130);
@@ -225,7 +326,7 @@ TEST_F(CaptureCommandTest, ASecondProcessIsLockedOutOfSliderAndSession) {
   files_.speed_mm_s = 600.0;
   start_rig();
   auto process = run_in_background();
-  while (rig_state()["moves"].get<int>() < 2) ASSERT_FALSE(process->has_ended()) << run_log();
+  ASSERT_NO_FATAL_FAILURE(wait_for_moves(2, process.get()));
   EXPECT_THAT(run().errors, HasSubstr("another raywalk-capture uses this session"));
   EXPECT_THAT(capture("jog " + with_rig() + " --mm 5").errors, HasSubstr("another program"));
   EXPECT_EQ(capture("status " + session()).exit_code, 0);
@@ -238,9 +339,7 @@ TEST_F(CaptureCommandTest, ASessionOfAnotherPlanIsRefused) {
   ASSERT_EQ(run().exit_code, 0);
   files_.spacing_mm = 250.0;
   files_.write();
-  const CommandResult refused = run();
-  EXPECT_EQ(refused.exit_code, 1);
-  EXPECT_THAT(refused.errors, HasSubstr("lines/x0/stations"));
+  expect_one_error(run(), 1, "lines/x0/stations");
 }
 
 TEST_F(CaptureCommandTest, EachMissingDeviceIsNamed) {
@@ -282,17 +381,67 @@ TEST_F(CaptureCommandTest, InvalidPlansAreRefused) {
   files_.spacing_mm = 300.0;
   files_.write();
   const CommandResult refused = capture("plan " + files_.capture().string());
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.errors, AllOf(HasSubstr("capture.yaml:2"), HasSubstr("spacing_mm")));
+  expect_one_error(refused, 2, "capture.yaml:2");
+  EXPECT_THAT(refused.errors, HasSubstr("spacing_mm"));
 }
 
-TEST_F(CaptureCommandTest, EveryCommandHasAnExample) {
-  for (const char* command :
-       {"plan", "check", "run", "status", "verify", "import", "export", "home", "jog", "stop"}) {
-    const CommandResult help = capture(std::string(command) + " --help");
-    EXPECT_EQ(help.exit_code, 0);
-    EXPECT_THAT(help.output, HasSubstr(std::string("Example:\n  raywalk-capture ") + command));
+struct FaultCase {
+  const char* name;
+  json fault;
+  std::vector<const char*> says;  // patterns of the error line
+};
+
+class CaptureFaultTest : public CaptureCommandTest,
+                         public ::testing::WithParamInterface<FaultCase> {};
+
+TEST_P(CaptureFaultTest, PausesWithAnErrorLineAndResumesAfterRepair) {
+  files_.speed_mm_s = 2000.0;
+  files_.more_capture = "  shots: 2\n";
+  start_rig();
+  auto process = run_in_background();
+  ASSERT_NO_FATAL_FAILURE(wait_for_moves(3, process.get()));
+  rig_fault(GetParam().fault);
+  EXPECT_EQ(process->wait(), 3) << run_log();
+  const std::string log = run_log();
+  const std::string line = log.substr(log.rfind("raywalk-capture: error:"));
+  EXPECT_THAT(line, AllOf(HasSubstr("x0"), HasSubstr(";"), HasSubstr("the same command resumes")));
+  for (const char* text : GetParam().says) EXPECT_THAT(line, ContainsRegex(text));
+  EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1) << line;
+  mend_rig();
+  // A cut link and a camera that was down recover by themselves; a blocked drive must be homed.
+  for (int i = 0; i < 1000 && !is_rig_reachable(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
+  const CommandResult resumed = run();
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
+  expect_finished_session();
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Faults, CaptureFaultTest,
+    // The fault may occur before or after the carriage starts to move.
+    ::testing::Values(
+        FaultCase{"Stall", {{"kind", "stall"}}, {"does not move|stalled"}},
+        // A drive may also end the move at the switch by itself.
+        FaultCase{
+            "LimitSwitch", {{"kind", "high-limit"}}, {"does not move|stalled|off its target"}},
+        FaultCase{"Cut", {{"kind", "cut"}}, {"stop"}},
+        FaultCase{"FeedbackJump", {{"kind", "feedback-jump"}, {"amount", 30.0}}, {"mm"}},
+        FaultCase{"Busy", {{"kind", "busy"}}, {"camera", "busy"}},
+        FaultCase{"CardFull", {{"kind", "card-full"}, {"for_ms", 60000}}, {"card"}},
+        FaultCase{"WebPage", {{"kind", "web-page"}, {"for_ms", 60000}}, {"web page"}},
+        FaultCase{"CameraDown", {{"kind", "down"}, {"for_ms", 3000}}, {"127.0.0.1"}}),
+    [](const ::testing::TestParamInfo<FaultCase>& param) { return param.param.name; });
+
+TEST_F(CaptureCommandTest, AnAlarmIsNamedAndMustBeClearedManually) {
+  files_.speed_mm_s = 2000.0;
+  start_rig();
+  auto process = run_in_background();
+  ASSERT_NO_FATAL_FAILURE(wait_for_moves(3, process.get()));
+  rig_fault({{"kind", "alarm"}, {"amount", 33}});
+  EXPECT_EQ(process->wait(), 3);
+  EXPECT_THAT(run_log(), AllOf(HasSubstr("alarm"), HasSubstr("33")));
+  EXPECT_NE(capture("check " + with_rig()).exit_code, 0);
 }
 
 }  // namespace

@@ -21,6 +21,7 @@ namespace raywalk {
 namespace {
 
 using testing::AllOf;
+using testing::ContainsRegex;
 using testing::EndsWith;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
@@ -113,8 +114,9 @@ TEST(EveryCommandTest, SuggestsItsOwnFlagForANearMiss) {
   }
 }
 
-TEST(EveryCommandTest, HasTheShortFormsOfHabit) {
+TEST(EveryCommandTest, HasAnExampleAndTheShortFormsOfHabit) {
   for (const Command& command : all_commands()) {
+    EXPECT_THAT(command.help, ContainsRegex("Examples?:\n  " + command.shown() + " "));
     EXPECT_THAT(command.help, HasSubstr("-q,--quiet"));
     if (flags_in(command.help).count("out") > 0) {
       EXPECT_THAT(command.help, HasSubstr("-o,--"));
@@ -141,7 +143,7 @@ TEST(EveryCommandTest, CommonFlagsComeFirstInALongHelp) {
   }
 }
 
-TEST(EveryProgramTest, NamesAnUnknownCommandAndItsHelp) {
+TEST(EveryProgramTest, HasAVersionAndNamesAnUnknownCommandAndItsHelp) {
   std::set<std::string> programs;
   for (const Command& command : all_commands()) {
     if (!programs.insert(command.program).second) continue;
@@ -151,6 +153,7 @@ TEST(EveryProgramTest, NamesAnUnknownCommandAndItsHelp) {
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_EQ(result.errors, program + ": error: unknown command '" + miss + "'; did you mean '" +
                                  command.name + "'?; see " + program + " --help\n");
+    EXPECT_THAT(run_command(command.program + " --version").output, HasSubstr(program + " "));
   }
 }
 
@@ -178,10 +181,6 @@ class WhiteRoomTest : public testing::Test {
   static TestDirectory* directory_;
 };
 TestDirectory* WhiteRoomTest::directory_ = nullptr;
-
-TEST_F(WhiteRoomTest, RoomIsNamedAfterTheFolderOfItsFrames) {
-  EXPECT_TRUE(fs::exists(*directory_ / "white-room.lf" / "manifest.json"));
-}
 
 // Every fourth frame of the room at a quarter of its size, in a folder whose name has a space.
 TEST_F(WhiteRoomTest, AllMakesARefinedRoomAndRepeatsNothing) {
@@ -213,11 +212,12 @@ TEST_F(WhiteRoomTest, AllMakesARefinedRoomAndRepeatsNothing) {
   rows.pop_back();
   write_file_atomically(hall / "poses.csv", frame_list_text(rows));
   const CommandResult other = in_directory(all);
-  EXPECT_EQ(other.exit_code, 1);
-  EXPECT_THAT(other.errors, AllOf(HasSubstr("my hall.lf"), HasSubstr("--force")));
+  expect_one_error(other, 1, "my hall.lf");
+  EXPECT_THAT(other.errors, HasSubstr("--force"));
   EXPECT_EQ(in_directory(all + " -f -q").exit_code, 0);
 }
 
+// The room is named after the folder of its frames.
 TEST_F(WhiteRoomTest, ViewpointIsWrittenInAnyHabit) {
   const std::string centre = picture_at("--at 0,0");
   for (const char* at : {"--at 0 0", "--at '0, 0'", "--at=0 0"}) {
@@ -226,9 +226,7 @@ TEST_F(WhiteRoomTest, ViewpointIsWrittenInAnyHabit) {
   const std::string aside = picture_at("--at=-0.1,-0.2");
   EXPECT_NE(aside, centre);
   EXPECT_EQ(picture_at("--at -0.1 -0.2"), aside);
-  const CommandResult wrong = in_directory(RAYWALK_RENDER " view white-room.lf --at 0");
-  EXPECT_EQ(wrong.exit_code, 2);
-  EXPECT_THAT(wrong.errors, HasSubstr("--at is '0'"));
+  expect_one_error(in_directory(RAYWALK_RENDER " view white-room.lf --at 0"), 2, "--at is '0'");
 }
 
 TEST_F(WhiteRoomTest, ForceReplacesARoomOnlyByACompleteOneAndNothingElse) {
@@ -236,8 +234,8 @@ TEST_F(WhiteRoomTest, ForceReplacesARoomOnlyByACompleteOneAndNothingElse) {
   const fs::path room = *directory_ / "white-room.lf";
   EXPECT_TRUE(fs::exists(room / "distances"));
   const CommandResult refused = in_directory(pack);
-  EXPECT_EQ(refused.exit_code, 1);
-  EXPECT_THAT(refused.errors, AllOf(HasSubstr("exists already"), HasSubstr("--force")));
+  expect_one_error(refused, 1, "exists already");
+  EXPECT_THAT(refused.errors, HasSubstr("--force"));
 
   EXPECT_EQ(in_directory(pack + "-f --distance /no/such/place").exit_code, 1);
   EXPECT_TRUE(fs::exists(room / "distances")) << "kept, as the new room was not made";
@@ -246,17 +244,13 @@ TEST_F(WhiteRoomTest, ForceReplacesARoomOnlyByACompleteOneAndNothingElse) {
   EXPECT_FALSE(fs::exists(room / "distances")) << "replaced by a room without distances";
 
   write_file_atomically(room / "notes.txt", "mine");
-  const CommandResult notes = in_directory(pack + "-f");
-  EXPECT_EQ(notes.exit_code, 1);
-  EXPECT_THAT(notes.errors, HasSubstr("notes.txt"));
+  expect_one_error(in_directory(pack + "-f"), 1, "notes.txt");
   EXPECT_EQ(read_file(room / "notes.txt"), "mine");
   fs::remove(room / "notes.txt");
 
   fs::create_directory(*directory_ / "photos");
   write_file_atomically(*directory_ / "photos" / "manifest.json", "{\"name\": \"my web page\"}");
-  const CommandResult photos = in_directory(pack + "-f -o photos");
-  EXPECT_EQ(photos.exit_code, 1);
-  EXPECT_THAT(photos.errors, HasSubstr("is not a room made by Raywalk"));
+  expect_one_error(in_directory(pack + "-f -o photos"), 1, "is not a room made by Raywalk");
   EXPECT_TRUE(fs::exists(*directory_ / "photos" / "manifest.json"));
 }
 

@@ -1,20 +1,29 @@
-// End-to-end test of raywalk-build-lf depth, up to views with the estimated distances.
-// RAYWALK_BUILD_LF and RAYWALK_RENDER are the programs.
-#include "tests/end_to_end/depth_command.h"
-
+// End-to-end test of raywalk-build-lf depth, up to views with the estimated distances, stopped and
+// resumed, and in parts.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
+#include <string>
+#include <thread>
+#include <vector>
 
+#include "build_lf/depth/depth_test_files.h"
+#include "build_lf/depth/depth_test_room.h"
 #include "core/evaluate/metrics.h"
 #include "core/files/image_file.h"
+#include "core/panorama/panorama_rotation.h"
+#include "core/room/hdf5_file.h"
 #include "core/room/kept_stations.h"
+#include "tests/end_to_end/run_command.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -22,6 +31,20 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
+
+// A textured box with an obstacle close to the front line.
+SyntheticRoomSpec furnished_room(int width) {
+  SyntheticRoomSpec spec = room_of_scale(1.0);
+  spec.scene.texture_wavelength_m = 0.5;
+  spec.scene.obstacle = SceneBox{{-0.3, -1.2, 0.9}, {0.3, 0.4, 1.3}};
+  spec.width = width;
+  return spec;
+}
+
+CommandResult depth(const Room& room, const std::string& arguments = "") {
+  return run_command(
+      fmt::format("{} depth {} {}", RAYWALK_BUILD_LF, room.directory().string(), arguments));
+}
 
 nlohmann::json report_of(const Room& room) {
   return nlohmann::json::parse(read_file(room.directory() / "depth.json"));
@@ -55,7 +78,7 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   DepthTestRoom room(spec);
   room.give_distances(spec.scene, {192, 96}, 4);
   const fs::path directory = room.room().directory();
-  const auto given = files_in(directory / "distances/given");
+  const auto given = checksums_of_files(directory / "distances/given");
   const double true_db = psnr_of(directory, spec);
   const double initial_db = psnr_of(directory, spec, "initial");
 
@@ -70,7 +93,7 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   const double swept_db = psnr_of(directory, spec);
   EXPECT_GT(swept_db, initial_db + 6.0);
   EXPECT_GT(swept_db, true_db - 1.0);
-  EXPECT_EQ(files_in(directory / "distances/given"), given);
+  EXPECT_EQ(checksums_of_files(directory / "distances/given"), given);
   EXPECT_FALSE(fs::exists(directory / "distances.partial"));
   EXPECT_THAT(read_file(directory / "depth.html"), HasSubstr("\"kind\":\"depth\""));
   const auto report = report_of(room.room());
@@ -83,7 +106,7 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   const std::string distances = std::string(RAYWALK_BUILD_LF) + " distances " + directory.string();
   EXPECT_THAT(run_command(distances).output, HasSubstr("views use the estimated distances"));
   EXPECT_EQ(run_command(distances + " --use given").exit_code, 0);
-  EXPECT_EQ(files_in(directory / "distances/given"), given);
+  EXPECT_EQ(checksums_of_files(directory / "distances/given"), given);
   EXPECT_NEAR(psnr_of(directory, spec), true_db, 1e-9);
   EXPECT_EQ(run_command(distances + " --use estimated").exit_code, 0);
   EXPECT_NEAR(psnr_of(directory, spec), swept_db, 1e-9);
@@ -93,7 +116,7 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   ASSERT_EQ(flowed.exit_code, 0) << flowed.errors;
   EXPECT_EQ(report_of(room.room())["method"], "flow");
   EXPECT_TRUE(report_of(room.room())["truth"].is_null());
-  EXPECT_EQ(files_in(directory / "distances/given"), given);
+  EXPECT_EQ(checksums_of_files(directory / "distances/given"), given);
   EXPECT_GT(psnr_of(directory, spec), initial_db + 3.0);
 }
 
@@ -107,7 +130,7 @@ TEST(DepthCommandTest, HeldOutStationsAreNotUsed) {
     const auto& of_line = left_out[static_cast<size_t>(station.line)];
     if (std::ranges::binary_search(of_line, station.station)) frame->setTo(0);
   });
-  const auto given = files_in(room.room().directory() / "distances/given");
+  const auto given = checksums_of_files(room.room().directory() / "distances/given");
   for (const DepthTestRoom* each : {&std::as_const(room), &damaged}) {
     const CommandResult result = depth(each->room(), "--hold-out 4");
     ASSERT_EQ(result.exit_code, 0) << result.errors;
@@ -115,7 +138,7 @@ TEST(DepthCommandTest, HeldOutStationsAreNotUsed) {
   }
   const fs::path held_out = held_out_directory(room.room().directory());
   EXPECT_EQ(nlohmann::json::parse(read_file(held_out / "depth.json"))["hold_out"], 4);
-  EXPECT_EQ(files_in(room.room().directory() / "distances/given"), given);
+  EXPECT_EQ(checksums_of_files(room.room().directory() / "distances/given"), given);
   EXPECT_FALSE(fs::exists(room.room().directory() / "depth.json"));
   const Room part = room.room().subset(stations_except(grid, left_out));
   const Room of_whole = part.with_distances(held_out / "distances/estimated");
@@ -157,43 +180,22 @@ TEST(DepthCommandTest, ViewsThroughMasksShowTheRoomAndNotTheDolly) {
   EXPECT_GT(masked_db, clean_db - 1.5);
   EXPECT_LT(psnr_with(DepthTestRoom(spec, paint_dolly)), masked_db - 6.0);
 
-  const CommandResult flowed = depth(masked.room(), "--method flow");
-  EXPECT_EQ(flowed.exit_code, 2);
-  EXPECT_THAT(flowed.errors, HasSubstr("have masks"));
+  expect_one_error(depth(masked.room(), "--method flow"), 2, "have masks");
 }
 
-// PSNR with distances estimated from `captured`, in the room of the unmodified frames.
-double psnr_of_distances(const DepthTestRoom& captured, const DepthTestRoom& clean,
-                         const SyntheticRoomSpec& spec) {
-  const fs::path distances = clean.room().directory() / "distances";
-  fs::remove_all(distances);
-  fs::copy(captured.room().directory() / "distances", distances, fs::copy_options::recursive);
-  use_distances(clean.room().directory(), DistanceKind::kEstimated);
-  return psnr_of(clean.room().directory(), spec);
-}
-
-// PSNR with true distances.
-double true_psnr_of(DepthTestRoom* clean, const SyntheticRoomSpec& spec) {
-  clean->give_distances(spec.scene, {spec.width, spec.width / 2}, 4);
-  return psnr_of(clean->room().directory(), spec);
-}
-
-// The frame rotated to another camera attitude.
-void turn(const Attitude& attitude, cv::Mat* frame) {
-  const Eigen::Matrix3d rotation = world_from_camera(attitude);
-  const PanoramaSize size{frame->cols, frame->rows};
-  cv::Mat map_u(frame->size(), CV_32FC1);
-  cv::Mat map_v(frame->size(), CV_32FC1);
-  for (int v = 0; v < size.height; ++v) {
-    for (int u = 0; u < size.width; ++u) {
-      const SphereAngles angles = angles_from_pixel({double(u), double(v)}, size);
-      const PixelPosition from =
-          pixel_from_angles(angles_from_direction(rotation * direction_from_angles(angles)), size);
-      map_u.at<float>(v, u) = static_cast<float>(from.u);
-      map_v.at<float>(v, u) = static_cast<float>(from.v);
-    }
-  }
-  cv::remap(frame->clone(), *frame, map_u, map_v, cv::INTER_CUBIC, cv::BORDER_WRAP);
+// In the room of the unmodified frames, views lose little with distances estimated from `captured`
+// instead of the true ones.
+void expect_distances_as_good_as_true(const DepthTestRoom& captured,
+                                      const SyntheticRoomSpec& spec) {
+  DepthTestRoom clean(spec);
+  const fs::path room = clean.room().directory();
+  clean.give_distances(spec.scene, {spec.width, spec.width / 2}, 4);
+  const double true_db = psnr_of(room, spec);
+  fs::remove_all(room / "distances");
+  fs::copy(captured.room().directory() / "distances", room / "distances",
+           fs::copy_options::recursive);
+  use_distances(room, DistanceKind::kEstimated);
+  EXPECT_GT(psnr_of(room, spec), true_db - 1.5);
 }
 
 TEST(DepthCommandTest, NoiseGainsAndPosesCostLittle) {
@@ -208,7 +210,8 @@ TEST(DepthCommandTest, NoiseGainsAndPosesCostLittle) {
                           line.stations[static_cast<size_t>(station.station)].position_m + off_m,
                           spec.width, 1.0 + deviate(0.03));
     const double most_rad = radians_from_degrees(0.1);
-    turn({deviate(most_rad), deviate(most_rad), deviate(most_rad)}, frame);
+    *frame = rotate_panorama(
+        *frame, world_from_camera({deviate(most_rad), deviate(most_rad), deviate(most_rad)}));
     add_noise(station, 3.0, frame);
   });
   ASSERT_EQ(depth(captured.room()).exit_code, 0);
@@ -218,9 +221,7 @@ TEST(DepthCommandTest, NoiseGainsAndPosesCostLittle) {
   for (const auto& finding : report["frame_findings"]) {
     EXPECT_EQ(finding["fault"], "exposure_step") << finding;
   }
-  DepthTestRoom clean(spec);
-  const double true_db = true_psnr_of(&clean, spec);
-  EXPECT_GT(psnr_of_distances(captured, clean, spec), true_db - 1.5);
+  expect_distances_as_good_as_true(captured, spec);
 }
 
 TEST(DepthCommandTest, ExposureJumpsAndMovingObjectsAreReportedAndCostLittle) {
@@ -246,19 +247,13 @@ TEST(DepthCommandTest, ExposureJumpsAndMovingObjectsAreReportedAndCostLittle) {
   EXPECT_EQ(faults, expected);
   EXPECT_NEAR(report["largest_exposure_step"].get<double>(), 1.3, 0.02);
   for (const auto& [file, fault] : expected) EXPECT_THAT(result.errors, HasSubstr(file));
-  DepthTestRoom clean(spec);
-  const double true_db = true_psnr_of(&clean, spec);
-  EXPECT_GT(psnr_of_distances(captured, clean, spec), true_db - 1.5);
+  expect_distances_as_good_as_true(captured, spec);
 }
 
-// Expects exactly one error line and an unchanged room.
+// Expects failure with exactly one error, and an unchanged room.
 void expect_error(const Room& room, const std::string& arguments, int exit_code,
                   const std::string& text) {
-  const CommandResult result = depth(room, arguments);
-  EXPECT_EQ(result.exit_code, exit_code) << arguments;
-  EXPECT_THAT(result.errors, HasSubstr("raywalk-build-lf: error: ")) << arguments;
-  EXPECT_THAT(result.errors, HasSubstr(text));
-  EXPECT_EQ(result.errors.find("error: "), result.errors.rfind("error: ")) << result.errors;
+  expect_one_error(depth(room, arguments), exit_code, text);
   for (const char* name : {"depth.json", "depth.html", "distances"}) {
     EXPECT_FALSE(fs::exists(room.directory() / name)) << arguments;
   }
@@ -267,7 +262,7 @@ void expect_error(const Room& room, const std::string& arguments, int exit_code,
 TEST(DepthCommandTest, FailuresGiveOneErrorLineAndLeaveTheRoomUnchanged) {
   const DepthTestRoom room(furnished_room(64));
   const fs::path directory = room.room().directory();
-  const auto before = files_in(directory / "lines");
+  const auto before = checksums_of_files(directory / "lines");
   const std::string mask = (directory / "mask.png").string();
   write_image(mask, cv::Mat(16, 32, CV_8UC1, cv::Scalar(255)));
   expect_error(room.room(), "--every -1", 2, "--every");
@@ -285,11 +280,9 @@ TEST(DepthCommandTest, FailuresGiveOneErrorLineAndLeaveTheRoomUnchanged) {
   // A file in place of a directory is an error even for root.
   std::ofstream(directory / "distances.partial") << "in the way";
   expect_error(room.room(), "", 1, "distances.partial");
-  EXPECT_EQ(files_in(directory / "lines"), before);
-  const CommandResult missing =
-      run_command(fmt::format("{} depth {}", RAYWALK_BUILD_LF, (directory / "no.lf").string()));
-  EXPECT_EQ(missing.exit_code, 1);
-  EXPECT_THAT(missing.errors, HasSubstr("no.lf"));
+  EXPECT_EQ(checksums_of_files(directory / "lines"), before);
+  const std::string missing = (directory / "no.lf").string();
+  expect_one_error(run_command(fmt::format("{} depth {}", RAYWALK_BUILD_LF, missing)), 1, "no.lf");
   EXPECT_FALSE(fs::exists(directory / "no.lf"));
 }
 
@@ -298,15 +291,15 @@ TEST(DepthCommandTest, AFullDiskLeavesTheOldDistances) {
   DepthTestRoom room(spec);
   room.give_distances(spec.scene, {64, 32}, 8);
   const fs::path directory = room.room().directory();
-  const auto given = files_in(directory / "distances/given");
+  const auto given = checksums_of_files(directory / "distances/given");
   // A file size limit simulates a full disk: maps fit, volumes do not.
   const CommandResult stopped =
       run_command(fmt::format("ulimit -f 40; {} depth {}", RAYWALK_BUILD_LF, directory.string()));
-  EXPECT_EQ(stopped.exit_code, 1) << stopped.errors;
-  EXPECT_THAT(stopped.errors, AllOf(HasSubstr("cannot write"), HasSubstr("x0.")));
-  EXPECT_EQ(files_in(directory / "distances/given"), given);
+  expect_one_error(stopped, 1, "cannot write");
+  EXPECT_THAT(stopped.errors, HasSubstr("x0."));
+  EXPECT_EQ(checksums_of_files(directory / "distances/given"), given);
   EXPECT_EQ(depth(room.room()).exit_code, 0);
-  EXPECT_EQ(files_in(directory / "distances/given"), given);
+  EXPECT_EQ(checksums_of_files(directory / "distances/given"), given);
 }
 
 TEST(DepthCommandTest, TwoStationsAreRefusedAsTooFew) {
@@ -347,6 +340,146 @@ TEST(DepthCommandTest, ACameraThatNeverMovedIsReported) {
     }
     EXPECT_EQ(report_of(noisy.room())["warnings"].size(), 4U);
   }
+}
+
+// Checksums of the maps of each line.
+std::vector<std::vector<std::string>> maps_of(const fs::path& room) {
+  std::vector<std::vector<std::string>> lines;
+  for (const char* line : {"x0", "x1", "z0", "z1"}) {
+    lines.push_back(Hdf5File::open(distance_volume_path(room, line, DistanceKind::kEstimated))
+                        .read_strings("sha256"));
+  }
+  return lines;
+}
+
+size_t swept_maps(const fs::path& room) {
+  std::error_code error;
+  size_t count = 0;
+  for (const auto& entry : fs::directory_iterator(room / "distances.partial", error)) {
+    if (entry.path().filename().string().starts_with("swept-")) ++count;
+  }
+  return count;
+}
+
+int exit_code_of_interrupted(const fs::path& room, size_t maps) {
+  return exit_code_when_stopped({RAYWALK_BUILD_LF, "depth", room.string(), "--threads", "1"},
+                                SIGINT, [&] { return swept_maps(room) >= maps; });
+}
+
+std::map<fs::path, fs::file_time_type> finished_maps(const fs::path& room) {
+  std::map<fs::path, fs::file_time_type> times;
+  for (const auto& entry : fs::directory_iterator(room / "distances.partial")) {
+    if (entry.path().extension() == ".map") times[entry.path()] = fs::last_write_time(entry.path());
+  }
+  return times;
+}
+
+TEST(DepthCommandTest, CtrlCKeepsFinishedMapsAndTheSameCommandResumes) {
+  const SyntheticRoomSpec spec = furnished_room(128);
+  DepthTestRoom room(spec);
+  room.give_distances(spec.scene, {64, 32}, 8);
+  const fs::path directory = room.room().directory();
+  const auto given = checksums_of_files(directory / "distances/given");
+  EXPECT_EQ(exit_code_of_interrupted(directory, 2), 130);
+  const auto first = finished_maps(directory);
+  EXPECT_GE(first.size(), 2U);
+  EXPECT_EQ(exit_code_of_interrupted(directory, swept_maps(directory) + 2), 130);
+  const auto second = finished_maps(directory);
+  EXPECT_GT(second.size(), first.size());
+  for (const auto& [file, time] : first) EXPECT_EQ(second.at(file), time) << file;
+  // The room is unchanged until the command completes.
+  EXPECT_EQ(checksums_of_files(directory / "distances/given"), given);
+  EXPECT_FALSE(fs::exists(directory / "depth.json"));
+
+  const CommandResult resumed = depth(room.room());
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
+  EXPECT_EQ(checksums_of_files(directory / "distances/given"), given);
+  EXPECT_FALSE(fs::exists(directory / "distances.partial"));
+  // The result of three interrupted runs equals that of a single run.
+  const auto in_parts = maps_of(directory);
+  ASSERT_EQ(depth(room.room()).exit_code, 0);
+  EXPECT_EQ(maps_of(directory), in_parts);
+}
+
+// Two copies of a room: one for a single run, one for parts.
+class DepthPartCommandTest : public ::testing::Test {
+ protected:
+  static SyntheticRoomSpec spec() {
+    SyntheticRoomSpec spec = furnished_room(96);
+    spec.spacing_m = 0.125;
+    return spec;
+  }
+
+  DepthPartCommandTest() {
+    fs::copy(room_.room().directory(), parts_, fs::copy_options::recursive);
+  }
+
+  BackgroundProcess start(const std::string& step, const std::string& part,
+                          const std::string& log) const {
+    return {{RAYWALK_BUILD_LF, "depth", parts_.string(), "--every", "3", "--threads", "1", "--step",
+             step, "--part", part},
+            directory_ / log};
+  }
+
+  std::string log(const std::string& name) const { return read_file(directory_ / name); }
+
+  // Two processes at the same part.
+  void make_twice_at_a_time(const std::string& step, const std::string& part) const {
+    BackgroundProcess first = start(step, part, "first");
+    BackgroundProcess second = start(step, part, "second");
+    EXPECT_EQ(first.wait(), 0) << step << " " << part << ": " << log("first");
+    EXPECT_EQ(second.wait(), 0) << step << " " << part << ": " << log("second");
+  }
+
+  void wait_for_swept_map() const {
+    constexpr auto kLongest = std::chrono::seconds(20);
+    const auto end = std::chrono::steady_clock::now() + kLongest;
+    while (swept_maps(parts_) == 0 && std::chrono::steady_clock::now() < end) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    EXPECT_GT(swept_maps(parts_), 0U);
+  }
+
+  // A process stands still with some of its maps made while another makes the whole part.
+  void sweep_beside_one_that_stands(const std::string& part) const {
+    BackgroundProcess standing = start("sweep", part, "standing");
+    wait_for_swept_map();
+    standing.signal(SIGSTOP);
+    BackgroundProcess other = start("sweep", part, "other");
+    EXPECT_EQ(other.wait(), 0) << log("other");
+    standing.signal(SIGCONT);
+    EXPECT_EQ(standing.wait(), 0) << log("standing");
+  }
+
+  void expect_result_of_one_run() const {
+    const CommandResult finished =
+        run_command(fmt::format("{} depth {} --every 3", RAYWALK_BUILD_LF, parts_.string()));
+    ASSERT_EQ(finished.exit_code, 0) << finished.errors;
+    const CommandResult plain = depth(room_.room(), "--every 3");
+    ASSERT_EQ(plain.exit_code, 0) << plain.errors;
+    EXPECT_EQ(result_files_of(parts_), result_files_of(room_.room().directory()));
+    EXPECT_FALSE(fs::exists(parts_ / "distances.partial"));
+  }
+
+  DepthTestRoom room_{spec()};
+  TestDirectory directory_;
+  fs::path parts_ = directory_ / "parts.lf";
+};
+
+TEST_F(DepthPartCommandTest, TwoProcessesAtAPartLeaveTheRoomOfOneRun) {
+  EXPECT_EQ(run_command(fmt::format("{} depth {} --every 3 --step prepare", RAYWALK_BUILD_LF,
+                                    parts_.string()))
+                .exit_code,
+            0);
+  for (const std::string step : {"sweep", "choose", "fuse", "volumes"}) {
+    if (step == "sweep") {
+      sweep_beside_one_that_stands("1/2");
+    } else {
+      make_twice_at_a_time(step, "1/2");
+    }
+    make_twice_at_a_time(step, "2/2");
+  }
+  expect_result_of_one_run();
 }
 
 }  // namespace

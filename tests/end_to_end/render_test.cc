@@ -1,11 +1,16 @@
 // End-to-end test of raywalk-render.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "core/files/image_file.h"
-#include "tests/end_to_end/render_command.h"
+#include "tests/end_to_end/run_command.h"
+#include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {
 namespace {
@@ -15,6 +20,44 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 namespace fs = std::filesystem;
 
+class RenderTest : public ::testing::Test {
+ protected:
+  static CommandResult render(const std::string& arguments) {
+    return run_command(std::string(RAYWALK_RENDER) + " " + arguments);
+  }
+  std::string room() const { return (directory_ / "room.lf").string(); }
+  std::string file(const std::string& name) const { return (directory_ / name).string(); }
+  void make_room(const SyntheticRoomSpec& spec = {.overhang_m = 0.25, .width = 64}) const {
+    write_synthetic_room(spec, room());
+  }
+  std::string view(const std::string& rest) const { return "view " + room() + " " + rest; }
+  std::string view_to_png(const std::string& rest) const {
+    return view(rest + " --out " + file("view.png"));
+  }
+
+  // Expects failure with nothing but one error line, and only `left` entries in the directory.
+  void expect_error(const CommandResult& result, int exit_code, const std::string& text,
+                    size_t left = 1) const {
+    expect_one_error(result, exit_code, text);
+    EXPECT_THAT(result.errors, ::testing::StartsWith("raywalk-render: error: "));
+    EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
+    EXPECT_EQ(directory_.entries(), left);
+  }
+
+  static std::string joined(const std::vector<std::string>& arguments) {
+    std::string text;
+    for (const std::string& argument : arguments) text += argument + " ";
+    return text;
+  }
+  // By Ctrl-C, as soon as a file exists.
+  static void expect_interrupted_once_there(const std::vector<std::string>& arguments,
+                                            const fs::path& awaited) {
+    EXPECT_EQ(exit_code_when_stopped(arguments, SIGINT, [&] { return fs::exists(awaited); }), 130);
+  }
+
+  TestDirectory directory_;
+};
+
 TEST_F(RenderTest, RendersAViewAndReportsItsSettings) {
   make_room();
   const CommandResult result = render(view_to_png("--at -0.1,0.2 --method two-sided --k 76"));
@@ -22,12 +65,6 @@ TEST_F(RenderTest, RendersAViewAndReportsItsSettings) {
   EXPECT_THAT(result.output, AllOf(HasSubstr(file("view.png")), HasSubstr("64x32 at -0.1,0.2 m"),
                                    HasSubstr("two-sided, hybrid at k = 76 degrees")));
   EXPECT_EQ(read_panorama(file("view.png")).cols, 64);
-}
-
-TEST_F(RenderTest, ViewIsCorrectedByDefault) {
-  make_room();
-  EXPECT_THAT(render(view_to_png("--at 0,0")).output, HasSubstr("hlf-vd"));
-  EXPECT_THAT(render(view_to_png("--at 0,0 --method initial")).output, HasSubstr("initial"));
 }
 
 TEST_F(RenderTest, SettingsFileAndFlags) {
@@ -59,19 +96,15 @@ TEST_F(RenderTest, RefusesWhatEyesCannotSee) {
       {"--at 0,0 --stereo anaglyph", "--stereo"},
       {"--at 0,0.1,0 --method initial", "leave the height out"}};
   for (const auto& [flags, message] : refused) {
-    const CommandResult result = render(view_to_png(flags));
-    EXPECT_EQ(result.exit_code, 2) << flags;
-    EXPECT_THAT(result.errors, HasSubstr(message)) << flags;
-    EXPECT_FALSE(fs::exists(file("view.png"))) << flags;
+    expect_error(render(view_to_png(flags)), 2, message);
   }
-  const CommandResult outside = render(view_to_png("--at 0.49,0 --stereo ods"));
-  EXPECT_EQ(outside.exit_code, 1);
-  EXPECT_THAT(outside.errors, HasSubstr("choose a viewpoint farther inside"));
+  expect_error(render(view_to_png("--at 0.49,0 --stereo ods")), 1,
+               "choose a viewpoint farther inside");
 }
 
-TEST_F(RenderTest, WritesJpegToo) {
+TEST_F(RenderTest, ViewsAreCorrectedByDefaultAndMayBeJpeg) {
   make_room();
-  EXPECT_EQ(render(view("--at 0,0 --out " + file("view.jpg"))).exit_code, 0);
+  EXPECT_THAT(render(view("--at 0,0 --out " + file("view.jpg"))).output, HasSubstr("hlf-vd"));
   EXPECT_EQ(read_panorama(file("view.jpg")).cols, 64);
 }
 
@@ -80,15 +113,6 @@ TEST_F(RenderTest, ASingleLineRendersWithTheRestMarked) {
   const CommandResult result = render(view_to_png("--at 0,-0.25"));
   EXPECT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_THAT(result.output, HasSubstr("% empty: no line serves it"));
-}
-
-TEST_F(RenderTest, HelpHasAnExampleForEveryCommand) {
-  EXPECT_EQ(render("--version").exit_code, 0);
-  for (const std::string command : {"view", "path", "validate", "connect-error", "error-model"}) {
-    const CommandResult help = render(command + " --help");
-    EXPECT_EQ(help.exit_code, 0) << command;
-    EXPECT_THAT(help.output, HasSubstr("raywalk-render " + command + " ")) << command;
-  }
 }
 
 TEST_F(RenderTest, WrongUsageHasADifferentExitCodeThanFailure) {
@@ -112,24 +136,10 @@ TEST_F(RenderTest, UnknownKeyInSettings) {
                "view.yaml:2: unknown key 'overlap_dge'; did you mean 'overlap_deg'?", 2);
 }
 
-TEST_F(RenderTest, ViewpointOutsideEveryCell) {
+TEST_F(RenderTest, MissingAndDamagedRoomsAndPlacesOutsideAreNamed) {
+  expect_error(render(view_to_png("--at 0,0")), 1, "room.lf", 0);
   make_room();
   expect_error(render(view_to_png("--at 0.7,0")), 1, "outside every cell");
-}
-
-TEST_F(RenderTest, MissingRoom) { expect_error(render(view_to_png("--at 0,0")), 1, "room.lf", 0); }
-
-TEST_F(RenderTest, ManifestOfANewerFormat) {
-  make_room();
-  const fs::path manifest = directory_ / "room.lf" / "manifest.json";
-  auto json = nlohmann::json::parse(read_file(manifest));
-  json["format_version"] = 4;
-  std::ofstream(manifest) << json.dump();
-  expect_error(render(view_to_png("--at 0,0")), 1, "manifest.json");
-}
-
-TEST_F(RenderTest, TruncatedVolume) {
-  make_room();
   const fs::path volume = directory_ / "room.lf" / "lines" / "x0.h5";
   fs::resize_file(volume, fs::file_size(volume) / 2);
   expect_error(render(view_to_png("--at 0,0")), 1, "x0.h5");
@@ -223,10 +233,8 @@ TEST_F(RenderTest, ValidationsAreStoppedAnyhowAndResumed) {
   const auto kept = [&] { return kept_results(partial); };
   std::size_t before = 0;
   for (const int signal : {SIGKILL, SIGTERM, SIGINT}) {
-    int status = 0;
-    stop_once(
-        command, [&] { return kept() > before; }, signal, &status);
-    EXPECT_EQ(WIFEXITED(status), signal != SIGKILL);
+    EXPECT_EQ(exit_code_when_stopped(command, signal, [&] { return kept() > before; }),
+              signal == SIGKILL ? 128 + SIGKILL : 130);
     EXPECT_GT(kept(), before);
     EXPECT_FALSE(fs::exists(file("report/metrics.json")));
     before = kept();
@@ -251,7 +259,7 @@ TEST_F(RenderTest, TradesAreInterruptedByCtrlCAndResumed) {
                                          file("gt.csv"), "--repetitions", "5",    "--report",
                                          file("trade")};
   const fs::path partial = file("trade/trade.partial");
-  interrupt_once_there(command, partial);
+  expect_interrupted_once_there(command, partial);
   const std::size_t kept = kept_results(partial);
   EXPECT_GE(kept, 1U);
   EXPECT_FALSE(fs::exists(file("trade/trade.json")));
@@ -287,11 +295,78 @@ TEST_F(RenderTest, SettingsAreChosenByPresetAndByMeasuredTrade) {
   expect_error(render(view + "--preset best"), 2, "--preset", 3);
 }
 
-TEST_F(RenderTest, TradeRefusesInvalidTruthBeforeAnyWork) {
-  make_room();
-  const std::string command =
-      "trade " + room() + " --truth " + file("gt.csv") + " --report " + file("trade");
-  expect_error(render(command), 1, "gt.csv");
+// A path with enough views to be interrupted midway.
+class RenderPathTest : public RenderTest {
+ protected:
+  static constexpr int kViews = 60;
+  RenderPathTest() {
+    make_room();
+    std::ofstream list(file("path.csv"));
+    list << "name,x,z\n";
+    for (int i = 0; i < kViews; ++i) list << "view" << i << "," << 0.4 - 0.01 * i << ",0.1\n";
+  }
+  std::vector<std::string> arguments() const {
+    return {RAYWALK_RENDER, "path",    room(), file("path.csv"), "--method",
+            "initial",      "--width", "1024", "--out",          file("views")};
+  }
+  std::string command() const { return joined(arguments()); }
+  // The number of complete pictures; any other file except the record is a failure.
+  size_t pictures() const {
+    size_t count = 0;
+    for (const auto& entry : fs::directory_iterator(file("views"))) {
+      if (entry.path().filename() == "views.json") continue;
+      EXPECT_EQ(read_panorama(entry.path()).cols, 1024);
+      ++count;
+    }
+    return count;
+  }
+};
+
+TEST_F(RenderPathTest, CtrlCStopsCleanlyAndTheSameCommandResumes) {
+  expect_interrupted_once_there(arguments(), file("views/view1.png"));
+  const size_t before = pictures();
+  EXPECT_GE(before, 2U);
+  EXPECT_LT(before, static_cast<size_t>(kViews));
+
+  const CommandResult resumed = run_command(command());
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
+  EXPECT_THAT(resumed.output, HasSubstr(std::to_string(kViews - before) + " of them rendered now"));
+  EXPECT_EQ(pictures(), static_cast<size_t>(kViews));
+}
+
+TEST_F(RenderPathTest, OtherSettingsAreRefused) {
+  std::ofstream(file("path.csv")) << "name,x,z\na,0,0\n";
+  ASSERT_EQ(run_command(command()).exit_code, 0);
+  expect_error(run_command(command() + "--overlap-deg 9"), 1, "overlap_deg", 3);
+}
+
+TEST_F(RenderPathTest, AVideoIsWholeOrNothing) {
+  const std::string video = file("walk.mp4");
+  const std::string usual = "path " + room() + " " + file("path.csv") + " --method initial ";
+  const CommandResult made = render(usual + "--width 64 --video " + video);
+  EXPECT_EQ(made.exit_code, 0) << made.errors;
+  EXPECT_THAT(made.output, HasSubstr("walk.mp4: 60 frames of 64x32, 2 s, H.264"));
+  EXPECT_THAT(run_command("ffprobe -v error -show_streams " + video).output,
+              AllOf(HasSubstr("nb_frames=60"), HasSubstr("projection=equirectangular")));
+  expect_error(render(usual + "--video " + video), 1, "--video", 3);
+  const auto again = render(usual + "--width 64 --fps 60 -f -q --video " + video);
+  EXPECT_EQ(again.exit_code, 0) << again.errors;
+  fs::remove(video);
+
+  std::vector<std::string> arguments = this->arguments();
+  arguments[arguments.size() - 2] = "--video";
+  arguments.back() = video;
+  EXPECT_EQ(exit_code_when_stopped(arguments, SIGINT, [&] { return directory_.entries() > 2; }),
+            130);
+  EXPECT_EQ(directory_.entries(), 2U) << "only the room and the table";
+
+  expect_error(run_command("ulimit -f 8; " + joined(arguments) + "-q"), 1, "walk.mp4: ffmpeg", 2);
+  expect_error(run_command("PATH=/nowhere " + joined(arguments)), 1, "apt install ffmpeg", 2);
+  for (const char* wrong :
+       {"--video walk.mp4 --quality 90", "--seconds 3", "--crf 20", "--fps 24", "--quality 90",
+        "--video walk.mkv", "--smooth eased --seconds 2 --speed-m-per-s 1"}) {
+    expect_error(render(usual + wrong), 2, "--", 2);
+  }
 }
 
 }  // namespace

@@ -14,7 +14,6 @@
 
 #include "core/files/test_directory.h"
 #include "render/serve/test_export.h"
-#include "tests/end_to_end/background_process.h"
 #include "tests/end_to_end/run_command.h"
 #include "tests/synthetic_room/synthetic_room.h"
 

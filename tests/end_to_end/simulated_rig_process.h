@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "core/files/atomic_output.h"
-#include "tests/end_to_end/background_process.h"
+#include "tests/end_to_end/run_command.h"
 
 namespace raywalk {
 

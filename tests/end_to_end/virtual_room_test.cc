@@ -3,15 +3,10 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <spawn.h>
 
-#include <array>
-#include <chrono>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <thread>
 
 #include "core/files/csv.h"
 #include "core/files/image_file.h"
@@ -43,9 +38,7 @@ class VirtualRoomTest : public ::testing::Test {
   // Expects one error line and no files except the settings.
   void expect_clean_error(const CommandResult& result, int exit_code,
                           const std::string& text) const {
-    EXPECT_EQ(result.exit_code, exit_code) << result.errors;
-    EXPECT_THAT(result.errors, HasSubstr("error: "));
-    EXPECT_THAT(result.errors, HasSubstr(text));
+    expect_one_error(result, exit_code, text);
     EXPECT_EQ(directory_.entries(), 1U);
   }
 
@@ -142,9 +135,7 @@ TEST_F(VirtualRoomTest, BadViewsLeaveNothing) {
 
 TEST_F(VirtualRoomTest, ExistingOrImpossibleOutputIsRefused) {
   fs::create_directory(out());
-  const CommandResult exists = capture(kSmall);
-  EXPECT_EQ(exists.exit_code, 1);
-  EXPECT_THAT(exists.errors, HasSubstr("exists already"));
+  expect_one_error(capture(kSmall), 1, "exists already");
   EXPECT_TRUE(fs::is_empty(out()));
   fs::remove(out());
   const CommandResult in_a_file = run_command(fmt::format(
@@ -163,22 +154,11 @@ TEST_F(VirtualRoomTest, FullDiskLeavesNothing) {
 
 TEST_F(VirtualRoomTest, InterruptLeavesNothing) {
   write_file_atomically(config(), "seed: 1\n");  // 244 stations, far longer than the test waits
-  const std::string config_text = config().string(), out_text = out().string();
-  std::array<const char*, 6> arguments{RAYWALK_SIMULATE, "room",           config_text.c_str(),
-                                       "--out",          out_text.c_str(), nullptr};
-  pid_t child = 0;
-  ASSERT_EQ(posix_spawn(&child, RAYWALK_SIMULATE, nullptr, nullptr,
-                        const_cast<char* const*>(arguments.data()), environ),
-            0);
-  int status = 0;
   // The partial directory shows that work has begun.
-  while (directory_.entries() < 2 && waitpid(child, &status, WNOHANG) == 0) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  kill(child, SIGINT);
-  waitpid(child, &status, 0);
-  ASSERT_TRUE(WIFEXITED(status)) << status;
-  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_EQ(
+      exit_code_when_stopped({RAYWALK_SIMULATE, "room", config().string(), "--out", out().string()},
+                             SIGINT, [&] { return directory_.entries() > 1; }),
+      130);
   EXPECT_EQ(directory_.entries(), 1U);
 }
 
