@@ -96,16 +96,15 @@ bool can_be_opened(const fs::path& room) {
   }
 }
 
-// Lets Linux forget what it holds of a room's files, so that views read it anew page by page. The
-// big pieces in which pack has just written it make views up to four times slower on some virtual
-// machines.
-void forget_pages(const fs::path& room) {
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(room)) {
+// With the descriptor of every file; `act` returns whether it succeeded.
+template <typename Act>
+void for_each_file(const fs::path& directory, const Act& act) {
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(directory)) {
+    if (!entry.is_regular_file()) continue;
     const int file = ::open(entry.path().c_str(), O_RDONLY | O_CLOEXEC);
-    if (file < 0) continue;
-    ::fsync(file);
-    ::posix_fadvise(file, 0, 0, POSIX_FADV_DONTNEED);
-    ::close(file);
+    const bool done = file >= 0 && act(file);
+    if (file >= 0) ::close(file);
+    if (!done) throw Error("cannot flush " + entry.path().string() + " to the disk");
   }
 }
 
@@ -129,8 +128,10 @@ fs::path bench_room() {
     options.out = room;
     build_lf::pack_room(options);
   }
+  // So that views read its files anew page by page: the big pieces in which pack has just written
+  // them make views up to four times slower on some virtual machines.
   static std::once_flag once;
-  std::call_once(once, forget_pages, room);
+  std::call_once(once, drop_from_cache, room);
   return room;
 }
 
@@ -153,6 +154,16 @@ std::vector<PlanPoint> viewpoints_in(const Cell& cell) {
                       cell.z_min_m + place[1] * (cell.z_max_m - cell.z_min_m)});
   }
   return points;
+}
+
+void flush_to_disk(const fs::path& directory) {
+  for_each_file(directory, [](int file) { return ::fsync(file) == 0; });
+}
+
+void drop_from_cache(const fs::path& directory) {
+  for_each_file(directory, [](int file) {
+    return ::fsync(file) == 0 && ::posix_fadvise(file, 0, 0, POSIX_FADV_DONTNEED) == 0;
+  });
 }
 
 double bytes_under(const fs::path& directory) {

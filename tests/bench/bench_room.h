@@ -1,5 +1,5 @@
-// The room used by the benchmarks: 4096x2048, built once from the white room and cached in the
-// build tree.
+// What the benchmarks share, above all their room: 4096x2048, built once from the white room and
+// cached in the build tree.
 #pragma once
 
 #include <filesystem>
@@ -28,5 +28,21 @@ std::vector<PlanPoint> viewpoints_in(const Cell& cell);
 
 // Bytes of all files under a directory.
 double bytes_under(const std::filesystem::path& directory);
+
+// Flushes the files under a directory to the disk.
+void flush_to_disk(const std::filesystem::path& directory);
+// And drops their pages from the page cache; no process may have them mapped.
+void drop_from_cache(const std::filesystem::path& directory);
+
+// The work of `raywalk-bench --check`: runs the benchmarks that have a limit and prints a line for
+// each. One that exceeds its limit is measured up to two more times, and the least of its ratios
+// counts: what else the machine does makes ratios rather larger than smaller. Throws Error when a
+// limit is exceeded.
+void check_ratios();
+
+// The work of `raywalk-bench --error-curves`: writes the tables that docs/measured.md shows into an
+// existing directory, replacing those of the same names. The output is deterministic. Throws Error
+// if a file cannot be written.
+void write_model_errors(const std::filesystem::path& directory);
 
 }  // namespace raywalk::bench

@@ -1,5 +1,3 @@
-#include "tests/bench/check_ratios.h"
-
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "tests/bench/bench_room.h"
 
 namespace raywalk::bench {
 namespace {
@@ -17,9 +16,9 @@ namespace {
 using Ratios = std::map<std::string, double>;  // by the name of their benchmark
 
 // The largest ratio of a benchmark's time to that of a plain program for the same view in the same
-// run (plain_view.h), on a machine with 2 cores. cv::remap of the same size is no yardstick: on one
-// and the same machine a view took 2.6 to 15 times as long, as remap waits for memory in another
-// way.
+// run (render_plainly), on a machine with 2 cores. cv::remap of the same size is no yardstick: on
+// one and the same machine a view took 2.6 to 15 times as long, as remap waits for memory in
+// another way.
 const Ratios kLimits = {
     {"bench_view/initial", 0.02},
     {"bench_view/hlf_vd", 0.18},

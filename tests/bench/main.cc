@@ -11,8 +11,7 @@
 #include "core/base/parallel.h"
 #include "core/command_line/program.h"
 #include "core/view/gpu/gpu_device.h"
-#include "tests/bench/check_ratios.h"
-#include "tests/bench/error_curves.h"
+#include "tests/bench/bench_room.h"
 
 namespace raywalk::bench {
 namespace {

@@ -1,22 +1,123 @@
+// What grows with the size of a room, in halls of many cells.
 #include <benchmark/benchmark.h>
+#include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <deque>
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "build_lf/pack/pack_room.h"
 #include "core/base/median.h"
 #include "core/base/timing.h"
+#include "core/files/atomic_output.h"
+#include "core/files/frame_list.h"
+#include "core/files/image_file.h"
 #include "core/geometry/grid.h"
 #include "core/room/room.h"
 #include "core/view/map_choice.h"
 #include "core/view/renderer.h"
 #include "core/view/view_plan.h"
 #include "tests/bench/bench_room.h"
-#include "tests/bench/hall_room.h"
 
 namespace raywalk::bench {
 namespace {
+
+namespace fs = std::filesystem;
+
+// A grid of square cells of 1 m; lines share the stations where they cross.
+struct Hall {
+  int columns = 1;   // cells along x
+  int rows = 1;      // and along z
+  int steps = 50;    // between two crossings
+  int overhang = 0;  // steps of every line beyond the outermost crossings
+};
+
+constexpr int kMapWidth = 64;
+constexpr int kStationsPerMap = 2;
+
+// Smooth, so that it is decoded quickly, with a different colour everywhere.
+cv::Mat picture(int width) {
+  cv::Mat image(width / 2, width, CV_8UC3);
+  for (int v = 0; v < image.rows; ++v) {
+    for (int u = 0; u < image.cols; ++u) {
+      image.at<cv::Vec3b>(v, u) = cv::Vec3b(
+          cv::saturate_cast<uchar>(256 * u / width), cv::saturate_cast<uchar>(512 * v / width),
+          cv::saturate_cast<uchar>(128 + 100 * std::sin(0.1 * u)));
+    }
+  }
+  return image;
+}
+
+// A square hall with about so many stations, 2 cm apart.
+Hall hall_of(int stations) {
+  constexpr int kSteps = 50;
+  // A cell has two sides of its own.
+  const int cells = std::max(1, static_cast<int>(std::lround(std::sqrt(0.5 * stations / kSteps))));
+  return {cells, cells, kSteps, 0};
+}
+
+std::vector<StationPose> stations_of(const Hall& hall) {
+  std::vector<StationPose> stations;
+  const auto add = [&](char axis, int line, int step, double x_m, double z_m) {
+    stations.push_back(
+        {fmt::format("{}{:03}_{:06}.png", axis, line, step + hall.overhang), {x_m, 0.0, z_m}, ""});
+  };
+  for (int line = 0; line <= hall.rows; ++line) {
+    for (int i = -hall.overhang; i <= hall.columns * hall.steps + hall.overhang; ++i) {
+      add('x', line, i, i / static_cast<double>(hall.steps), line);
+    }
+  }
+  for (int line = 0; line <= hall.columns; ++line) {
+    for (int i = -hall.overhang; i <= hall.rows * hall.steps + hall.overhang; ++i) {
+      const bool crossing = i % hall.steps == 0 && i >= 0 && i <= hall.rows * hall.steps;
+      if (!crossing) add('z', line, i, line, i / static_cast<double>(hall.steps));
+    }
+  }
+  return stations;
+}
+
+// Frames and maps are links to one file each.
+build_lf::PackOptions make_capture(const Hall& hall, int width, const fs::path& capture) {
+  const fs::path maps = capture / "distances";
+  fs::create_directories(maps);
+  write_image(capture / "picture.png", picture(width));
+  write_image(capture / "map.png", cv::Mat(kMapWidth / 2, kMapWidth, CV_16UC1, cv::Scalar(3000)));
+  std::vector<ListedFrame> listed;
+  for (const StationPose& station : stations_of(hall)) {
+    fs::create_hard_link(capture / "picture.png", capture / station.file);
+    if (listed.size() % kStationsPerMap == 0) {
+      fs::create_hard_link(capture / "map.png", maps / station.file);
+    }
+    listed.push_back({.file = station.file, .position_m = station.position_m});
+  }
+  write_file_atomically(capture / "poses.csv", frame_list_text(listed));
+  build_lf::PackOptions options;
+  options.frames = capture / "poses.csv";
+  options.distances = maps;
+  return options;
+}
+
+// The hall's room, with one and the same picture of `width` x width/2 pixels at every station and a
+// distance map at every second one; packed on the first call and kept in the build tree.
+fs::path hall_room(const Hall& hall, int width) {
+  const fs::path folder = fs::path(RAYWALK_BENCH_DIR) / "halls";
+  const fs::path room = folder / fmt::format("{}x{}_{}_steps_{}_overhang_{}_px.lf", hall.columns,
+                                             hall.rows, hall.steps, hall.overhang, width);
+  if (fs::exists(manifest_path(room))) return room;
+  const fs::path capture = folder / "capture";
+  fs::remove_all(capture);
+  build_lf::PackOptions options = make_capture(hall, width, capture);
+  options.out = room;
+  build_lf::pack_room(options);
+  fs::remove_all(capture);
+  return room;
+}
 
 constexpr Hall kLargeHall{56, 6, 50, 0};  // 36,365 stations on 64 lines, 336 cells
 constexpr int kTinyWidth = 64;
@@ -126,4 +227,5 @@ BENCHMARK_CAPTURE(bench_view_in_hall, hlf_vd, ViewMethod::kHlfVd)->Apply(hall_si
 BENCHMARK_CAPTURE(bench_view_in_hall, two_sided, ViewMethod::kTwoSided)->Apply(hall_sizes);
 
 }  // namespace
+
 }  // namespace raywalk::bench

@@ -36,4 +36,20 @@ void require_near(double value, double expected, double tolerance, const std::st
 // contains `words` and, after a semicolon, a remedy.
 void require_fault(FaultKind kind, const std::string& words, const std::function<void()>& call);
 
+// The shutter on GPIO lines of the kernel's gpio-sim. Needs a gpio-sim device "camera" in configfs
+// with one bank, "bank0", of 8 lines; removes it.
+void check_gpio(CheckReport* report);
+
+// The Modbus slider on emulated serial ports, against the simulated drive. Needs the slave at
+// /dev/ttyS1, the orders of serial_host.py at /dev/ttyS2, and /dev/slider linked to the USB adapter
+// that was plugged in last.
+void check_slider(CheckReport* report);
+
+// The V4L2 camera on the kernel's vivid driver. Needs vivid at /dev/video0 with a webcam as input 0
+// and HDMI as input 1.
+//
+// vivid does not support MJPG, which is covered by unit tests only: v4l2loopback supports it, but
+// is not part of the kernel and must be built with dkms.
+void check_video(CheckReport* report);
+
 }  // namespace raywalk::capture

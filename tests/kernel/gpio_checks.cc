@@ -1,13 +1,143 @@
-#include "tests/kernel/gpio_checks.h"
-
 #include <chrono>
+#include <fstream>
 #include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
 
+#include "capture/base/clock.h"
 #include "capture/camera/gpio_camera.h"
-#include "tests/kernel/gpio_sim.h"
+#include "tests/kernel/check_report.h"
 
 namespace raywalk::capture {
 namespace {
+
+using std::chrono::milliseconds;
+
+constexpr int kFocusLine = 0;
+constexpr int kShutterLine = 1;
+constexpr int kBusyLine = 2;
+const std::string kDevice = "/sys/kernel/config/gpio-sim/camera";
+constexpr auto kUntilBusy = milliseconds(30);
+constexpr auto kBusy = milliseconds(300);
+
+std::string read_word(const std::string& file) {
+  std::string word;
+  require(static_cast<bool>(std::ifstream(file) >> word), "cannot read " + file);
+  return word;
+}
+
+void write_word(const std::string& file, const std::string& word) {
+  std::ofstream out(file);
+  out << word << std::flush;
+  require(static_cast<bool>(out), "cannot write " + file);
+}
+
+SteadyTime now() { return std::chrono::steady_clock::now(); }
+
+// The simulated side of gpio-sim's lines. Levels are those of the wire: true is high.
+// (Documentation/admin-guide/gpio/gpio-sim.rst)
+class GpioSim {
+ public:
+  // The device "camera" of configfs. Throws CheckFailure if it does not exist.
+  GpioSim() : chip_(read_word(kDevice + "/bank0/chip_name")) {
+    lines_ =
+        "/sys/devices/platform/" + read_word(kDevice + "/dev_name") + "/" + chip_ + "/sim_gpio";
+  }
+
+  // Its name in /dev.
+  const std::string& chip() const { return chip_; }
+  bool level(int line) const { return read_word(lines_ + std::to_string(line) + "/value") == "1"; }
+  void pull(int line, bool up) const {
+    write_word(lines_ + std::to_string(line) + "/pull", up ? "pull-up" : "pull-down");
+  }
+  // Removes the chip even while it is in use.
+  void unplug() const { write_word(kDevice + "/live", "0"); }
+
+ private:
+  std::string chip_;
+  std::string lines_;  // sysfs directory of the lines
+};
+
+// Times of one press as seen by the camera; SteadyTime{} if it did not occur.
+struct SeenPress {
+  SteadyTime focused{};
+  SteadyTime pressed{};
+  SteadyTime released{};
+  SteadyTime unfocused{};   // end of the half-press
+  SteadyTime busy_from{};   // just before the busy line rose
+  SteadyTime busy_until{};  // just before it fell
+};
+
+// A simulated camera: monitors the focus and shutter lines and drives the busy line, in its own
+// thread.
+class WiredCamera {
+ public:
+  WiredCamera(const GpioSim& lines, bool active_low) : lines_(lines), active_low_(active_low) {
+    lines_.pull(kBusyLine, false);
+    thread_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
+  }
+  // Leaves the busy line low.
+  ~WiredCamera() {
+    thread_.request_stop();
+    thread_.join();
+    lines_.pull(kBusyLine, false);
+  }
+  WiredCamera(const WiredCamera&) = delete;
+  WiredCamera& operator=(const WiredCamera&) = delete;
+
+  std::vector<SeenPress> presses() {
+    const std::lock_guard lock(mutex_);
+    return presses_;
+  }
+
+ private:
+  void work(const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      {
+        const std::lock_guard lock(mutex_);
+        look();
+        if (!presses_.empty()) answer();
+      }
+      std::this_thread::sleep_for(std::chrono::microseconds(500));
+    }
+  }
+  // Focus is read first: as the shutter is released before the focus, a shutter read as pressed
+  // after the focus was read as released has been pressed without it.
+  void look() {
+    const bool focused = lines_.level(kFocusLine) != active_low_;
+    const bool pressed = lines_.level(kShutterLine) != active_low_;
+    const bool begins = (focused && !focused_) || (pressed && !pressed_ && !focused);
+    if (begins) presses_.emplace_back();
+    if (focused && !focused_) presses_.back().focused = now();
+    if (pressed && !pressed_) presses_.back().pressed = now();
+    if (!pressed && pressed_) presses_.back().released = now();
+    if (!focused && focused_) presses_.back().unfocused = now();
+    focused_ = focused;
+    pressed_ = pressed;
+  }
+  void answer() {
+    SeenPress& press = presses_.back();
+    const SteadyTime never{};
+    if (press.pressed != never && press.busy_from == never && now() >= press.pressed + kUntilBusy) {
+      press.busy_from = now();
+      lines_.pull(kBusyLine, true);
+    }
+    if (press.busy_from != never && press.busy_until == never && now() >= press.busy_from + kBusy) {
+      press.busy_until = now();
+      lines_.pull(kBusyLine, false);
+    }
+  }
+
+  const GpioSim& lines_;
+  bool active_low_;
+  bool focused_ = false;
+  bool pressed_ = false;
+  std::mutex mutex_;
+  std::vector<SeenPress> presses_;
+  std::jthread thread_;  // last, as it uses the other members
+};
 
 TriggerConfig wired(const GpioSim& lines) {
   TriggerConfig config;

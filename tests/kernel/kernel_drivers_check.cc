@@ -3,9 +3,6 @@
 #include <cstdio>
 
 #include "tests/kernel/check_report.h"
-#include "tests/kernel/gpio_checks.h"
-#include "tests/kernel/slider_checks.h"
-#include "tests/kernel/video_checks.h"
 
 int main() {
   raywalk::capture::CheckReport report;

@@ -1,17 +1,76 @@
-#include "tests/kernel/video_checks.h"
+#include <fcntl.h>
+#include <linux/v4l2-dv-timings.h>
+#include <linux/videodev2.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <string>
 #include <vector>
 
 #include "capture/camera/v4l2_camera.h"
 #include "capture/camera/video_device.h"
-#include "tests/kernel/vivid.h"
+#include "tests/kernel/check_report.h"
 
 namespace raywalk::capture {
 namespace {
+
+constexpr int kWebcamInput = 0;  // a few fixed sizes
+constexpr int kHdmiInput = 1;    // any size, cropped from 1920x1080
+
+// drivers/media/test-drivers/vivid/vivid-ctrls.c
+constexpr std::uint32_t kTestPattern = 0x00f0f000;
+constexpr std::uint32_t kTextMode = 0x00f0f001;
+constexpr std::uint32_t kDisconnect = 0x00f0f041;
+constexpr int kNoText = 2;
+
+// Values of its control "Test Pattern" (Documentation/admin-guide/media/vivid.rst).
+enum class VividScene { kBlack = 5, kWhite = 6, kRed = 7, kGreen = 8, kBlue = 9 };
+
+// Controls the scene and connection of vivid's simulated camera: a second user of the device,
+// independent of the checked code. Methods throw CheckFailure.
+class Vivid {
+ public:
+  explicit Vivid(const std::string& device) : fd_(open(device.c_str(), O_RDWR | O_CLOEXEC)) {
+    require(fd_ >= 0, "cannot open " + device);
+  }
+  ~Vivid() { close(fd_); }
+  Vivid(const Vivid&) = delete;
+  Vivid& operator=(const Vivid&) = delete;
+
+  void select_input(int input) {  // not while streaming
+    require(ioctl(fd_, VIDIOC_S_INPUT, &input) == 0, "vivid refuses the input");
+    if (input != kHdmiInput) return;
+    // The default signal has 720 lines, which would not fill larger frames.
+    v4l2_dv_timings timings = V4L2_DV_BT_CEA_1920X1080P60;
+    require(ioctl(fd_, VIDIOC_S_DV_TIMINGS, &timings) == 0, "vivid refuses the HDMI timings");
+  }
+  // A uniform colour, from the start of the next frame.
+  void show(VividScene scene) {
+    set_control(kTextMode, kNoText);
+    set_control(kTestPattern, static_cast<int>(scene));
+  }
+  // Simulates a change by another program.
+  void change_gain() {
+    v4l2_control gain{.id = V4L2_CID_GAIN, .value = 0};
+    require(ioctl(fd_, VIDIOC_G_CTRL, &gain) == 0, "vivid does not report its gain");
+    set_control(V4L2_CID_GAIN, (gain.value + 100) % 256);
+  }
+  // Simulates unplugging; the device returns when its last user has closed it.
+  void disconnect() { set_control(kDisconnect, 1); }
+
+ private:
+  void set_control(std::uint32_t id, int value) {
+    v4l2_control control{.id = id, .value = value};
+    require(ioctl(fd_, VIDIOC_S_CTRL, &control) == 0, "vivid refuses a control");
+  }
+
+  int fd_;
+};
 
 const std::string kDevice = "/dev/video0";
 constexpr PanoramaSize kSize{1920, 960};

@@ -2,14 +2,21 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <csignal>
+#include <filesystem>
 #include <ostream>
+#include <regex>
+#include <stdexcept>
 #include <string>
+#include <thread>
 
 #include "capture/base/device_fault.h"
 #include "capture/slider/carriage.h"
 #include "capture/slider/modbus_slider.h"
-#include "tests/peers/slave_process.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+#include "tests/end_to_end/run_command.h"
 
 namespace raywalk::capture {
 namespace {
@@ -17,6 +24,50 @@ namespace {
 using ::testing::HasSubstr;
 
 const SoftLimits kLimits(0.0, 1000.0);
+
+// The pymodbus slave in a process of its own, for tests that kill it.
+class SlaveProcess {
+ public:
+  // Returns when it is ready. Throws std::runtime_error if it does not start.
+  SlaveProcess(const std::string& map, const std::string& line)
+      // Debian's interpreter, the only one for which the packages are installed.
+      : process_({"/usr/bin/python3", RAYWALK_PYMODBUS_SLAVE, "--map", map, "--line", line}, log_) {
+    std::string said;
+    std::smatch ready;
+    while (!std::regex_search(said, ready, std::regex("ready (\\S+)\n"))) {
+      if (process_.has_ended()) {
+        throw std::runtime_error(
+            "the pymodbus slave does not start; scripts/install-packages test installs what it "
+            "needs");
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      said = read_file(log_);
+    }
+    where_ = ready[1];
+    // Once both sides of a terminal are closed, the kernel reuses its number. A link that
+    // reconnects after a hang-up would then reach the device of another test.
+    if (where_.starts_with("/dev/"))
+      terminal_ = open(where_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  }
+  ~SlaveProcess() {
+    process_.signal(SIGKILL);
+    process_.wait();
+    if (terminal_ >= 0) close(terminal_);
+  }
+  SlaveProcess(const SlaveProcess&) = delete;
+  SlaveProcess& operator=(const SlaveProcess&) = delete;
+
+  // The device path of its pseudo-terminal, or its TCP port.
+  const std::string& where() const { return where_; }
+  void send(int signal) const { process_.signal(signal); }
+
+ private:
+  TestDirectory directory_;
+  std::filesystem::path log_ = directory_ / "log";
+  BackgroundProcess process_;
+  std::string where_;
+  int terminal_ = -1;
+};
 
 SliderConfig config_for(const SlaveProcess& slave, const std::string& line,
                         const std::string& map) {

@@ -1,12 +1,12 @@
+// Times that depend on the disk: to the first view of a room, of compressed rooms, and of packing.
 #include <benchmark/benchmark.h>
-#include <fcntl.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
 
+#include "build_lf/pack/pack_room.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/timing.h"
@@ -21,16 +21,6 @@ namespace fs = std::filesystem;
 
 constexpr int kRounds = 5;
 
-// Drops a file's pages from the page cache; no process may have it mapped. The file is flushed
-// first, as only clean pages can be dropped.
-void drop_from_cache(const fs::path& file) {
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-  const bool dropped = descriptor >= 0 && ::fsync(descriptor) == 0 &&
-                       ::posix_fadvise(descriptor, 0, 0, POSIX_FADV_DONTNEED) == 0;
-  if (descriptor >= 0) ::close(descriptor);
-  if (!dropped) throw Error("cannot drop " + file.string() + " from the cache");
-}
-
 // Bytes read from the disk by this process so far.
 double bytes_read_from_disk() {
   std::ifstream counts("/proc/self/io");
@@ -39,12 +29,6 @@ double bytes_read_from_disk() {
     if (word == "read_bytes:" && counts >> bytes) return bytes;
   }
   throw Error("/proc/self/io has no read_bytes; the benchmark needs Linux");
-}
-
-void drop_room_from_cache(const fs::path& room) {
-  for (const auto& entry : fs::recursive_directory_iterator(room)) {
-    if (entry.is_regular_file()) drop_from_cache(entry.path());
-  }
 }
 
 // As far as memory permits.
@@ -67,7 +51,7 @@ void bench_first_view(benchmark::State& state, ViewMethod method, bool cold,
   if (!cold) read_room_into_cache(directory);
   std::vector<double> open_s, view_s, total_s, read_bytes;
   for (auto _ : state) {
-    if (cold) drop_room_from_cache(directory);
+    if (cold) drop_from_cache(directory);
     const double read_before = bytes_read_from_disk();
     const PlanPoint viewpoint = places[total_s.size() % places.size()];
     Room room;
@@ -83,14 +67,6 @@ void bench_first_view(benchmark::State& state, ViewMethod method, bool cold,
   state.counters["view_ms"] = 1e3 * median(view_s);
   state.counters["first_view_ms"] = 1e3 * median(total_s);
   state.counters["read_MB"] = 1e-6 * median(read_bytes);
-}
-
-void bench_first_view_cold(benchmark::State& state, ViewMethod method) {
-  bench_first_view(state, method, true);
-}
-
-void bench_first_view_warm(benchmark::State& state, ViewMethod method) {
-  bench_first_view(state, method, false);
 }
 
 // The same of rooms whose panoramas are compressed (forms of bench_decoded_view), two-sided.
@@ -141,22 +117,51 @@ void rounds(benchmark::internal::Benchmark* benchmark) {
   benchmark->Iterations(kRounds)->UseManualTime()->Unit(benchmark::kMillisecond);
 }
 
-BENCHMARK(bench_first_view_of_form)
-    ->ArgsProduct({{0, 1, 2, 3}, {0, 1}})
-    ->Iterations(kRounds)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
+BENCHMARK(bench_first_view_of_form)->ArgsProduct({{0, 1, 2, 3}, {0, 1}})->Apply(rounds);
 BENCHMARK(bench_decoded_view)
     ->DenseRange(0, 3)
     ->Iterations(2)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_cold, initial, ViewMethod::kInitial)->Apply(rounds);
-BENCHMARK_CAPTURE(bench_first_view_cold, hlf_vd, ViewMethod::kHlfVd)->Apply(rounds);
-BENCHMARK_CAPTURE(bench_first_view_cold, two_sided, ViewMethod::kTwoSided)->Apply(rounds);
-BENCHMARK_CAPTURE(bench_first_view_warm, initial, ViewMethod::kInitial)->Apply(rounds);
-BENCHMARK_CAPTURE(bench_first_view_warm, hlf_vd, ViewMethod::kHlfVd)->Apply(rounds);
-BENCHMARK_CAPTURE(bench_first_view_warm, two_sided, ViewMethod::kTwoSided)->Apply(rounds);
+BENCHMARK_CAPTURE(bench_first_view, cold_initial, ViewMethod::kInitial, true)->Apply(rounds);
+BENCHMARK_CAPTURE(bench_first_view, cold_hlf_vd, ViewMethod::kHlfVd, true)->Apply(rounds);
+BENCHMARK_CAPTURE(bench_first_view, cold_two_sided, ViewMethod::kTwoSided, true)->Apply(rounds);
+BENCHMARK_CAPTURE(bench_first_view, warm_initial, ViewMethod::kInitial, false)->Apply(rounds);
+BENCHMARK_CAPTURE(bench_first_view, warm_hlf_vd, ViewMethod::kHlfVd, false)->Apply(rounds);
+BENCHMARK_CAPTURE(bench_first_view, warm_two_sided, ViewMethod::kTwoSided, false)->Apply(rounds);
+
+constexpr int kPairs = 3;
+
+// Packing a capture of 4096x2048 JPEG frames with distance maps, relative to a plain copy of the
+// packed files. Both include flushing to the disk.
+void bench_pack(benchmark::State& state) {
+  build_lf::PackOptions options = bench_capture();
+  const fs::path work = options.frames.parent_path().parent_path();
+  options.out = work / "packed.lf";
+  const fs::path copy = work / "copied.lf";
+  const double bytes = bytes_under(bench_room());
+
+  std::vector<double> pack_s, copy_s, ratios;
+  for (auto _ : state) {
+    fs::remove_all(options.out);
+    fs::remove_all(copy);
+    pack_s.push_back(times_of([&] { build_lf::pack_room(options); }).wall_s);
+    copy_s.push_back(times_of([&] {
+                       fs::copy(options.out, copy, fs::copy_options::recursive);
+                       flush_to_disk(copy);
+                     }).wall_s);
+    ratios.push_back(pack_s.back() / copy_s.back());
+    state.SetIterationTime(pack_s.back());
+  }
+  fs::remove_all(options.out);
+  fs::remove_all(copy);
+  state.counters["ratio"] = median(ratios);
+  state.counters["pack_MB_per_s"] = 1e-6 * bytes / median(pack_s);
+  state.counters["copy_MB_per_s"] = 1e-6 * bytes / median(copy_s);
+}
+
+BENCHMARK(bench_pack)->Iterations(kPairs)->UseManualTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace
+
 }  // namespace raywalk::bench
