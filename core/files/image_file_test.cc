@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <span>
@@ -47,8 +48,9 @@ class ImageFileTest : public testing::Test {
     return directory_ / name;
   }
 
+  // Without the flush to disk of write_file_atomically, as hundreds of files are written.
   fs::path written(const std::string& name, const std::string& bytes) const {
-    write_file_atomically(directory_ / name, bytes);
+    std::ofstream(directory_ / name, std::ios::binary) << bytes;
     return directory_ / name;
   }
 

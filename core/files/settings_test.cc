@@ -19,8 +19,6 @@ namespace raywalk {
 namespace {
 
 using ::testing::AllOf;
-using ::testing::Contains;
-using ::testing::Each;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -342,16 +340,6 @@ TEST(LensFileTest, ScaledCameraKeepsRelativePixelPositions) {
   EXPECT_EQ(small.layout.back_position_m, camera.layout.back_position_m);
   EXPECT_THROW(scaled_to(camera, {640, 480}), Error) << "another aspect ratio";
   EXPECT_NO_THROW(scaled_to(camera, {641, 320}));
-}
-
-// Tests run from the build directory, which has the files where an installation does.
-TEST(ShippedConfigs, AreKnownByKind) {
-  EXPECT_THAT(shipped_config_names(ConfigKind::kSlider), Contains("leadshine-pr0"));
-  EXPECT_THAT(shipped_config_names(ConfigKind::kCapture),
-              AllOf(Contains("capture-osc"), Contains("rehearsal-capture"), Not(Contains("view"))));
-  EXPECT_THAT(shipped_config_names(ConfigKind::kView), Each(HasSubstr("view")));
-  EXPECT_THAT(shipped_config_names(ConfigKind::kRig), Contains("simulated-rig"));
-  EXPECT_THAT(shipped_config_names(ConfigKind::kVirtualRoom), Contains("virtual-room"));
 }
 
 TEST(ShippedConfigs, AreFoundByNameWithOrWithoutFolders) {
