@@ -12,9 +12,12 @@
 #include <filesystem>
 #include <functional>
 #include <iostream>
+#include <iterator>
 #include <new>
 #include <opencv2/core.hpp>
+#include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
@@ -27,6 +30,7 @@ namespace raywalk {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
 struct Outcome {
@@ -196,8 +200,6 @@ TEST(RunProgramDeathTest, CtrlCGives130AndSaysThatTheCommandResumes) {
               "error: interrupted; what is finished is kept, the same command resumes");
 }
 
-using Words = std::vector<std::string>;
-
 TEST(ThreadsOptionTest, TakesANumberOfThreads) {
   int threads = -1;
   CLI::App app("", "raywalk-test");
@@ -240,7 +242,10 @@ class WrongUsageTest : public testing::Test {
     info->add_option("room", text_)->required();
   }
 
-  std::string message(Words words) {
+  // What is said of these words, split at spaces.
+  std::string message(const std::string& line) {
+    std::istringstream stream(line);
+    std::vector<std::string> words(std::istream_iterator<std::string>(stream), {});
     try {
       require_double_dashes(app_, words);
       std::reverse(words.begin(), words.end());
@@ -260,60 +265,49 @@ class WrongUsageTest : public testing::Test {
 };
 
 TEST_F(WrongUsageTest, UnknownFlagIsNamedWithTheNearestAndTheCommandsHelp) {
-  const std::string hint = "; see raywalk-test pack --help";
-  EXPECT_EQ(message({"pack", "--frame", "poses.csv"}),
-            "unknown flag '--frame'; did you mean '--frames'?" + hint);
-  EXPECT_EQ(message({"pack", "--frames", "a", "--line_tolerance_mm=3"}),
-            "unknown flag '--line_tolerance_mm'; did you mean '--line-tolerance-mm'?" + hint);
-  EXPECT_EQ(message({"pack", "--frames", "a", "--line", "3"}),
-            "unknown flag '--line'; did you mean '--line-tolerance-mm'?" + hint);
-  EXPECT_EQ(message({"pack", "--frames", "a", "--output", "b"}),
-            "unknown flag '--output'; did you mean '--out'?" + hint);
-  EXPECT_EQ(message({"pack", "--frames", "a", "--zzyzx"}), "unknown flag '--zzyzx'" + hint);
-  EXPECT_EQ(message({"pack", "--frames", "a", "-z"}), "unknown flag '-z'" + hint);
-}
-
-TEST_F(WrongUsageTest, LongFlagBehindASingleDashIsNotReadAsShortOnes) {
-  const std::string hint = "; see raywalk-test pack --help";
-  EXPECT_EQ(message({"pack", "--frames", "a", "-out", "b"}),
-            "unknown flag '-out'; did you mean '--out'?" + hint);
-  EXPECT_EQ(message({"pack", "--frames", "a", "-force"}),
-            "unknown flag '-force'; did you mean '--force'?" + hint);
-  EXPECT_EQ(message({"pack", "--frames", "a", "-ob"}), "no error") << "-o with its value";
+  for (const auto& [flag, nearest] : std::vector<std::pair<std::string, std::string>>{
+           {"--frame", "--frames"},
+           {"--line_tolerance_mm=3", "--line-tolerance-mm"},
+           {"--line", "--line-tolerance-mm"},
+           {"--output", "--out"},
+           // Long flags behind a single dash are not read as short ones.
+           {"-out", "--out"},
+           {"-force", "--force"}}) {
+    EXPECT_EQ(message("pack --frames a " + flag),
+              "unknown flag '" + flag.substr(0, flag.find('=')) + "'; did you mean '" + nearest +
+                  "'?; see raywalk-test pack --help");
+  }
+  EXPECT_EQ(message("pack --frames a --zzyzx"),
+            "unknown flag '--zzyzx'; see raywalk-test pack --help");
+  EXPECT_EQ(message("pack --frames a -z"), "unknown flag '-z'; see raywalk-test pack --help");
+  EXPECT_EQ(message("pack --frames a -ob"), "no error") << "-o with its value";
 }
 
 TEST_F(WrongUsageTest, UnknownCommandIsNamedWithTheNearestAndTheProgramsHelp) {
-  EXPECT_EQ(message({"pakc", "--frames", "a"}),
+  EXPECT_EQ(message("pakc --frames a"),
             "unknown command 'pakc'; did you mean 'pack'?; see raywalk-test --help");
-  EXPECT_EQ(message({"Info", "room.lf"}),
+  EXPECT_EQ(message("Info room.lf"),
             "unknown command 'Info'; did you mean 'info'?; see raywalk-test --help");
-  EXPECT_EQ(message({"render"}),
+  EXPECT_EQ(message("render"),
             "unknown command 'render'; valid are pack, info; see raywalk-test --help");
 }
 
-TEST_F(WrongUsageTest, FlagBeforeItsCommandGoesBehindIt) {
-  EXPECT_EQ(message({"--frames", "a", "pack"}),
-            "the flag '--frames' goes behind its command; see raywalk-test pack --help");
-  EXPECT_EQ(message({"--zzyzx", "info", "room.lf"}),
-            "unknown flag '--zzyzx'; see raywalk-test info --help");
-}
-
 TEST_F(WrongUsageTest, OtherMistakesLeadToTheCommandsHelp) {
-  EXPECT_EQ(message({"pack"}), "--frames is required; see raywalk-test pack --help");
-  EXPECT_THAT(message({"info", "room.lf", "more"}),
-              testing::AllOf(testing::HasSubstr("more"),
-                             testing::EndsWith("; see raywalk-test info --help")));
-  EXPECT_EQ(message({"pack", "--frames", "--out", "room.lf"}),
-            "--frames needs a value, but '--out' follows; see raywalk-test pack --help");
-  EXPECT_THAT(message({"pack", "--frames", "a", "--line-tolerance-mm", "many"}),
-              testing::AllOf(testing::HasSubstr("many"),
-                             testing::EndsWith("; see raywalk-test pack --help")));
-  EXPECT_THAT(message({}), testing::EndsWith("; see raywalk-test --help"));
-}
-
-TEST_F(WrongUsageTest, ControlCharactersAreNotPrinted) {
-  EXPECT_THAT(message({"info", "room.lf", "--a\x1b[31m"}),
-              testing::StartsWith("unknown flag '--a\\u001b[31m'"));
+  const std::string of_pack = "; see raywalk-test pack --help";
+  EXPECT_EQ(message("--frames a pack"), "the flag '--frames' goes behind its command" + of_pack);
+  EXPECT_EQ(message("--zzyzx info room.lf"),
+            "unknown flag '--zzyzx'; see raywalk-test info --help");
+  EXPECT_EQ(message("pack"), "--frames is required" + of_pack);
+  EXPECT_EQ(message("pack --frames --out room.lf"),
+            "--frames needs a value, but '--out' follows" + of_pack);
+  EXPECT_THAT(message("pack --frames a --line-tolerance-mm many"),
+              AllOf(HasSubstr("many"), EndsWith(of_pack)));
+  EXPECT_THAT(message("info room.lf more"),
+              AllOf(HasSubstr("more"), EndsWith("; see raywalk-test info --help")));
+  EXPECT_THAT(message(""), EndsWith("; see raywalk-test --help"));
+  EXPECT_THAT(message("info room.lf --a\x1b[31m"),
+              testing::StartsWith("unknown flag '--a\\u001b[31m'"))
+      << "no control characters";
 }
 
 }  // namespace
