@@ -94,9 +94,7 @@ class ErrorModelNumerics : public testing::Test {
 
 TEST_F(ErrorModelNumerics, LatitudeShiftIsExactToFourUlp) {
   for (int i = 0; i < kSamples; ++i) {
-    const double d = distance();
-    const double phi = latitude();
-    const double apart = step();
+    const double d = distance(), phi = latitude(), apart = step();
     EXPECT_LE(error_ulp(latitude_shift(d, phi, apart), printed_2(d, phi, apart)), kBoundUlp)
         << "d " << d << " phi " << phi << " apart " << apart;
   }
@@ -104,9 +102,7 @@ TEST_F(ErrorModelNumerics, LatitudeShiftIsExactToFourUlp) {
 
 TEST_F(ErrorModelNumerics, LatitudeShiftIsOddBoundedAndMonotone) {
   for (int i = 0; i < 100000; ++i) {
-    const double d = distance();
-    const double phi = latitude();
-    const double apart = step();
+    const double d = distance(), phi = latitude(), apart = step();
     const double shift = latitude_shift(d, phi, apart);
     EXPECT_EQ(latitude_shift(d, -phi, apart), -shift);
     EXPECT_LE(std::abs(shift), std::abs(phi));
@@ -143,10 +139,7 @@ TEST_F(ErrorModelNumerics, LatitudeShiftHoldsAtTheEdgeOfDouble) {
 
 TEST_F(ErrorModelNumerics, BendingDistanceIsExactToFourUlp) {
   for (int i = 0; i < kSamples; ++i) {
-    const double d = distance();
-    const double phi = latitude();
-    const double theta = incidence();
-    const double s = step();
+    const double d = distance(), phi = latitude(), theta = incidence(), s = step();
     EXPECT_LE(error_ulp(bending_distance(d, phi, theta, s), printed_3(d, phi, theta, s)), kBoundUlp)
         << "d " << d << " phi " << phi << " theta " << theta << " step " << s;
   }
@@ -154,9 +147,7 @@ TEST_F(ErrorModelNumerics, BendingDistanceIsExactToFourUlp) {
 
 TEST_F(ErrorModelNumerics, BendingDistanceKeepsItsBoundWhereItCrossesZero) {
   for (int i = 0; i < kSamples; ++i) {
-    const double d = distance();
-    const double phi = 0.9 * latitude();
-    const double theta = -incidence();
+    const double d = distance(), phi = 0.9 * latitude(), theta = -incidence();
     const double twice_aside = 2.0 * d * std::cos(phi) * std::abs(std::sin(theta));
     // Half of the samples are beside the zero.
     const double s = one_in(2) ? step() : twice_aside * (1.0 + log_uniform(1e-12, 1e-1));
@@ -170,8 +161,7 @@ TEST_F(ErrorModelNumerics, BendingDistanceKeepsItsBoundWhereItCrossesZero) {
 
 TEST_F(ErrorModelNumerics, BendingDistanceIsATriangleSide) {
   for (int i = 0; i < 100000; ++i) {
-    const double s = step();
-    const double theta = latitude();
+    const double s = step(), theta = latitude();
     const double distance_m = bending_distance(distance(), latitude(), theta, s);
     EXPECT_LE(std::abs(distance_m), s);
     EXPECT_TRUE(theta < 0.0 || distance_m > 0.0);
@@ -180,9 +170,7 @@ TEST_F(ErrorModelNumerics, BendingDistanceIsATriangleSide) {
 
 TEST_F(ErrorModelNumerics, BendingDistanceHasItsLimits) {
   for (int i = 0; i < 1000; ++i) {
-    const double phi = latitude();
-    const double theta = latitude();
-    const double s = step();
+    const double phi = latitude(), theta = latitude(), s = step();
     EXPECT_EQ(bending_distance(distance(), phi, theta, 0.0), 0.0);
     EXPECT_EQ(bending_distance(0.0, phi, theta, 0.0), 0.0);
     EXPECT_EQ(bending_distance(kInfinity, phi, theta, 0.0), 0.0);
@@ -196,8 +184,7 @@ TEST_F(ErrorModelNumerics, BendingDistanceHasItsLimits) {
 TEST_F(ErrorModelNumerics, MismatchDistanceIsExactToFourUlpTimesItsCondition) {
   for (int i = 0; i < kSamples; ++i) {
     const CornerOffset offset = corner();
-    const double a = offset.to_side_m;
-    const double b = offset.to_front_m;
+    const double a = offset.to_side_m, b = offset.to_front_m;
     // Half of the samples are beside the zero at the corner angle.
     const double angle_deg = corner_angle_deg(offset);
     const double k_deg =
@@ -247,10 +234,7 @@ TEST_F(ErrorModelNumerics, MismatchDistanceAtFortyFiveDegreesHasNoConditionLimit
 TEST_F(ErrorModelNumerics, ScalingLengthsByAPowerOfTwoChangesNoBit) {
   for (int i = 0; i < 100000; ++i) {
     const double scale = std::ldexp(1.0, std::uniform_int_distribution<int>(-300, 300)(random_));
-    const double d = distance();
-    const double phi = latitude();
-    const double theta = latitude();
-    const double s = step();
+    const double d = distance(), phi = latitude(), theta = latitude(), s = step();
     EXPECT_EQ(latitude_shift(d * scale, phi, s * scale), latitude_shift(d, phi, s));
     EXPECT_EQ(bending_distance(d * scale, phi, theta, s * scale),
               bending_distance(d, phi, theta, s) * scale);
