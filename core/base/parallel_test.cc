@@ -57,6 +57,28 @@ TEST(ParallelFor, ExceptionOfTheBodyReachesTheCaller) {
                Error);
 }
 
+// What the inner loop should have made would be used.
+TEST(ParallelFor, AnInnerLoopWhoseOuterOneFailedDoesNotReturnAsIfDone) {
+  if (thread_count() < 2) GTEST_SKIP() << "needs two threads";
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  const auto in_time = [&] { return std::chrono::steady_clock::now() < end; };
+  std::atomic<bool> inside = false, left_out = false;
+  const auto body = [&](int begin, int) {
+    if (begin == 1) {
+      while (!inside && in_time()) std::this_thread::yield();
+      throw Error("left_057.jpg: cut short");
+    }
+    inside = true;
+    while (!left_out && in_time()) {
+      bool made = false;
+      parallel_for(0, 1, 1, [&](int, int) { made = true; });
+      left_out = !made;
+    }
+  };
+  EXPECT_THROW(parallel_for(0, 2, 1, body), Error);
+  EXPECT_FALSE(left_out);
+}
+
 // In a process of its own, as outside of WatchInterrupts a signal is remembered for good.
 template <typename Condition>
 void expect_in_own_process(const Condition& holds) {

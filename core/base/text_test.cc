@@ -25,6 +25,7 @@
 namespace raywalk {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ContainsRegex;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
@@ -142,6 +143,18 @@ TEST(Progress, LongWorkInALogIsShownFromASecondOn) {
   }
   EXPECT_THAT(testing::internal::GetCapturedStderr(),
               StartsWith("looking for: 2 of 1000000 frames (0 %)"));
+}
+
+// What the first unit took says little: it also started the work.
+TEST(Progress, WhatIsLeftIsNotEstimatedFromTheFirstSeconds) {
+  testing::internal::CaptureStderr();
+  {
+    Progress progress("packing", 60, "frames");
+    std::this_thread::sleep_for(std::chrono::milliseconds(1050));
+    progress.advance(30);
+  }
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              AllOf(StartsWith("packing: 30 of 60 frames (50 %)"), Not(HasSubstr("left"))));
 }
 
 TEST(Progress, CountsFromAllThreadsAndWithoutATotal) {

@@ -102,7 +102,8 @@ TEST(RunProgram, EveryKindOfFailureHasItsExitCodeAndLine) {
                  error + "view.yaml:3: unknown key 'q'\n");
   expect_failure(Paused("station x0_003: stalled; look"), 3,
                  error + "station x0_003: stalled; look\n");
-  expect_failure(Interrupted("interrupted"), 130, error + "interrupted\n");
+  expect_failure(Interrupted("interrupted"), 130, error + "interrupted; no result was written\n");
+  expect_failure(Interrupted("interrupted; look"), 130, error + "interrupted; look\n");
   expect_failure(std::logic_error("impossible"), 1, "(impossible)");
   expect_failure(std::logic_error("impossible"), 1, "please report");
   expect_failure(std::bad_alloc(), 1, "out of memory");
@@ -210,6 +211,21 @@ TEST(ThreadsOptionTest, TakesANumberOfThreads) {
   EXPECT_EQ(threads, 7);
   EXPECT_THROW(app.parse("--threads -1"), CLI::ValidationError);
   EXPECT_THROW(app.parse("--threads many"), CLI::ParseError);
+}
+
+TEST(OneOfTest, AnotherWordIsRefusedWithTheNearest) {
+  CLI::App app("", "raywalk-test");
+  std::string method;
+  app.add_option("--method", method)->check(one_of({"initial", "hlf-vd", "two-sided"}));
+  app.parse("--method hlf-vd");
+  EXPECT_EQ(method, "hlf-vd");
+  EXPECT_THAT(app.help(), testing::HasSubstr("{initial,hlf-vd,two-sided}"));
+  try {
+    app.parse("--method twosided");
+    FAIL();
+  } catch (const CLI::ParseError& e) {
+    EXPECT_STREQ(e.what(), "--method: 'twosided' is not a valid choice; did you mean 'two-sided'?");
+  }
 }
 
 TEST(LineToleranceOptionsTest, GiveMetres) {

@@ -89,6 +89,13 @@ TEST(CsvTable, HeaderErrorsNameTheRequiredColumns) {
   EXPECT_THAT(table_error("file,x,y,z,\n"), StartsWith("poses.csv:1: unknown column ''"));
 }
 
+TEST(CsvTable, AMissingFileIsNamedWithTheColumnsItNeeds) {
+  EXPECT_EQ(error_of([] {
+              CsvTable::read("nowhere/walk.csv", {"name", "x", "z"}, {"y"});
+            }),
+            "nowhere/walk.csv: no such file; give a table with the columns name,x,z");
+}
+
 TEST(CsvTable, RowsOfAnotherLengthAndBinaryDataAreErrors) {
   EXPECT_THAT(table_error(std::string("file,x,y,z\n\0\0", 13)), HasSubstr("binary data"));
   EXPECT_EQ(table_error("file,x,y,z\na.jpg,1,2,3\nb.jpg,1,2\n"),

@@ -58,6 +58,7 @@ TEST_F(BuildLfTest, PacksInspectsAndVerifies) {
                capture_.distances().string());  // the folder of the list
   EXPECT_EQ(packed.exit_code, 0) << packed.errors;
   EXPECT_THAT(packed.output, HasSubstr("4 lines, 1 cell, 28 panoramas of 64 x 32, 1 distance map"));
+  EXPECT_THAT(packed.errors, HasSubstr("its positions are taken as listed"));
   const CommandResult info = build_lf("info --json " + room_);
   EXPECT_EQ(info.exit_code, 0);
   const auto json = nlohmann::json::parse(info.output);
