@@ -33,9 +33,7 @@ class BuildLfTest : public ::testing::Test {
     for (int frame = 0; frame < TestCapture::kStations; frame += every) {
       capture_.write_distance_map(frame, {32, 16});
     }
-    const CommandResult packed =
-        build_lf(pack_arguments() + " --distance " + capture_.distances().string());
-    ASSERT_EQ(packed.exit_code, 0) << packed.errors;
+    expect_success(build_lf(pack_arguments() + " --distance " + capture_.distances().string()));
   }
   // Of pack, which must leave no files behind.
   void expect_clean_pack_error(const std::string& text) {
@@ -67,10 +65,9 @@ TEST_F(BuildLfTest, PacksInspectsAndVerifies) {
   EXPECT_EQ(json["stations"], 28);
   EXPECT_NEAR(json["lines"][0]["overhang_first_m"], 0.25, 1e-12);
   EXPECT_THAT(build_lf("info " + room_).output, HasSubstr("0.250 / 0.250"));
-  const CommandResult verified = build_lf("verify " + room_);
-  EXPECT_EQ(verified.exit_code, 0);
-  EXPECT_THAT(verified.output, AllOf(HasSubstr("28 panoramas and 1 distance maps match"),
-                                     HasSubstr("distances in use: given")));
+  EXPECT_THAT(expect_success(build_lf("verify " + room_)).output,
+              AllOf(HasSubstr("28 panoramas and 1 distance maps match"),
+                    HasSubstr("distances in use: given")));
 }
 
 TEST_F(BuildLfTest, ARoomWithSwappedOrMissingDistancesIsRefused) {
@@ -227,9 +224,8 @@ TEST_F(BuildLfTest, InterruptedRunKeepsFinishedLinesAndIsResumed) {
   const auto written = fs::last_write_time(finished);
   // Resuming with other inputs is refused.
   expect_one_error(build_lf(pack_arguments()), 1, "holds an unfinished room of other frames");
-  const CommandResult resumed = build_lf("pack --frames " + frames + " --out " + room_);
-  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
-  EXPECT_THAT(resumed.output, HasSubstr("4 lines, 1 cell, 124 panoramas of 512 x 256"));
+  EXPECT_THAT(expect_success(build_lf("pack --frames " + frames + " --out " + room_)).output,
+              HasSubstr("4 lines, 1 cell, 124 panoramas of 512 x 256"));
   EXPECT_EQ(fs::last_write_time(line_volume_path(capture_.room(), "x0")), written);
   EXPECT_EQ(build_lf("verify " + room_).exit_code, 0);
 }
@@ -238,18 +234,16 @@ TEST_F(BuildLfTest, RequireMeasuresAndThins) {
   pack_with_distances();
   const std::string thin = (capture_.root() / "thin.lf").string();
   const std::string report = (capture_.root() / "report").string();
-  const CommandResult required =
-      build_lf("require " + room_ + " --thin " + thin + " --report " + report);
-  ASSERT_EQ(required.exit_code, 0) << required.errors;
-  EXPECT_THAT(required.output,
+  const CommandResult done =
+      expect_success(build_lf("require " + room_ + " --thin " + thin + " --report " + report));
+  EXPECT_THAT(done.output,
               AllOf(HasSubstr("layers"), HasSubstr("spacing"), HasSubstr("index.html")));
   EXPECT_EQ(build_lf("verify " + thin).exit_code, 0);
   const auto json = nlohmann::json::parse(read_file(fs::path(report) / "require.json"));
   EXPECT_EQ(json["spacing"]["stations"], TestCapture::kStations);
   EXPECT_EQ(json["thinned"]["room"], thin);
-  const CommandResult view = run_command(std::string(RAYWALK_RENDER) + " view " + room_ +
-                                         " --at 0,0 --out " + (capture_.root() / "a.png").string());
-  EXPECT_EQ(view.exit_code, 0) << view.errors;
+  expect_success(run_command(std::string(RAYWALK_RENDER) + " view " + room_ + " --at 0,0 --out " +
+                             (capture_.root() / "a.png").string()));
 }
 
 TEST_F(BuildLfTest, RequireThatFailsLeavesNothing) {

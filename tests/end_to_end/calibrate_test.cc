@@ -42,10 +42,9 @@ class CalibrateTest : public ::testing::Test {
     write_file_atomically(
         *captured_ / "room.yaml",
         "grid:\n  spacing_mm: 200\n  overhang_share: 0.2\noutput:\n  width_px: 512\n");
-    const CommandResult result = run_command(
-        fmt::format("{} room {} --out {} --every-distance 0 --truth-views 0", RAYWALK_SIMULATE,
-                    (*captured_ / "room.yaml").string(), capture().string()));
-    ASSERT_EQ(result.exit_code, 0) << result.errors;
+    expect_success(run_command(fmt::format("{} room {} --out {} --every-distance 0 --truth-views 0",
+                                           RAYWALK_SIMULATE, (*captured_ / "room.yaml").string(),
+                                           capture().string())));
     const std::map<std::string, std::string> attitudes{{"x0", "0.8,-0.3,0.2"},
                                                        {"x1", "-0.6,0.2,0.4"},
                                                        {"z0", "0.4,0.5,-0.3"},
@@ -70,9 +69,8 @@ class CalibrateTest : public ::testing::Test {
   }
   fs::path out() const { return directory_ / "calibration"; }
   void pack(const std::string& list, const std::string& room) const {
-    const CommandResult packed = run_command(fmt::format(
-        "{} pack --frames {} --out {}", RAYWALK_BUILD_LF, (out() / list).string(), room));
-    EXPECT_EQ(packed.exit_code, 0) << packed.errors;
+    expect_success(run_command(fmt::format("{} pack --frames {} --out {}", RAYWALK_BUILD_LF,
+                                           (out() / list).string(), room)));
   }
   // Packs the frames before and after, and compares how their lines connect.
   void expect_a_better_connection() const {
@@ -200,11 +198,10 @@ TEST_F(CalibrateTest, ContradictionsAreNamedAndTheResultIsKept) {
 }
 
 TEST_F(CalibrateTest, RectifyWithExternalPoses) {
-  const CommandResult masked = run("mask", "--cone-deg 20");
-  ASSERT_EQ(masked.exit_code, 0) << masked.errors;
-  const CommandResult result = run("rectify", "--poses " + (capture() / "truth.csv").string());
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  EXPECT_THAT(result.output, HasSubstr("raywalk-build-lf all --frames"));
+  expect_success(run("mask", "--cone-deg 20"));
+  EXPECT_THAT(
+      expect_success(run("rectify", "--poses " + (capture() / "truth.csv").string())).output,
+      HasSubstr("raywalk-build-lf all --frames"));
   const std::vector<Frame> listed = read_frame_list(out() / "poses.csv");
   ASSERT_EQ(listed.size(), read_frame_list(capture() / "poses.csv").size());
   ASSERT_TRUE(listed[0].mask);
@@ -235,10 +232,8 @@ TEST_F(CalibrateTest, MasksAndHeldOutFramesReachTheRoom) {
   ASSERT_EQ(masked.exit_code, 0) << masked.errors;
   EXPECT_THAT(masked.errors, HasSubstr("30 of 31 frames have no mask"));
   EXPECT_THAT(masked.output, HasSubstr("14.64 % in the 2 of 32 frames with a mask of their own"));
-  const CommandResult result =
-      calibrate(fmt::format("rectify {} --out {} --poses {}", folder.string(), out().string(),
-                            (capture() / "truth.csv").string()));
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  expect_success(calibrate(fmt::format("rectify {} --out {} --poses {}", folder.string(),
+                                       out().string(), (capture() / "truth.csv").string())));
   const std::vector<Frame> stations = read_frame_list(out() / "poses.csv");
   const std::vector<Frame> views = read_frame_list(out() / "gt.csv");
   EXPECT_EQ(stations.size(), 31U);
@@ -294,8 +289,7 @@ TEST_F(CalibrateTest, AllStepsAlignTheLinesAndAreNotRepeated) {
               AllOf(HasSubstr("\"kind\":\"calibration\""), HasSubstr("x0 × z0")));
 
   const auto made = fs::last_write_time(out() / "poses.csv");
-  const CommandResult second = run("all", options);
-  EXPECT_EQ(second.exit_code, 0);
+  const CommandResult second = expect_success(run("all", options));
   for (const char* step : {"mask", "poses", "rectify"}) {
     EXPECT_THAT(second.output, ::testing::ContainsRegex(std::string(step) + ".*done earlier"));
   }

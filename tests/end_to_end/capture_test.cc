@@ -90,10 +90,8 @@ class CaptureCommandTest : public ::testing::Test {
   }
   // All invariants of a finished session.
   void expect_finished_session() const {
-    const CommandResult verified = capture("verify " + session());
-    EXPECT_EQ(verified.exit_code, 0) << verified.output << verified.errors;
-    const CommandResult exported = capture("export " + session());
-    ASSERT_EQ(exported.exit_code, 0) << exported.errors;
+    expect_success(capture("verify " + session()));
+    expect_success(capture("export " + session()));
     const CsvTable poses = exported_poses();
     std::set<std::string> frames;
     for (std::size_t row = 0; row < poses.rows(); ++row) frames.insert(poses.text(row, "file"));
@@ -141,15 +139,13 @@ TEST_F(CaptureCommandTest, LinesCapturedApartBecomeOneSession) {
   start_rig();
   const std::string first = (directory_ / "first").string();
   const std::string second = (directory_ / "second").string();
-  const CommandResult some = capture("run " + with_rig() + " --lines x0,z0 --session " + first);
-  ASSERT_EQ(some.exit_code, 0) << some.errors;
-  EXPECT_THAT(some.output, HasSubstr("all 10 stations of 2 lines are captured"));
+  EXPECT_THAT(
+      expect_success(capture("run " + with_rig() + " --lines x0,z0 --session " + first)).output,
+      HasSubstr("all 10 stations of 2 lines are captured"));
   ASSERT_EQ(capture("run " + with_rig() + " --lines z0-z1,x1 --session " + second).exit_code, 0);
   expect_one_error(capture("merge " + first + " " + second + " --out " + session()), 1,
                    "line z0 is captured in");
-  const CommandResult merged =
-      capture("merge " + first + " " + second + " --replace --out " + session());
-  ASSERT_EQ(merged.exit_code, 0) << merged.errors;
+  expect_success(capture("merge " + first + " " + second + " --replace --out " + session()));
   EXPECT_EQ(capture("verify " + session()).exit_code, 0);
   EXPECT_THAT(run().output, HasSubstr("all 20 stations of 4 lines are captured"));
   ASSERT_EQ(capture("export " + session()).exit_code, 0);
@@ -173,10 +169,9 @@ TEST_F(CaptureCommandTest, LinesCapturedApartBecomeOneSession) {
 TEST_F(CaptureCommandTest, ASessionFromTheFirstMoveToTheFrameList) {
   files_.more_rig = "rail:\n  placing_spread_mm: 2\n";
   start_rig();
-  const CommandResult checked = capture("check " + with_rig());
-  EXPECT_EQ(checked.exit_code, 0) << checked.output;
-  EXPECT_THAT(checked.output, AllOf(HasSubstr("slider  ok"), HasSubstr("camera  ok"),
-                                    HasSubstr("disk    ok"), HasSubstr("leadshine-pr0")));
+  EXPECT_THAT(expect_success(capture("check " + with_rig())).output,
+              AllOf(HasSubstr("slider  ok"), HasSubstr("camera  ok"), HasSubstr("disk    ok"),
+                    HasSubstr("leadshine-pr0")));
   const CommandResult captured = run();
   ASSERT_EQ(captured.exit_code, 0) << captured.errors;
   EXPECT_THAT(captured.output, HasSubstr("all 12 stations of 4 lines are captured"));
@@ -223,8 +218,7 @@ TEST_F(CaptureCommandTest, KilledAtRandomMomentsLosesAndOverwritesNothing) {
     }
   }
   EXPECT_GT(killed_in_work, kills / 4);
-  const CommandResult finished = run();
-  ASSERT_EQ(finished.exit_code, 0) << finished.errors;
+  expect_success(run());
   expect_finished_session();
   EXPECT_GE(rig_state()["visited_mm"][0].get<double>(), -1.0);
   EXPECT_LE(rig_state()["visited_mm"][1].get<double>(), 2100.0);
@@ -242,8 +236,7 @@ TEST_F(CaptureCommandTest, SignalsStopTheSliderAndTheSessionResumes) {
     EXPECT_FALSE(rig_state()["moving"].get<bool>());
     EXPECT_THAT(run_log(), HasSubstr("the same command resumes"));
   }
-  const CommandResult resumed = run();
-  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
+  expect_success(run());
   expect_finished_session();
 }
 
@@ -302,9 +295,8 @@ TEST_F(CaptureCommandTest, WithoutAPlaceUrlTheOperatorIsPrompted) {
 
 TEST_F(CaptureCommandTest, ADryRunMovesWithoutTakingPictures) {
   start_rig();
-  const CommandResult moved = capture("run " + with_rig() + " --dry-run");
-  EXPECT_EQ(moved.exit_code, 0) << moved.errors;
-  EXPECT_THAT(moved.output, HasSubstr("settled at all 12 stations"));
+  EXPECT_THAT(expect_success(capture("run " + with_rig() + " --dry-run")).output,
+              HasSubstr("settled at all 12 stations"));
   EXPECT_EQ(rig_state()["pictures"], 0);
   EXPECT_FALSE(fs::exists(session()));
 }
@@ -366,9 +358,8 @@ TEST_F(CaptureCommandTest, PlanWritesAReportOnDemandAndReplacesOnlySuch) {
   files_.write();
   const std::string report = (directory_ / "plan.html").string();
   const std::string plan = "plan " + files_.capture().string();
-  const CommandResult planned = capture(plan + " --report " + report);
-  EXPECT_EQ(planned.exit_code, 0) << planned.errors;
-  EXPECT_THAT(planned.output, HasSubstr("4 lines, 12 stations"));
+  EXPECT_THAT(expect_success(capture(plan + " --report " + report)).output,
+              HasSubstr("4 lines, 12 stations"));
   EXPECT_THAT(read_file(report), HasSubstr("\"kind\":\"plan\""));
   EXPECT_EQ(nlohmann::json::parse(capture(plan + " --json").output)["grid"]["stations"], 12);
   EXPECT_EQ(capture(plan + " -o " + report).exit_code, 0);
@@ -412,8 +403,7 @@ TEST_P(CaptureFaultTest, PausesWithAnErrorLineAndResumesAfterRepair) {
   for (int i = 0; i < 1000 && !is_rig_reachable(); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
-  const CommandResult resumed = run();
-  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
+  expect_success(run());
   expect_finished_session();
 }
 

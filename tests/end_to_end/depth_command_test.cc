@@ -61,10 +61,9 @@ double psnr_of(const fs::path& room, const SyntheticRoomSpec& spec,
     list << fmt::format("{},{},{}\n", i, places[i].x_m, places[i].z_m);
   }
   list.close();
-  const CommandResult rendered = run_command(
-      fmt::format("{} path {} {} --method {} --out {}", RAYWALK_RENDER, room.string(),
-                  (directory / "path.csv").string(), method, (directory / "views").string()));
-  EXPECT_EQ(rendered.exit_code, 0) << rendered.errors;
+  expect_success(run_command(fmt::format("{} path {} {} --method {} --out {}", RAYWALK_RENDER,
+                                         room.string(), (directory / "path.csv").string(), method,
+                                         (directory / "views").string())));
   double sum_db = 0.0;
   for (size_t i = 0; i < places.size(); ++i) {
     const cv::Mat view = read_panorama(directory / "views" / fmt::format("{}.png", i));
@@ -82,9 +81,7 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   const double true_db = psnr_of(directory, spec);
   const double initial_db = psnr_of(directory, spec, "initial");
 
-  const CommandResult swept = depth(room.room(), "--truth");
-  ASSERT_EQ(swept.exit_code, 0) << swept.errors;
-  EXPECT_THAT(swept.output,
+  EXPECT_THAT(expect_success(depth(room.room(), "--truth")).output,
               AllOf(HasSubstr("distance maps of 192 x 96"), HasSubstr("depth.html"),
                     HasSubstr("low confidence (below 0.25) in "),
                     HasSubstr("compared with the given distances"),
@@ -112,8 +109,7 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   EXPECT_NEAR(psnr_of(directory, spec), swept_db, 1e-9);
 
   // Estimated distances are replaced, given ones are kept.
-  const CommandResult flowed = depth(room.room(), "--method flow --every 4");
-  ASSERT_EQ(flowed.exit_code, 0) << flowed.errors;
+  expect_success(depth(room.room(), "--method flow --every 4"));
   EXPECT_EQ(report_of(room.room())["method"], "flow");
   EXPECT_TRUE(report_of(room.room())["truth"].is_null());
   EXPECT_EQ(checksums_of_files(directory / "distances/given"), given);
@@ -132,9 +128,8 @@ TEST(DepthCommandTest, HeldOutStationsAreNotUsed) {
   });
   const auto given = checksums_of_files(room.room().directory() / "distances/given");
   for (const DepthTestRoom* each : {&std::as_const(room), &damaged}) {
-    const CommandResult result = depth(each->room(), "--hold-out 4");
-    ASSERT_EQ(result.exit_code, 0) << result.errors;
-    EXPECT_THAT(result.output, HasSubstr("held-out/depth.html"));
+    EXPECT_THAT(expect_success(depth(each->room(), "--hold-out 4")).output,
+                HasSubstr("held-out/depth.html"));
   }
   const fs::path held_out = held_out_directory(room.room().directory());
   EXPECT_EQ(nlohmann::json::parse(read_file(held_out / "depth.json"))["hold_out"], 4);
@@ -170,8 +165,7 @@ TEST(DepthCommandTest, ViewsThroughMasksShowTheRoomAndNotTheDolly) {
     return valid;
   };
   const auto psnr_with = [&](const DepthTestRoom& room) {
-    const CommandResult swept = depth(room.room(), "--every 2");
-    EXPECT_EQ(swept.exit_code, 0) << swept.errors;
+    expect_success(depth(room.room(), "--every 2"));
     return psnr_of(room.room().directory(), spec);
   };
   const double clean_db = psnr_with(DepthTestRoom(spec));
@@ -391,8 +385,7 @@ TEST(DepthCommandTest, CtrlCKeepsFinishedMapsAndTheSameCommandResumes) {
   EXPECT_EQ(checksums_of_files(directory / "distances/given"), given);
   EXPECT_FALSE(fs::exists(directory / "depth.json"));
 
-  const CommandResult resumed = depth(room.room());
-  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
+  expect_success(depth(room.room()));
   EXPECT_EQ(checksums_of_files(directory / "distances/given"), given);
   EXPECT_FALSE(fs::exists(directory / "distances.partial"));
   // The result of three interrupted runs equals that of a single run.
@@ -401,7 +394,7 @@ TEST(DepthCommandTest, CtrlCKeepsFinishedMapsAndTheSameCommandResumes) {
   EXPECT_EQ(maps_of(directory), in_parts);
 }
 
-// Two copies of a room: one for a single run, one for parts.
+// Parts, which a cluster may start twice. Two copies of a room: one for a single run, one for them.
 class DepthPartCommandTest : public ::testing::Test {
  protected:
   static SyntheticRoomSpec spec() {
@@ -452,11 +445,9 @@ class DepthPartCommandTest : public ::testing::Test {
   }
 
   void expect_result_of_one_run() const {
-    const CommandResult finished =
-        run_command(fmt::format("{} depth {} --every 3", RAYWALK_BUILD_LF, parts_.string()));
-    ASSERT_EQ(finished.exit_code, 0) << finished.errors;
-    const CommandResult plain = depth(room_.room(), "--every 3");
-    ASSERT_EQ(plain.exit_code, 0) << plain.errors;
+    expect_success(
+        run_command(fmt::format("{} depth {} --every 3", RAYWALK_BUILD_LF, parts_.string())));
+    expect_success(depth(room_.room(), "--every 3"));
     EXPECT_EQ(result_files_of(parts_), result_files_of(room_.room().directory()));
     EXPECT_FALSE(fs::exists(parts_ / "distances.partial"));
   }

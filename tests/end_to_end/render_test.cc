@@ -60,28 +60,25 @@ class RenderTest : public ::testing::Test {
 
 TEST_F(RenderTest, RendersAViewAndReportsItsSettings) {
   make_room();
-  const CommandResult result = render(view_to_png("--at -0.1,0.2 --method two-sided --k 76"));
-  EXPECT_EQ(result.exit_code, 0) << result.errors;
-  EXPECT_THAT(result.output, AllOf(HasSubstr(file("view.png")), HasSubstr("64x32 at -0.1,0.2 m"),
-                                   HasSubstr("two-sided, hybrid at k = 76 degrees")));
+  EXPECT_THAT(expect_success(render(view_to_png("--at -0.1,0.2 --method two-sided --k 76"))).output,
+              AllOf(HasSubstr(file("view.png")), HasSubstr("64x32 at -0.1,0.2 m"),
+                    HasSubstr("two-sided, hybrid at k = 76 degrees")));
   EXPECT_EQ(read_panorama(file("view.png")).cols, 64);
 }
 
 TEST_F(RenderTest, SettingsFileAndFlags) {
   make_room();
   std::ofstream(file("view.yaml")) << "connection: lfu\nwidth_px: 16\n";
-  const CommandResult result =
-      render(view_to_png("--at=0.1,0.1 --width 32 --settings " + file("view.yaml")));
-  EXPECT_EQ(result.exit_code, 0) << result.errors;
-  EXPECT_THAT(result.output, AllOf(HasSubstr("32x16"), HasSubstr("lfu at k = 45")));
+  const CommandResult done = expect_success(
+      render(view_to_png("--at=0.1,0.1 --width 32 --settings " + file("view.yaml"))));
+  EXPECT_THAT(done.output, AllOf(HasSubstr("32x16"), HasSubstr("lfu at k = 45")));
 }
 
 TEST_F(RenderTest, TwoEyesAtAHeightOfTheirOwn) {
   make_room();
-  const CommandResult result =
-      render(view_to_png("--at -0.1 0.05 0.2 --stereo ods --ipd-mm 60 --yaw-deg 90"));
-  EXPECT_EQ(result.exit_code, 0) << result.errors;
-  EXPECT_THAT(result.output,
+  const CommandResult done = expect_success(
+      render(view_to_png("--at -0.1 0.05 0.2 --stereo ods --ipd-mm 60 --yaw-deg 90")));
+  EXPECT_THAT(done.output,
               HasSubstr("64x64, ods, left eye above right eye, 60 mm apart, at -0.1,0.05,0.2 m"));
   EXPECT_EQ(read_picture(file("view.png")).rows, 64);
 }
@@ -110,9 +107,8 @@ TEST_F(RenderTest, ViewsAreCorrectedByDefaultAndMayBeJpeg) {
 
 TEST_F(RenderTest, ASingleLineRendersWithTheRestMarked) {
   make_room({.cells_z = 0, .overhang_m = 0.5, .width = 64});
-  const CommandResult result = render(view_to_png("--at 0,-0.25"));
-  EXPECT_EQ(result.exit_code, 0) << result.errors;
-  EXPECT_THAT(result.output, HasSubstr("% empty: no line serves it"));
+  EXPECT_THAT(expect_success(render(view_to_png("--at 0,-0.25"))).output,
+              HasSubstr("% empty: no line serves it"));
 }
 
 TEST_F(RenderTest, WrongUsageHasADifferentExitCodeThanFailure) {
@@ -166,11 +162,10 @@ TEST_F(RenderTest, AFullDiskLeavesNothing) {
 
 TEST_F(RenderTest, ConnectErrorPrintsATable) {
   make_room();
-  const CommandResult measured = render("connect-error " + room() +
-                                        " --method initial,hlf-vd --viewpoints 3"
-                                        " --k-list 45,80,90");
-  EXPECT_EQ(measured.exit_code, 0) << measured.errors;
-  EXPECT_THAT(measured.output,
+  const CommandResult done = expect_success(render("connect-error " + room() +
+                                                   " --method initial,hlf-vd --viewpoints 3"
+                                                   " --k-list 45,80,90"));
+  EXPECT_THAT(done.output,
               AllOf(HasSubstr("initial views"), HasSubstr("hlf-vd views"), HasSubstr(" 45  lfu"),
                     HasSubstr(" 80  hybrid"), HasSubstr(" 90  rayspace360"), HasSubstr("given")));
   const CommandResult viewed = render(view_to_png("--at 0,0 --method initial"));
@@ -200,10 +195,9 @@ TEST_F(RenderTest, ValidatesAgainstTruth) {
   expect_error(render("validate " + room()), 2, "--truth is required", 3);
   const std::string command = "validate " + room() + " --truth " + file("gt.csv") + " --report " +
                               file("report") + " --viewpoints 2";
-  const CommandResult result = render(command);
-  EXPECT_EQ(result.exit_code, 0) << result.errors;
-  EXPECT_THAT(result.output, AllOf(HasSubstr("initial"), HasSubstr("distances in use: given"),
-                                   HasSubstr("report/index.html")));
+  EXPECT_THAT(expect_success(render(command)).output,
+              AllOf(HasSubstr("initial"), HasSubstr("distances in use: given"),
+                    HasSubstr("report/index.html")));
   EXPECT_TRUE(fs::exists(directory_ / "report" / "index.html"));
   const auto json = nlohmann::json::parse(read_file(directory_ / "report" / "metrics.json"));
   EXPECT_EQ(json["views"].size(), 3U);
@@ -328,9 +322,8 @@ TEST_F(RenderPathTest, CtrlCStopsCleanlyAndTheSameCommandResumes) {
   EXPECT_GE(before, 2U);
   EXPECT_LT(before, static_cast<size_t>(kViews));
 
-  const CommandResult resumed = run_command(command());
-  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
-  EXPECT_THAT(resumed.output, HasSubstr(std::to_string(kViews - before) + " of them rendered now"));
+  EXPECT_THAT(expect_success(run_command(command())).output,
+              HasSubstr(std::to_string(kViews - before) + " of them rendered now"));
   EXPECT_EQ(pictures(), static_cast<size_t>(kViews));
 }
 
@@ -343,14 +336,12 @@ TEST_F(RenderPathTest, OtherSettingsAreRefused) {
 TEST_F(RenderPathTest, AVideoIsWholeOrNothing) {
   const std::string video = file("walk.mp4");
   const std::string usual = "path " + room() + " " + file("path.csv") + " --method initial ";
-  const CommandResult made = render(usual + "--width 64 --video " + video);
-  EXPECT_EQ(made.exit_code, 0) << made.errors;
-  EXPECT_THAT(made.output, HasSubstr("walk.mp4: 60 frames of 64x32, 2 s, H.264"));
+  EXPECT_THAT(expect_success(render(usual + "--width 64 --video " + video)).output,
+              HasSubstr("walk.mp4: 60 frames of 64x32, 2 s, H.264"));
   EXPECT_THAT(run_command("ffprobe -v error -show_streams " + video).output,
               AllOf(HasSubstr("nb_frames=60"), HasSubstr("projection=equirectangular")));
   expect_error(render(usual + "--video " + video), 1, "--video", 3);
-  const auto again = render(usual + "--width 64 --fps 60 -f -q --video " + video);
-  EXPECT_EQ(again.exit_code, 0) << again.errors;
+  expect_success(render(usual + "--width 64 --fps 60 -f -q --video " + video));
   fs::remove(video);
 
   std::vector<std::string> arguments = this->arguments();

@@ -41,6 +41,12 @@ inline CommandResult run_command(const std::string& command) {
   return {exit_code, read_file(out), read_file(err)};
 }
 
+// Expects that a command has succeeded; returns what it printed.
+inline CommandResult expect_success(const CommandResult& result) {
+  EXPECT_EQ(result.exit_code, 0) << result.output << result.errors;
+  return result;
+}
+
 // Expects failure with this exit code and exactly one error, which holds `text`.
 inline void expect_one_error(const CommandResult& result, int exit_code, const std::string& text) {
   EXPECT_EQ(result.exit_code, exit_code) << result.errors;

@@ -46,16 +46,13 @@ class VirtualRoomTest : public ::testing::Test {
 };
 
 TEST_F(VirtualRoomTest, CapturePacksWithItsDistances) {
-  const CommandResult captured = capture(kSmall, "--every-distance 2");
-  ASSERT_EQ(captured.exit_code, 0) << captured.errors;
-  EXPECT_THAT(captured.output,
+  EXPECT_THAT(expect_success(capture(kSmall, "--every-distance 2")).output,
               HasSubstr("20 panoramas of 128 x 64 on 4 lines, 12 true views, 24 distance maps"));
   EXPECT_FALSE(fs::exists(out() / "true_poses.csv"));
-  const CommandResult packed =
+  const CommandResult done = expect_success(
       run_command(fmt::format("{} pack --frames {}/poses.csv --distance {}/dist --out {}.lf",
-                              RAYWALK_BUILD_LF, out().string(), out().string(), out().string()));
-  EXPECT_EQ(packed.exit_code, 0) << packed.errors;
-  EXPECT_THAT(packed.output, HasSubstr("4 lines, 1 cell, 20 panoramas of 128 x 64, 12 distance"));
+                              RAYWALK_BUILD_LF, out().string(), out().string(), out().string())));
+  EXPECT_THAT(done.output, HasSubstr("4 lines, 1 cell, 20 panoramas of 128 x 64, 12 distance"));
   const CsvTable truth = CsvTable::read(out() / "gt.csv", {"file", "x", "y", "z"}, {"distance"});
   ASSERT_EQ(truth.rows(), 12U);
   for (std::size_t row = 0; row < truth.rows(); ++row) {
@@ -74,9 +71,8 @@ TEST_F(VirtualRoomTest, SameSettingsGiveTheSameFiles) {
   ASSERT_EQ(capture(kSmall, "--threads 1 --truth-views 1").exit_code, 0);
   fs::rename(out(), directory_ / "first");
   ASSERT_EQ(capture(kSmall, "--threads 3 --truth-views 1").exit_code, 0);
-  const CommandResult same =
-      run_command(fmt::format("diff -r {} {}", (directory_ / "first").string(), out().string()));
-  EXPECT_EQ(same.exit_code, 0) << same.output;
+  expect_success(
+      run_command(fmt::format("diff -r {} {}", (directory_ / "first").string(), out().string())));
 }
 
 TEST_F(VirtualRoomTest, FormatViewsAndSceneAreApplied) {
@@ -98,9 +94,7 @@ TEST_F(VirtualRoomTest, OwnScenesAreReadFromTheSettingsFolder) {
                         "instances:\n"
                         "  - {object: man, at: [0, -1.3, 0], step_m: 0.5,\n"
                         "     loop: [-1.2, -1.2, 1.2, -1.2, 1.2, 1.2, -1.2, 1.2]}\n");
-  const CommandResult captured =
-      capture(std::string(kSmall) + "scene: {file: mine.yaml}\n", "--truth-views 1");
-  ASSERT_EQ(captured.exit_code, 0) << captured.errors;
+  expect_success(capture(std::string(kSmall) + "scene: {file: mine.yaml}\n", "--truth-views 1"));
   const cv::Mat first = cv::imread((out() / "people/x0_000.png").string(), cv::IMREAD_GRAYSCALE);
   const cv::Mat second = cv::imread((out() / "people/x0_001.png").string(), cv::IMREAD_GRAYSCALE);
   EXPECT_GT(cv::countNonZero(first), 50);
