@@ -219,7 +219,7 @@ TEST(TileLayoutTest, TilesOfUsualSizeCoverAStation) {
   }
 }
 
-// Advice to the page cache; room_test covers opening datasets.
+// Advice to the page cache; room_test.cc covers opening datasets.
 constexpr std::size_t kRows = 4;
 constexpr std::size_t kRowBytes = std::size_t{1} << 20;
 

@@ -121,21 +121,6 @@ TEST(RendererStereo, TheCircleMayReachOverALineAndMustNotLeaveTheRoom) {
   EXPECT_THROW(renderer.render_stereo({0.97, 0.0}, kEyesApart_m), Error);
 }
 
-// The picture of a pinhole camera in the scene.
-cv::Mat true_picture(const SyntheticRoomSpec& spec, PlanPoint at, const Viewport& viewport) {
-  const Eigen::Vector3d from_m(at.x_m, spec.height_m, at.z_m);
-  cv::Mat picture(viewport.height, viewport.width, CV_8UC3);
-  for (int u = 0; u < viewport.width; ++u) {
-    for (int v = 0; v < viewport.height; ++v) {
-      const Eigen::Vector3d rgb = color_at(spec.scene, from_m, ray_of(viewport, u, v));
-      picture.at<cv::Vec3b>(v, u) = {cv::saturate_cast<uchar>(rgb.z()),
-                                     cv::saturate_cast<uchar>(rgb.y()),
-                                     cv::saturate_cast<uchar>(rgb.x())};
-    }
-  }
-  return picture;
-}
-
 // The picture cut from a whole panorama; interpolated by cubics.
 cv::Mat cut_from(const cv::Mat& panorama, const Viewport& viewport) {
   const PanoramaSampler sampler(panorama);

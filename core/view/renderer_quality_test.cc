@@ -12,6 +12,7 @@
 #include <opencv2/core.hpp>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/room/room.h"
@@ -22,8 +23,6 @@
 
 namespace raywalk {
 namespace {
-
-const ViewOptions kInitial{.method = ViewMethod::kInitial};
 
 // A pillar beyond the front right corner, which hides different parts of the walls from every
 // viewpoint.
@@ -43,7 +42,7 @@ TEST(RendererQuality, CorrectedViewsMatchTheTruthWhereInitialOnesDoNot) {
   spec.height_m = 0.6;
   const TestRoom room(spec);
   for (const PlanPoint at : kQualityViewpoints) {
-    EXPECT_LT(room.psnr(kInitial, at), 25.0);
+    EXPECT_LT(room.psnr({.method = ViewMethod::kInitial}, at), 25.0);
     for (const ViewMethod method : kCorrected) {
       for (const double k_deg : {45.0, 76.0, 90.0}) {
         EXPECT_GT(room.psnr({.method = method, .k_deg = k_deg}, at), 45.0)
@@ -197,13 +196,7 @@ TEST(RendererInterpolation, InitialViewsAndFlatPicturesAreResampledWithIt) {
   // Across the seam, over the zenith, and straight: parts of the panorama and all of it.
   for (const Viewport& viewport : {looking(170, 10, 20, 57, 70, 45), looking(0, 80, 0, 57, 70, 45),
                                    looking(0, 0, 0, 57, 70, 45)}) {
-    cv::Mat truth(viewport.height, viewport.width, CV_8UC3);
-    for (int v = 0; v < truth.rows; ++v) {
-      for (int u = 0; u < truth.cols; ++u) {
-        const Eigen::Vector3d rgb = color_at(spec.scene, {0, 0, 0}, ray_of(viewport, u, v));
-        truth.at<cv::Vec3b>(v, u) = cv::Vec3b(cv::Vec3d(rgb.z(), rgb.y(), rgb.x()));
-      }
-    }
+    const cv::Mat truth = true_picture(spec, {0.1, 0.2}, viewport);
     const auto psnr = [&](const ViewOptions& options) {
       Renderer renderer(room.room(), options);
       // Another picture first, so that leftovers in memory would show.
@@ -240,8 +233,7 @@ std::function<OffLine(const std::string&, int)> scattered(double across, double 
 
 // A room of cell side 1 m whose stations are off their lines.
 SyntheticRoomSpec uneven_room(double across_m, double up_m) {
-  SyntheticRoomSpec spec = box_room();
-  spec.scene.obstacle = SceneBox{{0.7, -1.2, 0.8}, {1.2, 0.3, 1.3}};
+  SyntheticRoomSpec spec = room_with_pillar();
   spec.off_line = scattered(across_m, up_m);
   return spec;
 }
@@ -295,22 +287,19 @@ SyntheticRoomSpec room_of_poor_distances(int cells_z) {
 
 // The frames of the two stations nearest to a viewpoint, by nearness.
 cv::Mat cross_fade(const TestRoom& room, PlanPoint at) {
-  struct Nearby {
-    double distance_m = 0.0;
-    PlanPoint position{};
-  };
-  std::vector<Nearby> stations;
+  std::vector<std::pair<double, PlanPoint>> stations;
   for (const Line& line : room.room().grid().lines) {
     for (const Station& station : line.stations) {
       const PlanPoint p{station.position_m.x(), station.position_m.z()};
-      stations.push_back({std::hypot(p.x_m - at.x_m, p.z_m - at.z_m), p});
+      stations.emplace_back(std::hypot(p.x_m - at.x_m, p.z_m - at.z_m), p);
     }
   }
-  std::ranges::sort(stations, {}, &Nearby::distance_m);
-  const double share = stations[1].distance_m / (stations[0].distance_m + stations[1].distance_m);
+  std::ranges::sort(stations, {}, &std::pair<double, PlanPoint>::first);
+  const auto& [near_m, near] = stations[0];
+  const auto& [far_m, far] = stations[1];
+  const double share = far_m / (near_m + far_m);
   cv::Mat mixed;
-  cv::addWeighted(room.truth(stations[0].position), share, room.truth(stations[1].position),
-                  1.0 - share, 0.0, mixed);
+  cv::addWeighted(room.truth(near), share, room.truth(far), 1.0 - share, 0.0, mixed);
   return mixed;
 }
 

@@ -1,3 +1,5 @@
+// Options, sizes, threads and lines of the renderer, compressed rooms and very large panoramas;
+// renderer_quality_test.cc tests the accuracy.
 #include "core/view/renderer.h"
 
 #include <gmock/gmock.h>
@@ -269,6 +271,7 @@ TEST_P(TiledViewsTest, ShowLosslessRaysAsTheRawOnes) {
 
 INSTANTIATE_TEST_SUITE_P(Masked, TiledViewsTest, testing::Bool());
 
+// Panoramas of 400 MB each, the last of a line beyond 2 GB.
 constexpr PanoramaSize kPanorama{16384, 8192};
 constexpr PanoramaSize kMap{64, 32};
 
