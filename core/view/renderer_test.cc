@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -23,6 +24,8 @@
 #include "core/files/test_directory.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/tiled_rays.h"
+#include "core/view/column_sources.h"
+#include "core/view/prepared_view.h"
 #include "core/view/test_room.h"
 #include "core/view/test_viewport.h"
 #include "tests/synthetic_room/synthetic_room.h"
@@ -129,6 +132,28 @@ TEST(RendererThreads, PicturesDoNotDependOnThemOrOnWhatWasRenderedBefore) {
     set_thread_count(0);
     EXPECT_EQ(largest_difference(first, again), 0.0) << text_of(options);
     EXPECT_EQ(largest_difference(first, alone), 0.0) << text_of(options);
+  }
+}
+
+TEST(PreparedView, OfThePlansOwnLinesIsTheViewAndBlackWithoutLines) {
+  for (const ViewMethod method : kViewMethods) {
+    const ViewOptions options{.method = method, .k_deg = 76.0};
+    Renderer renderer(pillar_room().room(), options);
+    const cv::Mat view = renderer.render({-0.1, -0.15}).image;
+    PreparedView& prepared = renderer.prepare({-0.1, -0.15});
+    const PanoramaPart whole{.columns = view.cols, .rows = {0, view.rows}};
+    prepared.look_at(whole, [&](double theta_rad) {
+      return theta_rad < 0.0 ? column_sources(prepared.plan().column(theta_rad), options)
+                             : ColumnSources();
+    });
+    cv::Mat image;
+    cv::Mat1b unread;
+    PixelCounts counts;
+    PreparedView::render(std::array{&prepared}, whole, nullptr, nullptr, &image, &unread, &counts);
+    const cv::Range left(0, view.cols / 2), right(view.cols / 2, view.cols);
+    EXPECT_EQ(largest_difference(image.colRange(left), view.colRange(left)), 0.0)
+        << method_name(method);
+    EXPECT_EQ(cv::norm(image.colRange(right)), 0.0) << method_name(method);
   }
 }
 
