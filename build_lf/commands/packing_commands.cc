@@ -198,9 +198,10 @@ void add_refine(CLI::App* app) {
   command->add_option("--width", options->width,
                       "Width of the developed pictures in pixels, up to twice that of the captured "
                       "ones; 0 = twice, at most 8192");
-  command->add_option("--hold-out", options->hold_out,
-                      "Leave out one of every n captured stations, to judge views by them; 0 = use "
-                      "all");
+  command->add_option(
+      "--hold-out", options->hold_out,
+      "Leave out one of every n captured stations, to evaluate views by them; 0 = use "
+      "all");
   add_compress_option(command, &arguments->compress);
   add_part_option(command, &arguments->part, "stations");
   add_threads_option(command, &arguments->threads);

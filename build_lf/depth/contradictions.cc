@@ -72,7 +72,7 @@ class Search {
                 : std::make_shared<StationEvidence>(
                       evidence_of(room_, station, size_, gain_field(gains_, station), nullptr));
     return contradicted_by(neighbours, *own, size_,
-                           static_cast<float>(kAgreePx / plan_.pixels_per_omega_m()), plan_.size);
+                           static_cast<float>(kAgreePx / plan_.pixels_per_inverse_m()), plan_.size);
   }
 
   const Room& room_;
@@ -110,10 +110,10 @@ void show_behind(const Contradictions& contradictions, double tolerance_per_m,
     for (int theta = behind.theta * step; theta < (behind.theta + 1) * step; ++theta) {
       for (int phi = behind.phi * step; phi < (behind.phi + 1) * step; ++phi) {
         const size_t pixel = pixel_index(theta, phi, map->size);
-        if (behind.omega < 0.0f) {
+        if (behind.inverse < 0.0f) {
           map->confidence[pixel] = 0;
-        } else if (std::fabs(map->omega[pixel] - behind.omega) > tolerance_per_m) {
-          map->omega[pixel] = behind.omega;
+        } else if (std::fabs(map->inverse[pixel] - behind.inverse) > tolerance_per_m) {
+          map->inverse[pixel] = behind.inverse;
           map->confidence[pixel] = kMinConfidence;
         }
       }

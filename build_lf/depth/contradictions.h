@@ -17,7 +17,7 @@ namespace raywalk::build_lf {
 struct SurfaceBehind {
   int theta = 0;  // pixel of a map of Contradictions::size
   int phi = 0;
-  float omega = 0.0f;  // inverse distance, 1/m; negative: not known
+  float inverse = 0.0f;  // inverse distance, 1/m; negative: not known
 };
 
 struct ContradictedStation {

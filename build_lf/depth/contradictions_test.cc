@@ -131,7 +131,7 @@ TEST_F(ContradictionsTest, APersonWithADistanceOfItsOwnIsLeftOutWithIt) {
     if (!(map->station == kVisited)) return;
     for (int u = kPerson.x; u < kPerson.x + kPerson.width; ++u) {
       for (int v = kPerson.y; v < kPerson.y + kPerson.height; ++v) {
-        map->omega[pixel_index(u, v, map->size)] = 1.0f / 0.8f;
+        map->inverse[pixel_index(u, v, map->size)] = 1.0f / 0.8f;
       }
     }
   };
@@ -218,7 +218,7 @@ TEST(ContradictedRegions, AreWholeAcrossTheSeam) {
 constexpr PanoramaSize kSize{256, 128};
 
 // Inverse distances from `at_m` to the inside of a sphere of radius 1 m about the origin.
-float sphere_omega(const Eigen::Vector3d& direction, const Eigen::Vector3d& at_m) {
+float sphere_inverse(const Eigen::Vector3d& direction, const Eigen::Vector3d& at_m) {
   const double along = at_m.dot(direction);
   return static_cast<float>(1.0 / (-along + std::sqrt(along * along + 1.0 - at_m.squaredNorm())));
 }
@@ -228,13 +228,13 @@ Eigen::Vector3d direction_of(int theta, int phi) {
 }
 
 std::vector<float> sphere_map(const Eigen::Vector3d& at_m) {
-  std::vector<float> omega;
+  std::vector<float> inverse;
   for (int theta = 0; theta < kSize.width; ++theta) {
     for (int phi = 0; phi < kSize.height; ++phi) {
-      omega.push_back(sphere_omega(direction_of(theta, phi), at_m));
+      inverse.push_back(sphere_inverse(direction_of(theta, phi), at_m));
     }
   }
-  return omega;
+  return inverse;
 }
 
 TEST(SeenSurfacesTest, AreWhereTheOtherStationSeesThem) {
@@ -245,29 +245,29 @@ TEST(SeenSurfacesTest, AreWhereTheOtherStationSeesThem) {
   size_t found = 0;
   for (int theta = 0; theta < kSize.width; ++theta) {
     for (int phi = 0; phi < kSize.height; ++phi) {
-      const float omega = seen[pixel_index(theta, phi, kSize)];
-      if (omega < 0.0f) continue;  // no point fell into this pixel
+      const float inverse = seen[pixel_index(theta, phi, kSize)];
+      if (inverse < 0.0f) continue;  // no point fell into this pixel
       ++found;
       // Within half a pixel, on a sphere whose inverse distance changes by less than 1/m per
       // radian.
-      ASSERT_NEAR(omega, sphere_omega(direction_of(theta, phi), to_m), kTwoPi / kSize.width);
+      ASSERT_NEAR(inverse, sphere_inverse(direction_of(theta, phi), to_m), kTwoPi / kSize.width);
     }
   }
   EXPECT_GT(found, seen.size() / 2);
 }
 
 TEST(SeenSurfacesTest, ShowTheNearestAndLeaveOutWhatIsNone) {
-  std::vector<float> omega(size_t(kSize.width) * kSize.height, -1.0f);
-  const auto none = seen_surfaces(omega, kSize, PixelDirections(kSize), {0.3f, 0.0f, 0.0f});
+  std::vector<float> inverse(size_t(kSize.width) * kSize.height, -1.0f);
+  const auto none = seen_surfaces(inverse, kSize, PixelDirections(kSize), {0.3f, 0.0f, 0.0f});
   EXPECT_EQ(std::count(none.begin(), none.end(), -1.0f), std::ptrdiff_t(none.size()));
   // Infinitely far points stay in their pixels wherever the station is.
-  std::fill(omega.begin(), omega.end(), 0.0f);
-  const auto far = seen_surfaces(omega, kSize, PixelDirections(kSize), {0.3f, 0.0f, 0.0f});
-  EXPECT_EQ(far, omega);
+  std::fill(inverse.begin(), inverse.end(), 0.0f);
+  const auto far = seen_surfaces(inverse, kSize, PixelDirections(kSize), {0.3f, 0.0f, 0.0f});
+  EXPECT_EQ(far, inverse);
   // 1 m to the right of the map's station; from 0.5 m behind that it hides what is far behind it.
   const size_t right = pixel_index(3 * kSize.width / 4, kSize.height / 2, kSize);
-  omega[right] = 1.0f;
-  const auto hidden = seen_surfaces(omega, kSize, PixelDirections(kSize), {-0.5f, 0.0f, 0.0f});
+  inverse[right] = 1.0f;
+  const auto hidden = seen_surfaces(inverse, kSize, PixelDirections(kSize), {-0.5f, 0.0f, 0.0f});
   EXPECT_NEAR(hidden[right], 1.0 / 1.5, 1e-3);
 }
 

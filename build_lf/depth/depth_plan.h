@@ -50,7 +50,7 @@ struct DepthPlan {
 
   // Parallax over the reach, in pixels per 1/m of inverse distance. Equals the distance in metres
   // at which the parallax is one pixel.
-  double pixels_per_omega_m() const { return reach_m * size.width / kTwoPi; }
+  double pixels_per_inverse_m() const { return reach_m * size.width / kTwoPi; }
   StationIndex station_of(int map) const { return maps[static_cast<size_t>(map)].station; }
 };
 

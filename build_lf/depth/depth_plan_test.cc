@@ -29,8 +29,8 @@ SyntheticRoomSpec tiny_room(double scale, int cells_x = 1, int cells_z = 1) {
   return spec;
 }
 
-// A grid of lines along x at `rows_m` and along z at `columns_m`, with a station at every crossing
-// and `between` more between crossings.
+// A grid of lines along x at `rows_m` and along z at `columns_m`, with a station at every
+// intersection and `between` more between intersections.
 Grid grid_of(const std::vector<double>& columns_m, const std::vector<double>& rows_m, int between) {
   std::vector<StationPose> poses;
   const auto add_line = [&](const std::vector<double>& along_m, double across_m, bool along_x) {

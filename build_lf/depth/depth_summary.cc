@@ -82,7 +82,8 @@ std::string use_text(const DepthSummary& summary) {
       use, summary.kept_given, shell_word(summary.room));
 }
 
-MapSummary map_summary(const InverseDistanceMap& map, const Line& line, double pixels_per_omega_m) {
+MapSummary map_summary(const InverseDistanceMap& map, const Line& line,
+                       double pixels_per_inverse_m) {
   MapSummary summary{line.id, map.station.station,
                      line.stations[static_cast<size_t>(map.station.station)].file};
   double total = 0.0;
@@ -93,7 +94,7 @@ MapSummary map_summary(const InverseDistanceMap& map, const Line& line, double p
     total += weight;
     summary.mean_confidence += weight * confidence;
     if (map.confidence[p] < kMinConfidence) summary.low_share += weight;
-    if (map.omega[p] * pixels_per_omega_m >= 1.0) summary.parallax_share += weight;
+    if (map.inverse[p] * pixels_per_inverse_m >= 1.0) summary.parallax_share += weight;
   }
   summary.mean_confidence /= total;
   summary.low_share /= total;
@@ -126,7 +127,7 @@ std::vector<MapSummary> map_summaries(const Grid& grid, const DepthPlan& plan,
     for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
       const StationIndex station = plan.maps[i].station;
       summaries[i] = map_summary(partial.stored(kFinalStage, station), grid.line_of(station),
-                                 plan.pixels_per_omega_m());
+                                 plan.pixels_per_inverse_m());
     }
   });
   return summaries;

@@ -135,7 +135,7 @@ class DepthTruthTest : public ::testing::Test {
     for (const SweepReference& reference : plan_.maps) {
       InverseDistanceMap map = true_map(spec().scene, reference.position_m, plan_.size);
       map.station = reference.station;
-      for (size_t pixel = 0; pixel < map.omega.size(); ++pixel) change(pixel, &map);
+      for (size_t pixel = 0; pixel < map.inverse.size(); ++pixel) change(pixel, &map);
       partial.store("final", map);
     }
     return compare_with_truth(GivenDistances(room_.room()), plan_, partial);
@@ -164,7 +164,7 @@ TEST_F(DepthTruthTest, CountsErrorsInPixelsOfParallax) {
   // A quarter of the pixels each is off by 0.5, 1.5, 3 and 5 pixels.
   const TruthComparison comparison = compare([&](size_t pixel, InverseDistanceMap* map) {
     const std::array<double, 4> off_px{0.5, 1.5, 3.0, 5.0};
-    map->omega[pixel] += static_cast<float>(off_px[pixel % 4] * pixel_per_m());
+    map->inverse[pixel] += static_cast<float>(off_px[pixel % 4] * pixel_per_m());
   });
   EXPECT_DOUBLE_EQ(comparison.within_1px_share, 0.25);
   EXPECT_DOUBLE_EQ(comparison.within_2px_share, 0.5);
@@ -176,7 +176,7 @@ TEST_F(DepthTruthTest, MedianErrorIsRelativeToTheDistance) {
   for (const double error : {0.02, -0.05, 0.2}) {
     const TruthComparison comparison = compare([&](size_t pixel, InverseDistanceMap* map) {
       // A few gross errors do not move a median.
-      map->omega[pixel] *= static_cast<float>(pixel % 3 == 0 ? 100.0 : 1.0 + error);
+      map->inverse[pixel] *= static_cast<float>(pixel % 3 == 0 ? 100.0 : 1.0 + error);
     });
     EXPECT_NEAR(comparison.median_relative_error, std::fabs(error), 1e-4);
   }
@@ -188,7 +188,7 @@ TEST_F(DepthTruthTest, CalibrationGroupsErrorsByConfidence) {
     const bool sure = pixel % 2 == 0;
     map->confidence[pixel] = sure ? 250 : 10;
     const bool wrong = sure ? pixel % 16 == 0 : pixel % 4 == 1;
-    if (wrong) map->omega[pixel] += static_cast<float>(3.0 * pixel_per_m());
+    if (wrong) map->inverse[pixel] += static_cast<float>(3.0 * pixel_per_m());
   });
   ASSERT_THAT(comparison.elsewhere, SizeIs(2));
   const ConfidenceBand& unsure = comparison.elsewhere[0];
@@ -212,10 +212,10 @@ TEST_F(DepthTruthTest, SilhouettesAreJudgedByThemselves) {
     InverseDistanceMap map = true_map(with_box.scene, reference.position_m, plan_.size);
     map.station = reference.station;
     const InverseDistanceMap without = true_map(spec().scene, reference.position_m, plan_.size);
-    for (size_t pixel = 0; pixel < map.omega.size(); ++pixel, ++pixels) {
-      const bool outline = pixel >= 2 && map.omega[pixel] != without.omega[pixel] &&
-                           map.omega[pixel - 2] == without.omega[pixel - 2];
-      if (outline) map.omega[pixel - 2] = map.omega[pixel];
+    for (size_t pixel = 0; pixel < map.inverse.size(); ++pixel, ++pixels) {
+      const bool outline = pixel >= 2 && map.inverse[pixel] != without.inverse[pixel] &&
+                           map.inverse[pixel - 2] == without.inverse[pixel - 2];
+      if (outline) map.inverse[pixel - 2] = map.inverse[pixel];
     }
     partial.store(kFinalStage, map);
   }
@@ -234,11 +234,11 @@ TEST_F(DepthTruthTest, InfinityIsComparedAsParallax) {
   sky.infinitely_far = true;
   room_.give_distances(sky, kTruthSize);
   const TruthComparison right =
-      compare([](size_t pixel, InverseDistanceMap* map) { map->omega[pixel] = 0.0f; });
+      compare([](size_t pixel, InverseDistanceMap* map) { map->inverse[pixel] = 0.0f; });
   EXPECT_EQ(right.within_1px_share, 1.0);
   EXPECT_TRUE(std::isfinite(right.median_relative_error));
   const TruthComparison wrong = compare([&](size_t pixel, InverseDistanceMap* map) {
-    map->omega[pixel] = static_cast<float>(1.5 * pixel_per_m());
+    map->inverse[pixel] = static_cast<float>(1.5 * pixel_per_m());
   });
   EXPECT_EQ(wrong.within_1px_share, 0.0);
   EXPECT_EQ(wrong.within_2px_share, 1.0);
@@ -253,7 +253,7 @@ TEST_F(DepthTruthTest, ComparesMapsOfAnotherSize) {
 TEST_F(DepthTruthTest, OnlyStationsWithBothMapsCountAndNoneIsAnError) {
   room_.give_distances(spec().scene, kTruthSize, 16);
   EXPECT_EQ(compare(as_they_are).maps, 8);
-  EXPECT_FALSE(GivenDistances(room_.room()).omega_of({0, 8}, kTruthSize).has_value());
+  EXPECT_FALSE(GivenDistances(room_.room()).inverse_of({0, 8}, kTruthSize).has_value());
   std::erase_if(plan_.maps,
                 [](const SweepReference& map) { return map.station.station % 16 == 0; });
   EXPECT_THAT([&] { compare(as_they_are); }, ThrowsMessage<Error>(HasSubstr("--every")));
@@ -263,13 +263,13 @@ TEST_F(DepthTruthTest, GivenDistancesAreFoundWhereOthersAreInUse) {
   EXPECT_TRUE(GivenDistances(room_.room()).empty());
   room_.give_distances(spec().scene, kTruthSize);
   const GivenDistances in_use(room_.room());
-  const auto before = in_use.omega_of({1, 4}, kTruthSize);
+  const auto before = in_use.inverse_of({1, 4}, kTruthSize);
   ASSERT_TRUE(before.has_value());
   EXPECT_THAT(*before, Each(::testing::Gt(0.0f)));
   const std::filesystem::path directory = room_.room().directory();
   const GivenDistances unused(Room::open_rays(directory));
   EXPECT_FALSE(unused.empty());
-  EXPECT_EQ(unused.omega_of({1, 4}, kTruthSize), before);
+  EXPECT_EQ(unused.inverse_of({1, 4}, kTruthSize), before);
 }
 
 TEST(MapImagesTest, AreThreeOfEachMapEvenOfSky) {
@@ -277,7 +277,7 @@ TEST(MapImagesTest, AreThreeOfEachMapEvenOfSky) {
   spec.width = 32;
   const DepthTestRoom room{spec};
   std::vector<InverseDistanceMap> maps(2, true_map(spec.scene, {0, 0, -0.5}, {32, 16}));
-  for (float& omega : maps[1].omega) omega = 0.0f;
+  for (float& inverse : maps[1].inverse) inverse = 0.0f;
   for (std::uint8_t& confidence : maps[1].confidence) confidence = 0;
   const std::vector<ReportImage> images = map_images(room.room(), maps);
   ASSERT_EQ(images.size(), 6U);

@@ -48,10 +48,10 @@ inline InverseDistanceMap true_map(const SyntheticScene& scene, const Eigen::Vec
     for (int v = 0; v < size.height; ++v) {
       const SphereAngles angles = angles_from_pixel({double(u), double(v)}, size);
       const double distance_m = distance_at(scene, position_m, direction_from_angles(angles));
-      map.omega.push_back(static_cast<float>(1.0 / distance_m));
+      map.inverse.push_back(static_cast<float>(1.0 / distance_m));
     }
   }
-  map.confidence.assign(map.omega.size(), 255);
+  map.confidence.assign(map.inverse.size(), 255);
   return map;
 }
 
@@ -132,7 +132,7 @@ class DepthTestRoom {
 
   static StationDistances distances_from(const InverseDistanceMap& map) {
     StationDistances station{{}, map.confidence, {}};
-    for (const float omega : map.omega) station.distance_m.push_back(1.0f / omega);
+    for (const float inverse : map.inverse) station.distance_m.push_back(1.0f / inverse);
     station.sha256 = checksum_of_distances(station.distance_m, station.confidence);
     return station;
   }
@@ -166,12 +166,13 @@ double share_within(const InverseDistanceMap& map, const InverseDistanceMap& tru
                     double tolerance_per_m, const Counts& counts) {
   double within = 0.0;
   double all = 0.0;
-  for (size_t pixel = 0; pixel < map.omega.size(); ++pixel) {
+  for (size_t pixel = 0; pixel < map.inverse.size(); ++pixel) {
     if (!counts(pixel)) continue;
     const double row = static_cast<double>(pixel % static_cast<size_t>(map.size.height));
     const double solid_angle = std::sin((row + 0.5) / map.size.height * kPi);
     all += solid_angle;
-    if (std::fabs(map.omega[pixel] - truth.omega[pixel]) < tolerance_per_m) within += solid_angle;
+    if (std::fabs(map.inverse[pixel] - truth.inverse[pixel]) < tolerance_per_m)
+      within += solid_angle;
   }
   return all > 0.0 ? within / all : 0.0;
 }

@@ -63,15 +63,15 @@ class ErrorsByConfidence {
 
 // Pixels within kEdgePx of a silhouette: of neighbours whose parallax at the reach differs by over
 // 1.5 pixels. On a plane that passes the station at the distance d it differs by at most reach / d
-// pixels, as omega = u . n / d.
-std::vector<bool> near_edges(const std::vector<float>& omega, PanoramaSize size,
-                             double px_per_omega) {
+// pixels, as inverse = u . n / d.
+std::vector<bool> near_edges(const std::vector<float>& inverse, PanoramaSize size,
+                             double px_per_inverse) {
   constexpr double kTornPx = 1.5;
   cv::Mat edges(size.width, size.height, CV_8U, cv::Scalar(0));
   const auto compare = [&](int theta, int phi, int other_theta, int other_phi) {
     const float step =
-        omega[pixel_index(theta, phi, size)] - omega[pixel_index(other_theta, other_phi, size)];
-    if (std::fabs(step) * px_per_omega <= kTornPx) return;
+        inverse[pixel_index(theta, phi, size)] - inverse[pixel_index(other_theta, other_phi, size)];
+    if (std::fabs(step) * px_per_inverse <= kTornPx) return;
     edges.at<std::uint8_t>(theta, phi) = edges.at<std::uint8_t>(other_theta, other_phi) = 255;
   };
   for (int theta = 0; theta < size.width; ++theta) {
@@ -99,23 +99,23 @@ bool GivenDistances::empty() const {
                      [](const DistanceVolume& volume) { return volume.maps() == 0; });
 }
 
-std::optional<std::vector<float>> GivenDistances::omega_of(StationIndex station,
-                                                           PanoramaSize size) const {
+std::optional<std::vector<float>> GivenDistances::inverse_of(StationIndex station,
+                                                             PanoramaSize size) const {
   const DistanceVolume& volume = volumes_[static_cast<size_t>(station.line)];
   const auto found = std::find(volume.stations().begin(), volume.stations().end(), station.station);
   if (found == volume.stations().end()) return std::nullopt;
   const int map = static_cast<int>(found - volume.stations().begin());
-  std::vector<float> omega;
-  omega.reserve(static_cast<size_t>(size.width) * static_cast<size_t>(size.height));
+  std::vector<float> inverse;
+  inverse.reserve(static_cast<size_t>(size.width) * static_cast<size_t>(size.height));
   for (int theta = 0; theta < size.width; ++theta) {
     const auto column = volume.distance_column(
         map, static_cast<int>((theta + 0.5) / size.width * volume.size().width));
     for (int phi = 0; phi < size.height; ++phi) {
       const auto row = static_cast<size_t>((phi + 0.5) / size.height * volume.size().height);
-      omega.push_back(1.0f / column[row]);
+      inverse.push_back(1.0f / column[row]);
     }
   }
-  return omega;
+  return inverse;
 }
 
 TruthComparison compare_with_truth(const GivenDistances& given, const DepthPlan& plan,
@@ -125,20 +125,20 @@ TruthComparison compare_with_truth(const GivenDistances& given, const DepthPlan&
   ErrorHistogram relative;
   ErrorsByConfidence elsewhere;
   ErrorsByConfidence edges;
-  const double px_per_omega = plan.pixels_per_omega_m();
+  const double px_per_inverse = plan.pixels_per_inverse_m();
   for (const SweepReference& reference : plan.maps) {
-    const auto truth = given.omega_of(reference.station, plan.size);
+    const auto truth = given.inverse_of(reference.station, plan.size);
     const auto map = partial.load(kFinalStage, reference.station);
     if (!truth || !map) continue;
-    const std::vector<bool> near_edge = near_edges(*truth, plan.size, px_per_omega);
+    const std::vector<bool> near_edge = near_edges(*truth, plan.size, px_per_inverse);
     ++comparison.maps;
     for (size_t p = 0; p < truth->size(); ++p) {
-      const double true_omega = (*truth)[p];
-      const double error_px = std::fabs(map->omega[p] - true_omega) * px_per_omega;
+      const double true_inverse = (*truth)[p];
+      const double error_px = std::fabs(map->inverse[p] - true_inverse) * px_per_inverse;
       all.add(error_px);
       (near_edge[p] ? edges : elsewhere).add(map->confidence[p], error_px);
       // In percent, so that the bins are fine enough.
-      if (true_omega > 0.0) relative.add(100.0 * std::fabs(map->omega[p] / true_omega - 1.0));
+      if (true_inverse > 0.0) relative.add(100.0 * std::fabs(map->inverse[p] / true_inverse - 1.0));
     }
   }
   if (comparison.maps == 0) {

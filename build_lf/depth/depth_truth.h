@@ -20,7 +20,7 @@ class GivenDistances {
   bool empty() const;
   // Inverse distances of a station, 1/m, [theta][phi] at `size`, by nearest-pixel sampling. None if
   // the station has no given map.
-  std::optional<std::vector<float>> omega_of(StationIndex station, PanoramaSize size) const;
+  std::optional<std::vector<float>> inverse_of(StationIndex station, PanoramaSize size) const;
 
  private:
   std::vector<DistanceVolume> volumes_;

@@ -237,7 +237,7 @@ class DepthRun {
       summary.layers = sweep_layers(max_per_m, summary.reach_m, summary.size).count;
     }
     summary.warnings = warnings_of(room_, checks);
-    const auto parallax = parallax_warnings(summary.maps, plan().pixels_per_omega_m());
+    const auto parallax = parallax_warnings(summary.maps, plan().pixels_per_inverse_m());
     for (const std::string& warning : parallax) {
       spdlog::warn("{}", warning);
       summary.warnings.push_back(warning);

@@ -90,7 +90,7 @@ double share_within_a_pixel_below(const SyntheticRoomSpec& spec, const Room& roo
       InverseDistanceMap map{station, room.grid().station(station).position_m, size, {}, {}};
       for (size_t pixel = 0; pixel < stored.distance_m.size(); ++pixel) {
         const bool known = stored.confidence[pixel] >= kMinConfidence;
-        map.omega.push_back(known ? 1.0f / stored.distance_m[pixel] : 1e6f);
+        map.inverse.push_back(known ? 1.0f / stored.distance_m[pixel] : 1e6f);
       }
       // A pixel of parallax at the reach, half the cell's side.
       const double pixel_per_m = kTwoPi / size.width / (0.5 * spec.side_m);

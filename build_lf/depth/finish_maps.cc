@@ -74,7 +74,7 @@ void choose_maps(const Room& room, const DepthPlan& plan, const GainFields& gain
     for (const auto& source : seen) views.push_back({source->ranges, &source->map});
     return choose_surfaces(partial->stored(kSweptStage, plan.station_of(i)),
                            colours_of(room, plan, gains, i), views,
-                           1.0 / plan.pixels_per_omega_m());
+                           1.0 / plan.pixels_per_inverse_m());
   });
 }
 
@@ -95,7 +95,7 @@ void fuse_chosen_maps(const Room& room, const DepthPlan& plan, const GainFields&
   constexpr int kMinVoters = 6;
   // fused_with() is about as many.
   constexpr std::size_t kMostFused = 24;
-  FusionOptions options{.tolerance_per_m = kAgreePx / plan.pixels_per_omega_m()};
+  FusionOptions options{.tolerance_per_m = kAgreePx / plan.pixels_per_inverse_m()};
   const bool masked = room.masked();
   if (masked) options.min_voters = kMinVoters;
   RecentlyMade<int, cv::Mat> colours(

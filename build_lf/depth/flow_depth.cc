@@ -50,14 +50,14 @@ class FlowImages {
 
 // The estimate for one pixel from one neighbour.
 struct Sighting {
-  float omega = 0.0f;   // 1/m
-  float weight = 0.0f;  // inverse variance of omega per pixel^2 of flow error; 0: invalid
-  float agrees = 0.0f;  // agreement() of forward and backward flow
+  float inverse = 0.0f;  // 1/m
+  float weight = 0.0f;   // inverse variance of inverse per pixel^2 of flow error; 0: invalid
+  float agrees = 0.0f;   // agreement() of forward and backward flow
   friend bool operator==(const Sighting&, const Sighting&) = default;
 };
 
-// A pixel is valid if an error of one pixel in the flow changes omega by less than kMaxErrorShare /
-// reach, and if forward and backward flow agree within kMaxReturn_px.
+// A pixel is valid if an error of one pixel in the flow changes inverse by less than kMaxErrorShare
+// / reach, and if forward and backward flow agree within kMaxReturn_px.
 constexpr double kMaxErrorShare = 0.25;
 constexpr double kMaxReturn_px = 2.0;
 
@@ -67,10 +67,10 @@ double agreement(double apart_px) {
   return 1.0 / (1.0 + (apart_px / kHalf_px) * (apart_px / kHalf_px));
 }
 
-// The point P = u / omega (u: its direction from the reference, t: the vector to the other station)
-// is seen from there along P - t, that is along u - omega t. If it is seen in direction w, then w x
-// (u - omega t) = 0, whose least-squares solution is
-//   omega = (w x u).(w x t) / |w x t|^2,
+// The point P = u / inverse (u: its direction from the reference, t: the vector to the other
+// station) is seen from there along P - t, that is along u - inverse t. If it is seen in direction
+// w, then w x (u - inverse t) = 0, whose least-squares solution is
+//   inverse = (w x u).(w x t) / |w x t|^2,
 // clamped to 0, as nothing lies beyond infinity.
 double triangulate(const Eigen::Vector3d& u, const Eigen::Vector3d& w, const Eigen::Vector3d& t) {
   const Eigen::Vector3d wt = w.cross(t);
@@ -167,17 +167,17 @@ Sighting combine(const std::vector<Sighting>& sightings) {
     if (sighting.weight > best.weight) best = sighting;
   }
   if (best.weight <= 0.0f) return best;
-  Sighting mean{best.omega * best.weight, best.weight, best.agrees};
+  Sighting mean{best.inverse * best.weight, best.weight, best.agrees};
   double sides_agree = 0.5;
   for (const Sighting& sighting : sightings) {
     if (sighting.weight <= 0.0f || sighting == best) continue;
-    const double apart_px = std::fabs(sighting.omega - best.omega) * std::sqrt(sighting.weight);
+    const double apart_px = std::fabs(sighting.inverse - best.inverse) * std::sqrt(sighting.weight);
     sides_agree = agreement(apart_px);
     if (apart_px > kMaxReturn_px) continue;
-    mean.omega += sighting.weight * sighting.omega;
+    mean.inverse += sighting.weight * sighting.inverse;
     mean.weight += sighting.weight;
   }
-  mean.omega /= mean.weight;
+  mean.inverse /= mean.weight;
   mean.agrees *= static_cast<float>(sides_agree);
   return mean;
 }
@@ -197,8 +197,8 @@ bool fill_row(int phi, InverseDistanceMap* map) {
   for (size_t i = 0; i < known.size(); ++i) {
     const int left = known[i];
     const int right = i + 1 < known.size() ? known[i + 1] : known.front() + width;
-    const float farther = std::min(map->omega[index(left)], map->omega[index(right)]);
-    for (int theta = left + 1; theta < right; ++theta) map->omega[index(theta)] = farther;
+    const float farther = std::min(map->inverse[index(left)], map->inverse[index(right)]);
+    for (int theta = left + 1; theta < right; ++theta) map->inverse[index(theta)] = farther;
   }
   return true;
 }
@@ -217,8 +217,8 @@ void fill_unknown(InverseDistanceMap* map) {
     });
     if (nearest == filled.end()) return;
     for (int theta = 0; theta < map->size.width; ++theta) {
-      map->omega[pixel_index(theta, phi, map->size)] =
-          map->omega[pixel_index(theta, *nearest, map->size)];
+      map->inverse[pixel_index(theta, phi, map->size)] =
+          map->inverse[pixel_index(theta, *nearest, map->size)];
     }
   }
 }
@@ -246,8 +246,8 @@ InverseDistanceMap flow_map(const Room& room, StationIndex station, double reach
         const Sighting seen = combine(sightings);
         if (seen.weight < least_weight) continue;
         const size_t pixel = pixel_index(theta, phi, map_size);
-        map.omega[pixel] = seen.omega;
-        // 1 minus the error of omega relative to the largest valid one.
+        map.inverse[pixel] = seen.inverse;
+        // 1 minus the error of inverse relative to the largest valid one.
         const double precise = 1.0 - std::sqrt(least_weight / seen.weight);
         map.confidence[pixel] =
             static_cast<std::uint8_t>(std::clamp(255.0 * seen.agrees * precise, 1.0, 255.0));

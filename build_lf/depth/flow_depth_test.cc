@@ -66,7 +66,7 @@ TEST(FlowDepthTest, FindsInfinityFarAway) {
   spec.scene.infinitely_far = true;
   const DepthTestRoom room(spec);
   const auto map = flow_map(room.room(), {0, 5}, 0.5, kFlowSize, unit_gain_fields(room.grid()));
-  for (const float omega : map.omega) ASSERT_LT(omega, 0.1 * pixel_per_m(0.5));
+  for (const float inverse : map.inverse) ASSERT_LT(inverse, 0.1 * pixel_per_m(0.5));
 }
 
 TEST(FlowDepthTest, FillsUnknownPixelsAlongTheRail) {
@@ -84,9 +84,9 @@ TEST(FlowDepthTest, FillsUnknownPixelsAlongTheRail) {
     while (map.confidence[at(left, kFlowSize.height / 2)] == 0) --left;
     while (map.confidence[at(right, kFlowSize.height / 2)] == 0) ++right;
     EXPECT_LT(right - left, kFlowSize.width / 8);
-    EXPECT_EQ(map.omega[at(along, kFlowSize.height / 2)],
-              std::min(map.omega[at(left, kFlowSize.height / 2)],
-                       map.omega[at(right, kFlowSize.height / 2)]));
+    EXPECT_EQ(map.inverse[at(along, kFlowSize.height / 2)],
+              std::min(map.inverse[at(left, kFlowSize.height / 2)],
+                       map.inverse[at(right, kFlowSize.height / 2)]));
   }
 }
 
@@ -118,8 +118,8 @@ TEST(FlowDepthTest, GivesEveryPixelAValueInAPlainRoom) {
   spec.scene.contrast = 0.0;
   const DepthTestRoom room(spec);
   const auto map = flow_map(room.room(), {0, 3}, 0.5, kFlowSize, unit_gain_fields(room.grid()));
-  ASSERT_EQ(map.omega.size(), size_t{256 * 128});
-  for (const float omega : map.omega) ASSERT_TRUE(std::isfinite(omega) && omega >= 0.0f);
+  ASSERT_EQ(map.inverse.size(), size_t{256 * 128});
+  for (const float inverse : map.inverse) ASSERT_TRUE(std::isfinite(inverse) && inverse >= 0.0f);
 }
 
 }  // namespace

@@ -17,13 +17,13 @@ inline std::size_t pixel_index(int theta, int phi, PanoramaSize size) {
          static_cast<std::size_t>(phi);
 }
 
-// Omega is the inverse distance along the ray, 1/m; 0 is infinitely far. Parallax is proportional
-// to omega, so its errors are those visible in a rendered view.
+// Inverse distances are along the ray, 1/m; 0 is infinitely far. Parallax is proportional to them,
+// so their errors are those visible in a rendered view.
 struct InverseDistanceMap {
   StationIndex station;
   Eigen::Vector3d position_m{0, 0, 0};
   PanoramaSize size;
-  std::vector<float> omega;              // [theta][phi], 0 or larger
+  std::vector<float> inverse;            // [theta][phi], 0 or larger
   std::vector<std::uint8_t> confidence;  // [theta][phi], 0 unknown to 255 certain
 };
 

@@ -34,7 +34,7 @@ class Fusion {
     proposals_.resize(maps_.size());
     parallel_for(0, static_cast<int>(maps_.size()), 1, [&](int begin, int end) {
       for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
-        proposals_[i] = i == which_ ? map_.omega : seen_from_here(i);
+        proposals_[i] = i == which_ ? map_.inverse : seen_from_here(i);
       }
     });
   }
@@ -47,7 +47,7 @@ class Fusion {
         for (int phi = 0; phi < map_.size.height; ++phi) {
           const size_t pixel = pixel_index(theta, phi, map_.size);
           const Ballot best = elect(directions_.of(theta, phi), pixel, &points);
-          fused.omega[pixel] = best.omega;
+          fused.inverse[pixel] = best.inverse;
           fused.confidence[pixel] = best.confidence;
         }
       }
@@ -57,7 +57,7 @@ class Fusion {
 
  private:
   struct Ballot {
-    float omega = 0.0f;
+    float inverse = 0.0f;
     float votes = 0.0f;
     float against = 0.0f;
     float voters = 0.0f;
@@ -67,7 +67,7 @@ class Fusion {
   };
 
   std::vector<float> seen_from_here(size_t i) const {
-    std::vector<float> known = maps_[i].omega;
+    std::vector<float> known = maps_[i].inverse;
     for (size_t pixel = 0; pixel < known.size(); ++pixel) {
       if (maps_[i].confidence[pixel] == 0) known[pixel] = -1.0f;
     }
@@ -102,7 +102,7 @@ class Fusion {
 
   Ballot elect(const Eigen::Vector3f& direction, size_t pixel, LocatedPoints* points) const {
     constexpr float kNoVotes = -1e30f;
-    Ballot best{map_.omega[pixel], kNoVotes, 0.0f, 0.0f, 0};
+    Ballot best{map_.inverse[pixel], kNoVotes, 0.0f, 0.0f, 0};
     const size_t voter_count = map_.confidence[pixel] == 0 ? maps_.size() : nearby_;
     // Skips proposals close to one already voted on, which would get the same votes.
     std::vector<float> voted;
@@ -146,7 +146,7 @@ class Fusion {
       if (maps_[i].confidence[there] == 0) continue;
       ++known;
       const float expected = proposed / distance;
-      const float difference = maps_[i].omega[there] - expected;
+      const float difference = maps_[i].inverse[there] - expected;
       const float tolerance = tolerance_ + slant_ * expected;
       if (std::fabs(difference) < tolerance) {
         const float like = likeness(pixel, i, there);
@@ -164,7 +164,7 @@ class Fusion {
     Ballot ballot;
     ballot.votes = votes;
     ballot.against = against;
-    ballot.omega = std::max(0.0f, weights > 0.0f ? weighted / weights : proposed);
+    ballot.inverse = std::max(0.0f, weights > 0.0f ? weighted / weights : proposed);
     ballot.voters =
         static_cast<float>(min_voters_ > 0 ? std::max(known, min_voters_) : voter_count);
     const float share = votes / ballot.voters;

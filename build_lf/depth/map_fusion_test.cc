@@ -13,7 +13,7 @@ namespace {
 constexpr PanoramaSize kFusedSize{128, 64};
 constexpr double kTolerance_per_m = 0.05;
 
-// True maps at five positions on two crossing lines.
+// True maps at five positions on two intersecting lines.
 std::vector<InverseDistanceMap> true_maps(const SyntheticScene& scene) {
   std::vector<InverseDistanceMap> maps;
   for (const Eigen::Vector3d& position_m :
@@ -50,8 +50,8 @@ TEST(MapFusionTest, OutvotesAnErrorOfOneMap) {
   for (const float factor : {0.3f, 2.5f}) {
     auto maps = truth;
     const auto wrong = [](size_t pixel) { return pixel / kFusedSize.height % 32 < 12; };
-    for (size_t pixel = 0; pixel < maps[0].omega.size(); ++pixel) {
-      if (wrong(pixel)) maps[0].omega[pixel] *= factor;
+    for (size_t pixel = 0; pixel < maps[0].inverse.size(); ++pixel) {
+      if (wrong(pixel)) maps[0].inverse[pixel] *= factor;
     }
     const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
     EXPECT_GT(share_within(fused, truth[0], 0.5 * kTolerance_per_m), 0.97) << factor;
@@ -67,9 +67,9 @@ TEST(MapFusionTest, FillsUnknownPixels) {
   const auto truth = true_maps({});
   auto maps = truth;
   const auto unknown = [](size_t pixel) { return pixel / kFusedSize.height % 16 < 8; };
-  for (size_t pixel = 0; pixel < maps[2].omega.size(); ++pixel) {
+  for (size_t pixel = 0; pixel < maps[2].inverse.size(); ++pixel) {
     if (!unknown(pixel)) continue;
-    maps[2].omega[pixel] = 0.0f;
+    maps[2].inverse[pixel] = 0.0f;
     maps[2].confidence[pixel] = 0;
   }
   const auto fused = fuse_maps(maps, 2, {kTolerance_per_m});
@@ -84,7 +84,7 @@ TEST(MapFusionTest, OcclusionIsNoEvidenceAgainstASurface) {
   // The wall beside the post is kept, although the post occludes it for other stations.
   const auto wall_behind = [&](size_t pixel) {
     const int theta = static_cast<int>(pixel) / kFusedSize.height;
-    return std::abs(theta - kFusedSize.width / 2) < 16 && maps[0].omega[pixel] < 0.6f;
+    return std::abs(theta - kFusedSize.width / 2) < 16 && maps[0].inverse[pixel] < 0.6f;
   };
   EXPECT_GT(share_within(fused, maps[0], 0.5 * kTolerance_per_m, wall_behind), 0.9);
 }
@@ -97,7 +97,7 @@ TEST(MapFusionTest, KeepsASurfaceThatOnlyOneStationSees) {
   const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
   const auto front = [&](size_t pixel) {
     const auto row = static_cast<int>(pixel) % kFusedSize.height;
-    return maps[0].omega[pixel] > 0.9f && std::abs(row - kFusedSize.height / 2) < 8;
+    return maps[0].inverse[pixel] > 0.9f && std::abs(row - kFusedSize.height / 2) < 8;
   };
   EXPECT_GT(share_within(fused, maps[0], 0.5 * kTolerance_per_m, front), 0.8);
 }
@@ -112,15 +112,15 @@ TEST(MapFusionTest, DoesNotDependOnTheOrderOfMaps) {
 
 TEST(MapFusionTest, ScalesWithTheRoom) {
   auto maps = true_maps(room_with_post());
-  for (size_t pixel = 0; pixel < maps[0].omega.size(); pixel += 3) maps[0].omega[pixel] *= 1.7f;
+  for (size_t pixel = 0; pixel < maps[0].inverse.size(); pixel += 3) maps[0].inverse[pixel] *= 1.7f;
   const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
   for (InverseDistanceMap& map : maps) {
     map.position_m *= 2.0;
-    for (float& omega : map.omega) omega *= 0.5f;
+    for (float& inverse : map.inverse) inverse *= 0.5f;
   }
   const auto larger = fuse_maps(maps, 0, {0.5 * kTolerance_per_m});
-  for (size_t pixel = 0; pixel < fused.omega.size(); ++pixel) {
-    ASSERT_EQ(larger.omega[pixel], 0.5f * fused.omega[pixel]);
+  for (size_t pixel = 0; pixel < fused.inverse.size(); ++pixel) {
+    ASSERT_EQ(larger.inverse[pixel], 0.5f * fused.inverse[pixel]);
   }
   EXPECT_EQ(larger.confidence, fused.confidence);
 }
@@ -141,13 +141,13 @@ class FusionOfAPlainPost : public ::testing::Test {
     maps_ = truth_;
     for (size_t i = 0; i < maps_.size(); ++i) {
       cv::Mat shown(kFusedSize.width, kFusedSize.height, CV_8UC3, cv::Scalar::all(90));
-      for (size_t pixel = 0; pixel < truth_[i].omega.size(); ++pixel) {
-        if (truth_[i].omega[pixel] == wall[i].omega[pixel]) continue;
+      for (size_t pixel = 0; pixel < truth_[i].inverse.size(); ++pixel) {
+        if (truth_[i].inverse[pixel] == wall[i].inverse[pixel]) continue;
         shown.ptr<cv::Vec3b>()[pixel] = {200, 200, 200};
         if (i == 0) post_.push_back(pixel);
       }
       colours_.push_back(ranges_of({shown, shown, shown}));
-      if (i >= 1 && i <= 3) maps_[i].omega = wall[i].omega;
+      if (i >= 1 && i <= 3) maps_[i].inverse = wall[i].inverse;
     }
   }
 
@@ -173,7 +173,7 @@ TEST_F(FusionOfAPlainPost, EqualColoursDoNotChangeAnything) {
   for (cv::Mat& ranges : colours_) std::fill_n(ranges.data, 6 * ranges.total(), uchar{90});
   const auto without = fuse_maps(maps_, 0, {kTolerance_per_m});
   const auto with = fuse_maps(maps_, 0, {kTolerance_per_m}, colours_);
-  EXPECT_EQ(with.omega, without.omega);
+  EXPECT_EQ(with.inverse, without.inverse);
   EXPECT_EQ(with.confidence, without.confidence);
 }
 
@@ -193,9 +193,9 @@ TEST_F(FusionOfAPlainPost, ColoursOfMaskedPixelsDoNotCount) {
 bool is_below(size_t pixel) { return pixel % kFusedSize.height >= kFusedSize.height * 2 / 3; }
 
 void forget_below(InverseDistanceMap* map) {
-  for (size_t pixel = 0; pixel < map->omega.size(); ++pixel) {
+  for (size_t pixel = 0; pixel < map->inverse.size(); ++pixel) {
     if (!is_below(pixel)) continue;
-    map->omega[pixel] = 0.0f;
+    map->inverse[pixel] = 0.0f;
     map->confidence[pixel] = 0;
   }
 }
@@ -225,8 +225,8 @@ TEST(MapFusionTest, FallbackMapsVoteOnlyForUnknownPixels) {
   auto maps = truth;
   for (size_t i = 0; i < 4; ++i) forget_below(&maps[i]);
   // The last map is right about the floor and wrong elsewhere.
-  for (size_t pixel = 0; pixel < maps[4].omega.size(); ++pixel) {
-    if (!is_below(pixel)) maps[4].omega[pixel] *= 3.0f;
+  for (size_t pixel = 0; pixel < maps[4].inverse.size(); ++pixel) {
+    if (!is_below(pixel)) maps[4].inverse[pixel] *= 3.0f;
   }
   const FusionOptions options{
       .tolerance_per_m = kTolerance_per_m, .min_voters = 1, .fallback_maps = 1};
@@ -235,10 +235,10 @@ TEST(MapFusionTest, FallbackMapsVoteOnlyForUnknownPixels) {
   const std::span without_last(maps.data(), 4);
   const auto without =
       fuse_maps(without_last, 0, {.tolerance_per_m = kTolerance_per_m, .min_voters = 1});
-  for (size_t pixel = 0; pixel < fused.omega.size(); ++pixel) {
+  for (size_t pixel = 0; pixel < fused.inverse.size(); ++pixel) {
     // The final median reads one row farther.
     if (pixel % kFusedSize.height >= kFusedSize.height * 2 / 3 - 1) continue;
-    ASSERT_EQ(fused.omega[pixel], without.omega[pixel]);
+    ASSERT_EQ(fused.inverse[pixel], without.inverse[pixel]);
   }
 }
 

@@ -24,11 +24,11 @@ cv::Mat panorama_image(const Room& room, const InverseDistanceMap& map) {
 }
 
 cv::Mat distance_image(const InverseDistanceMap& map) {
-  std::vector<float> sorted = map.omega;
+  std::vector<float> sorted = map.inverse;
   const auto near = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() * 999 / 1000);
   std::nth_element(sorted.begin(), near, sorted.end());
   cv::Mat levels;
-  upright(map.omega, map.size, CV_32FC1).convertTo(levels, CV_8U, 255.0 / std::max(1e-9f, *near));
+  upright(map.inverse, map.size, CV_32FC1).convertTo(levels, CV_8U, 255.0 / std::max(1e-9f, *near));
   cv::Mat image;
   cv::applyColorMap(levels, image, cv::COLORMAP_TURBO);
   return image;

@@ -25,11 +25,11 @@ struct MatchingViews {
 };
 
 // The stations to compare in `direction` (a unit vector). With t the vector from the reference to a
-// station, the parallax of a point at inverse distance omega is |t x direction| omega: only the
+// station, the parallax of a point at inverse distance w is |t x direction| w: only the
 // component of t perpendicular to the direction matters. Along the rail the line's own stations
-// have none, so stations of crossing lines are used there. The component along the direction only
-// changes the scale, and is kept small. Stations far ahead are excluded, as they may lie behind the
-// surface.
+// have none, so stations of intersecting lines are used there. The component along the direction
+// only changes the scale, and is kept small. Stations far ahead are excluded, as they may lie
+// behind the surface.
 MatchingViews choose_matching_views(const MatchingGeometry& geometry,
                                     const Eigen::Vector3d& direction,
                                     std::span<const Eigen::Vector3d> stations_m);

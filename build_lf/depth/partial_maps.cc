@@ -54,10 +54,10 @@ std::string map_name(const std::string& stage, StationIndex station) {
 StationDistances stored_distances(const InverseDistanceMap& map) {
   StationDistances station;
   station.confidence = map.confidence;
-  station.distance_m.reserve(map.omega.size());
-  for (const float omega : map.omega) {
-    station.distance_m.push_back(omega > 0.0f ? 1.0f / omega
-                                              : std::numeric_limits<float>::infinity());
+  station.distance_m.reserve(map.inverse.size());
+  for (const float inverse : map.inverse) {
+    station.distance_m.push_back(inverse > 0.0f ? 1.0f / inverse
+                                                : std::numeric_limits<float>::infinity());
   }
   station.sha256 = checksum_of_distances(station.distance_m, station.confidence);
   return station;
@@ -147,7 +147,8 @@ void PartialMaps::store(const std::string& stage, const InverseDistanceMap& map)
                          map.size.width,
                          map.size.height};
   std::string bytes(reinterpret_cast<const char*>(&header), sizeof(header));
-  bytes.append(reinterpret_cast<const char*>(map.omega.data()), map.omega.size() * sizeof(float));
+  bytes.append(reinterpret_cast<const char*>(map.inverse.data()),
+               map.inverse.size() * sizeof(float));
   bytes.append(reinterpret_cast<const char*>(map.confidence.data()), map.confidence.size());
   store_bytes(map_name(stage, map.station), std::move(bytes));
 }
@@ -169,9 +170,9 @@ std::optional<InverseDistanceMap> PartialMaps::load(const std::string& stage,
                          {header.width, header.height},
                          std::vector<float>(pixels),
                          std::vector<std::uint8_t>(pixels)};
-  const char* const omega = bytes->data() + sizeof(header);
-  std::memcpy(map.omega.data(), omega, pixels * sizeof(float));
-  std::memcpy(map.confidence.data(), omega + pixels * sizeof(float), pixels);
+  const char* const inverse = bytes->data() + sizeof(header);
+  std::memcpy(map.inverse.data(), inverse, pixels * sizeof(float));
+  std::memcpy(map.confidence.data(), inverse + pixels * sizeof(float), pixels);
   return map;
 }
 
@@ -210,7 +211,7 @@ void make_maps(const DepthPlan& plan, IndexRange share, const char* stage, const
 void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
                    const PartialMaps& partial, IndexRange lines,
                    const LineSearch& contradictions_of) {
-  const double half_pixel_per_m = 0.5 / plan.pixels_per_omega_m();
+  const double half_pixel_per_m = 0.5 / plan.pixels_per_inverse_m();
   std::int64_t count = 0;
   for (std::size_t l = lines.begin; l < lines.end; ++l) {
     count += std::ssize(mapped_stations(plan, l));

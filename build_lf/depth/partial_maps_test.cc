@@ -34,7 +34,7 @@ const Eigen::Vector3d kPosition_m(1.0, 2.0, 3.0);
 InverseDistanceMap map_of(float first) {
   InverseDistanceMap map{kStation, kPosition_m, kPartialSize, {}, {}};
   for (int i = 0; i < kPartialSize.width * kPartialSize.height; ++i) {
-    map.omega.push_back(first + 0.125f * static_cast<float>(i));
+    map.inverse.push_back(first + 0.125f * static_cast<float>(i));
     map.confidence.push_back(static_cast<std::uint8_t>(7 * i));
   }
   return map;
@@ -75,7 +75,7 @@ TEST_F(PartialMapsTest, ReturnsWhatWasStored) {
   EXPECT_EQ(loaded->station, kStation);
   EXPECT_EQ(loaded->position_m, kPosition_m);
   EXPECT_EQ(loaded->size, kPartialSize);
-  EXPECT_EQ(loaded->omega, stored.omega);
+  EXPECT_EQ(loaded->inverse, stored.inverse);
   EXPECT_EQ(loaded->confidence, stored.confidence);
   // Stages and stations are separate.
   EXPECT_FALSE(load(maps, "final").has_value());
@@ -88,7 +88,7 @@ TEST_F(PartialMapsTest, TheSameRunResumesWithTheLastMaps) {
     maps.store("swept", map_of(0.0f));
     maps.store("swept", map_of(3.0f));
   }
-  EXPECT_EQ(load(PartialMaps(room(), "inputs"))->omega.front(), 3.0f);
+  EXPECT_EQ(load(PartialMaps(room(), "inputs"))->inverse.front(), 3.0f);
 }
 
 TEST_F(PartialMapsTest, OtherInputsStartOver) {
@@ -170,7 +170,7 @@ class StoredMapsTest : public ::testing::Test {
     for (const SweepReference& reference : plan_.maps) {
       InverseDistanceMap map = true_map(spec().scene, reference.position_m, plan_.size);
       map.station = reference.station;
-      map.omega[3] = 0.0f;
+      map.inverse[3] = 0.0f;
       map.confidence[5] = static_cast<std::uint8_t>(10 * reference.station.station);
       partial->store(kFinalStage, map);
     }
@@ -196,10 +196,10 @@ TEST_F(StoredMapsTest, AreReadBackAsTheRoomsDistances) {
   const InverseDistanceMap truth =
       true_map(spec().scene, room.grid().lines[0].stations[8].position_m, plan_.size);
   const StationDistances stored = stored_distances(distances, 1);
-  ASSERT_EQ(stored.distance_m.size(), truth.omega.size());
-  for (size_t pixel = 0; pixel < truth.omega.size(); ++pixel) {
-    const float omega = pixel == 3 ? 0.0f : truth.omega[pixel];
-    ASSERT_EQ(stored.distance_m[pixel], 1.0f / omega);
+  ASSERT_EQ(stored.distance_m.size(), truth.inverse.size());
+  for (size_t pixel = 0; pixel < truth.inverse.size(); ++pixel) {
+    const float inverse = pixel == 3 ? 0.0f : truth.inverse[pixel];
+    ASSERT_EQ(stored.distance_m[pixel], 1.0f / inverse);
   }
   EXPECT_EQ(stored.confidence[5], 80);
   EXPECT_EQ(stored.confidence[6], 255);

@@ -66,8 +66,8 @@ class Sweeper {
     std::array<ViewDifferences, kMaxViews> differences;
     std::array<float, kTilePixels> mean;
     for (size_t k = 0; k < layers; ++k) {
-      const double omega = static_cast<double>(k) * volume_->layers.step_per_m;
-      const int compared = compare_with(views, omega, reference, &differences);
+      const double inverse = static_cast<double>(k) * volume_->layers.step_per_m;
+      const int compared = compare_with(views, inverse, reference, &differences);
       if (some_invalid(differences, compared, reference.count)) {
         average_valid_views(differences, compared, reference.count, mean.data());
       } else {
@@ -97,14 +97,14 @@ class Sweeper {
   }
 
   // Computes the differences of every station on either side; returns their number.
-  int compare_with(const MatchingViews& views, double omega, const ReferenceTile& reference,
+  int compare_with(const MatchingViews& views, double inverse, const ReferenceTile& reference,
                    std::array<ViewDifferences, kMaxViews>* differences) const {
     static_assert(kMaxViews == 2 * kViewsPerSide);
     size_t compared = 0;
     for (const auto& side : views.side) {
       for (const int i : side) {
         const TileView& view = views_.view(i);
-        const Eigen::Vector3f offset = (omega * view.to_reference_m).cast<float>();
+        const Eigen::Vector3f offset = (inverse * view.to_reference_m).cast<float>();
         kernels_.compare(reference.rays(),
                          {view.picture->samples.data(), view.picture->size.width,
                           view.picture->size.height, offset.x(), offset.y(), offset.z()},

@@ -109,7 +109,7 @@ TEST_P(SweepOfScale, FindsObjectsInTheRoom) {
   const DepthTestRoom room(spec);
   const auto map = Sweeper(room.room()).map({1, 8}, 0.5 * scale, 4.0 / scale);
   const auto truth = true_map(spec.scene, map.position_m, kSweptSize);
-  const auto near = [&](size_t pixel) { return truth.omega[pixel] > 1.5 / scale; };
+  const auto near = [&](size_t pixel) { return truth.inverse[pixel] > 1.5 / scale; };
   EXPECT_GT(share_within(map, truth, tolerance_per_m(0.5 * scale), near), 0.75);
 }
 
@@ -141,10 +141,10 @@ TEST(PlaneSweepTest, PrefersTheDistanceAtWhichMoreViewsShowAPlainSurface) {
   Sweeper sweeper(room.room());
   sweeper.sweep_into(&volume, kReference, 0.5, 2.0);
   const Eigen::Vector3d from_m = grid.lines[1].stations[8].position_m;
-  const auto cost_at = [&](size_t pixel, double omega) {
+  const auto cost_at = [&](size_t pixel, double inverse) {
     const auto layers = static_cast<size_t>(volume.layers.count);
-    return volume
-        .cost[pixel * layers + static_cast<size_t>(std::lround(omega / volume.layers.step_per_m))];
+    return volume.cost[pixel * layers +
+                       static_cast<size_t>(std::lround(inverse / volume.layers.step_per_m))];
   };
   const InverseDistanceMap box = true_map(with_box, from_m, kSweptSize);
   const InverseDistanceMap wall = true_map(spec.scene, from_m, kSweptSize);
@@ -157,7 +157,7 @@ TEST(PlaneSweepTest, PrefersTheDistanceAtWhichMoreViewsShowAPlainSurface) {
       if (!is_box(from_m, u, v) || is_box(from_m, u - 1, v)) continue;
       const size_t pixel = pixel_index(u + kInside, v, kSweptSize);
       ++outline;
-      if (cost_at(pixel, box.omega[pixel]) < cost_at(pixel, wall.omega[pixel])) ++preferred;
+      if (cost_at(pixel, box.inverse[pixel]) < cost_at(pixel, wall.inverse[pixel])) ++preferred;
     }
   }
   ASSERT_GT(outline, 8);
@@ -169,7 +169,7 @@ TEST(PlaneSweepTest, FindsInfinityFarAway) {
   spec.scene.infinitely_far = true;
   const DepthTestRoom room(spec);
   const auto map = Sweeper(room.room()).map({0, 8}, 0.5, 2.0);
-  for (const float omega : map.omega) ASSERT_LT(omega, tolerance_per_m(0.5));
+  for (const float inverse : map.inverse) ASSERT_LT(inverse, tolerance_per_m(0.5));
 }
 
 TEST(PlaneSweepTest, IsUnknownWithoutOtherStations) {
@@ -182,7 +182,7 @@ TEST(PlaneSweepTest, IsUnknownWithoutOtherStations) {
         &volume);
   SemiGlobalScratch scratch;
   const auto map = regularise(volume, reference, &scratch);
-  for (size_t pixel = 0; pixel < map.omega.size(); ++pixel) {
+  for (size_t pixel = 0; pixel < map.inverse.size(); ++pixel) {
     ASSERT_EQ(volume.valid[pixel], 0);
     ASSERT_EQ(map.confidence[pixel], 0);
   }
@@ -207,8 +207,8 @@ TEST(PlaneSweepTest, IsTheSameInFiles) {
   FileMemory files(directory.path());
   const InverseDistanceMap expected = Sweeper(room.room()).map({0, 8}, 0.5, 2.0);
   const InverseDistanceMap map = Sweeper(room.room(), {}, &files).map({0, 8}, 0.5, 2.0);
-  EXPECT_GT(*std::ranges::max_element(map.omega), 0.0F);
-  EXPECT_EQ(map.omega, expected.omega);
+  EXPECT_GT(*std::ranges::max_element(map.inverse), 0.0F);
+  EXPECT_EQ(map.inverse, expected.inverse);
   EXPECT_EQ(map.confidence, expected.confidence);
 }
 
@@ -239,7 +239,7 @@ void set_layer(CostVolume* volume, int theta, int phi, double layer) {
 }
 
 double layer_of(const InverseDistanceMap& map, int theta, int phi) {
-  return map.omega[cost_pixel_at(theta, phi)] / kStep_per_m;
+  return map.inverse[cost_pixel_at(theta, phi)] / kStep_per_m;
 }
 
 InverseDistanceMap regularised(const CostVolume& volume) {

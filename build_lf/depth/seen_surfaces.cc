@@ -7,15 +7,15 @@
 
 namespace raywalk::build_lf {
 
-std::vector<float> seen_surfaces(std::span<const float> omega, PanoramaSize size,
+std::vector<float> seen_surfaces(std::span<const float> inverse, PanoramaSize size,
                                  const PixelDirections& directions,
                                  const Eigen::Vector3f& towards_m) {
-  std::vector<float> seen(omega.size(), -1.0f);
+  std::vector<float> seen(inverse.size(), -1.0f);
   const auto rows = static_cast<size_t>(size.height);
   LocatedPoints points(rows);
   for (int theta = 0; theta < size.width; ++theta) {
-    const std::span<const float> column = omega.subspan(pixel_index(theta, 0, size), rows);
-    // The point at 1 / omega along the ray, relative to the other station, times omega.
+    const std::span<const float> column = inverse.subspan(pixel_index(theta, 0, size), rows);
+    // The point at 1 / inverse along the ray, relative to the other station, times inverse.
     for (size_t phi = 0; phi < rows; ++phi) {
       points.set(phi, directions.of(theta, static_cast<int>(phi)) - column[phi] * towards_m);
     }

@@ -10,11 +10,11 @@
 
 namespace raywalk::build_lf {
 
-// `omega` holds inverse distances, 1/m, of a map of `size`, [theta][phi]; negative: none.
+// `inverse` holds inverse distances, 1/m, of a map of `size`, [theta][phi]; negative: none.
 // `towards_m` is the position of the station that sees them less that of the map's, metres, world
 // axes. Returns the inverse distances of the nearest surface in each of its pixels, of `size` too;
 // negative: none.
-std::vector<float> seen_surfaces(std::span<const float> omega, PanoramaSize size,
+std::vector<float> seen_surfaces(std::span<const float> inverse, PanoramaSize size,
                                  const PixelDirections& directions,
                                  const Eigen::Vector3f& towards_m);
 

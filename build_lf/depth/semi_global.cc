@@ -97,7 +97,7 @@ InverseDistanceMap regularise(const CostVolume& volume, const SweepReference& re
   for_each_walk(volume.size,
                 [&](Walk walk, int run_up, int steps) { paths.add(walk, run_up, steps); });
   InverseDistanceMap map{reference.station, reference.position_m, volume.size, {}, {}};
-  map.omega.resize(volume.luminance.size());
+  map.inverse.resize(volume.luminance.size());
   map.confidence.resize(volume.luminance.size());
   const auto layers = static_cast<size_t>(volume.layers.count);
   parallel_for(0, volume.size.width, 8, [&](int begin, int end) {
@@ -105,7 +105,7 @@ InverseDistanceMap regularise(const CostVolume& volume, const SweepReference& re
     for (size_t p = static_cast<size_t>(begin) * rows; p < static_cast<size_t>(end) * rows; ++p) {
       const LayerChoice choice =
           choose_layer(scratch->sum.data() + p * layers, volume.layers.count);
-      map.omega[p] = static_cast<float>(choice.layer * volume.layers.step_per_m);
+      map.inverse[p] = static_cast<float>(choice.layer * volume.layers.step_per_m);
       map.confidence[p] = volume.valid[p] != 0 ? choice.confidence : std::uint8_t{0};
     }
   });

@@ -75,8 +75,8 @@ class StationComparison {
     const size_t pixel = pixel_index(theta, phi, size_);
     if (!own_.shows(pixel)) return -1.0f;
     const ColourRange own = own_.range(pixel);
-    for (const float omega : hypotheses(pixel)) {
-      if (gap_from(witnesses_of(directions_.of(theta, phi), omega, true), own)) return omega;
+    for (const float inverse : hypotheses(pixel)) {
+      if (gap_from(witnesses_of(directions_.of(theta, phi), inverse, true), own)) return inverse;
     }
     return -1.0f;
   }
@@ -103,22 +103,22 @@ class StationComparison {
     surfaces_.resize(neighbours_.size());
     parallel_for(0, static_cast<int>(neighbours_.size()), 1, [&](int begin, int end) {
       for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
-        surfaces_[i] = seen_surfaces(neighbours_[i]->omega, size_, directions_, offsets_[i]);
+        surfaces_[i] = seen_surfaces(neighbours_[i]->inverse, size_, directions_, offsets_[i]);
       }
     });
   }
-  float tolerance_at(float omega) const { return tolerance_ + slant_ * omega; }
+  float tolerance_at(float inverse) const { return tolerance_ + slant_ * inverse; }
 
   // Inverse distances.
   class Surfaces {
    public:
-    void add(float omega) { omega_[count_++] = omega; }
+    void add(float inverse) { inverse_[count_++] = inverse; }
     void sort_nearest_first() { std::sort(begin(), end(), std::greater()); }
-    float* begin() { return omega_.data(); }
-    float* end() { return omega_.data() + count_; }
+    float* begin() { return inverse_.data(); }
+    float* end() { return inverse_.data() + count_; }
 
    private:
-    std::array<float, kMostNeighbours + 1> omega_{};
+    std::array<float, kMostNeighbours + 1> inverse_{};
     size_t count_ = 0;
   };
 
@@ -137,21 +137,21 @@ class StationComparison {
       if (next - at >= 2) distinct.add(at[(next - at) / 2]);
       at = next;
     }
-    if (!own_.omega.empty() && own_.omega[pixel] >= 0.0f) distinct.add(own_.omega[pixel]);
+    if (!own_.inverse.empty() && own_.inverse[pixel] >= 0.0f) distinct.add(own_.inverse[pixel]);
     return distinct;
   }
 
   // With `by_maps` only those whose maps agree.
-  Witnesses witnesses_of(const Eigen::Vector3f& direction, float omega, bool by_maps) const {
+  Witnesses witnesses_of(const Eigen::Vector3f& direction, float inverse, bool by_maps) const {
     Witnesses witnesses;
     for (size_t i = 0; i < neighbours_.size(); ++i) {
       const StationEvidence& other = *neighbours_[i];
-      const Eigen::Vector3f point = direction + omega * offsets_[i];
+      const Eigen::Vector3f point = direction + inverse * offsets_[i];
       const size_t there = pixel_of(point, size_);
       if (!other.shows(there)) continue;
       if (by_maps) {
-        const float expected = omega / point.norm();
-        const float held = other.omega[there];
+        const float expected = inverse / point.norm();
+        const float held = other.inverse[there];
         if (held < 0.0f || std::fabs(held - expected) > tolerance_at(expected)) continue;
       }
       const auto n = static_cast<size_t>(witnesses.count++);
@@ -200,9 +200,9 @@ class StationComparison {
 
   // Whether most others show the same colour where the station's own distance says, though their
   // maps miss the surface: a thin or shining thing, but none that moved.
-  bool shown_by_others(const Eigen::Vector3f& direction, float omega,
+  bool shown_by_others(const Eigen::Vector3f& direction, float inverse,
                        const ColourRange& own) const {
-    const Witnesses all = witnesses_of(direction, omega, false);
+    const Witnesses all = witnesses_of(direction, inverse, false);
     const auto weak = static_cast<int>(limits().weak);
     int same = 0;
     for (int i = 0; i < all.count; ++i) {
@@ -218,15 +218,15 @@ class StationComparison {
     const Eigen::Vector3f direction = directions_.of(theta, phi);
     const ColourRange own = own_.range(pixel);
     std::optional<float> least;
-    for (const float omega : hypotheses(pixel)) {
-      const auto gap = gap_from(witnesses_of(direction, omega, true), own);
+    for (const float inverse : hypotheses(pixel)) {
+      const auto gap = gap_from(witnesses_of(direction, inverse, true), own);
       if (!gap) continue;
       least = std::min(*gap, least.value_or(*gap));
       if (*least <= 0.0f) return 0.0f;
     }
     const bool contradicted = least && *least > limits().weak;
-    const bool own_distance = !own_.omega.empty() && own_.omega[pixel] >= 0.0f;
-    if (contradicted && own_distance && shown_by_others(direction, own_.omega[pixel], own)) {
+    const bool own_distance = !own_.inverse.empty() && own_.inverse[pixel] >= 0.0f;
+    if (contradicted && own_distance && shown_by_others(direction, own_.inverse[pixel], own)) {
       return 0.0f;
     }
     return least.value_or(0.0f);
@@ -308,7 +308,8 @@ StationEvidence evidence_of(const Room& room, StationIndex station, PanoramaSize
   for (int theta = 0; theta < size.width; ++theta) {
     for (int phi = 0; phi < size.height; ++phi) {
       const size_t pixel = pixel_index(theta * step + step / 2, phi * step + step / 2, map->size);
-      evidence.omega.push_back(map->confidence[pixel] < kMinConfidence ? -1.0f : map->omega[pixel]);
+      evidence.inverse.push_back(map->confidence[pixel] < kMinConfidence ? -1.0f
+                                                                         : map->inverse[pixel]);
     }
   }
   return evidence;

@@ -19,10 +19,10 @@ namespace raywalk::build_lf {
 struct StationEvidence {
   StationIndex station;
   Eigen::Vector3d position_m{0, 0, 0};
-  std::vector<float> omega;  // inverse distances, 1/m; negative: not known. Empty: no map
-  cv::Mat colour;            // CV_8UC3 after the gains
-  cv::Mat least, most;       // of the pixels around; 0 and 255 where dark or clipped
-  cv::Mat valid;             // CV_8UC1, 0 = masked; empty: all valid
+  std::vector<float> inverse;  // inverse distances, 1/m; negative: not known. Empty: no map
+  cv::Mat colour;              // CV_8UC3 after the gains
+  cv::Mat least, most;         // of the pixels around; 0 and 255 where dark or clipped
+  cv::Mat valid;               // CV_8UC1, 0 = masked; empty: all valid
 
   // Of a pixel by its index (pixel_index).
   bool shows(std::size_t pixel) const { return valid.empty() || valid.ptr<uchar>()[pixel] != 0; }

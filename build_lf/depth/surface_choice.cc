@@ -52,8 +52,8 @@ class Choice {
         pixel_per_m_(static_cast<float>(pixel_per_m)),
         slant_(kSlant * static_cast<float>(kPi) / static_cast<float>(map.size.width)),
         directions_(map.size),
-        costs_(map.omega.size()),
-        sums_(map.omega.size()) {
+        costs_(map.inverse.size()),
+        sums_(map.inverse.size()) {
     for (const ChoiceView& view : views) {
       offsets_.push_back((map.position_m - view.map->position_m).cast<float>());
     }
@@ -85,8 +85,8 @@ class Choice {
         const auto best = std::min_element(
             sums_[pixel].begin(),
             sums_[pixel].begin() + static_cast<std::ptrdiff_t>(candidates(theta, phi)));
-        chosen.omega[pixel] =
-            omega_of(theta, phi, static_cast<std::size_t>(best - sums_[pixel].begin()));
+        chosen.inverse[pixel] =
+            inverse_of(theta, phi, static_cast<std::size_t>(best - sums_[pixel].begin()));
       }
     }
     return chosen;
@@ -106,13 +106,13 @@ class Choice {
   }
   // The inverse distance of a pixel's candidate in the direction of another pixel, which need not
   // meet its plane.
-  float omega_towards(int theta, int phi, std::size_t candidate,
-                      const Eigen::Vector3f& direction) const {
-    return candidate == 0 ? map_.omega[pixel_index(theta, phi, map_.size)]
+  float inverse_towards(int theta, int phi, std::size_t candidate,
+                        const Eigen::Vector3f& direction) const {
+    return candidate == 0 ? map_.inverse[pixel_index(theta, phi, map_.size)]
                           : planes_at(theta, phi)[candidate - 1].dot(direction);
   }
-  float omega_of(int theta, int phi, std::size_t candidate) const {
-    return std::max(0.0f, omega_towards(theta, phi, candidate, directions_.of(theta, phi)));
+  float inverse_of(int theta, int phi, std::size_t candidate) const {
+    return std::max(0.0f, inverse_towards(theta, phi, candidate, directions_.of(theta, phi)));
   }
 
   // A candidate of a pixel, and what the views say so far.
@@ -120,7 +120,7 @@ class Choice {
     std::size_t pixel = 0;
     std::size_t candidate = 0;
     Eigen::Vector3f direction{0, 0, 0};
-    float omega = 0.0f;
+    float inverse = 0.0f;
     float unlike = 0.0f;
     float hidden = 0.0f;  // the number of views
   };
@@ -135,14 +135,14 @@ class Choice {
         for (int phi = first_row * kPlaneTile; phi < end_phi; ++phi) {
           if (candidate >= candidates(theta, phi)) continue;
           all.push_back({pixel_index(theta, phi, map_.size), candidate, directions_.of(theta, phi),
-                         omega_of(theta, phi, candidate)});
+                         inverse_of(theta, phi, candidate)});
         }
       }
     }
     LocatedPoints points(all.size());
     for (std::size_t view = 0; view < views_.size(); ++view) {
       for (std::size_t i = 0; i < all.size(); ++i) {
-        points.set(i, all[i].direction + all[i].omega * offsets_[view]);
+        points.set(i, all[i].direction + all[i].inverse * offsets_[view]);
       }
       points.locate(all.size(), sampled_size());
       for (std::size_t i = 0; i < all.size(); ++i) {
@@ -171,8 +171,8 @@ class Choice {
     const auto sample_rows = static_cast<std::size_t>(sampled_size().height);
     const auto theta = static_cast<int>(sample / sample_rows) / kSamplesPerPixel;
     const auto phi = static_cast<int>(sample % sample_rows) / kSamplesPerPixel;
-    const float expected = compared->omega / length;
-    const float nearest = view.map->omega[pixel_index(theta, phi, map_.size)];
+    const float expected = compared->inverse / length;
+    const float nearest = view.map->inverse[pixel_index(theta, phi, map_.size)];
     const bool hidden = nearest > expected + kNearerPx * pixel_per_m_ + slant_ * expected;
     compared->unlike += hidden ? std::min(gap, kHidden) : gap;
     if (hidden) compared->hidden += 1.0f;
@@ -190,7 +190,7 @@ class Choice {
         const std::size_t pixel = pixel_index(theta, phi, map_.size);
         if (map_.confidence[pixel] == 0) continue;
         for (std::size_t view = 0; view < views_.size(); ++view) {
-          points.set(view, directions_.of(theta, phi) + map_.omega[pixel] * offsets_[view]);
+          points.set(view, directions_.of(theta, phi) + map_.inverse[pixel] * offsets_[view]);
         }
         points.locate(views_.size(), sampled_size());
         for (std::size_t view = 0; view < views_.size(); ++view) {
@@ -231,7 +231,7 @@ class Choice {
     Costs carried{};  // the last pixel's candidates, here
     float least = before[0];
     for (std::size_t j = 0; j < count_before; ++j) {
-      carried[j] = omega_towards(last.theta, last.phi, j, direction);
+      carried[j] = inverse_towards(last.theta, last.phi, j, direction);
       least = std::min(least, before[j]);
     }
     const auto& colour = colours_.shown.at<cv::Vec3b>(walk.theta, walk.phi);
@@ -242,10 +242,10 @@ class Choice {
     const float jump = std::max(1.2f * kPerPixel, kJump / (1.0f + edge / kJumpLevels));
     const std::size_t count = candidates(walk.theta, walk.phi);
     for (std::size_t k = 0; k < count; ++k) {
-      const float omega = omega_of(walk.theta, walk.phi, k);
+      const float inverse = inverse_of(walk.theta, walk.phi, k);
       float cheapest = least + jump;
       for (std::size_t j = 0; j < count_before; ++j) {
-        const float off_px = std::fabs(carried[j] - omega) / pixel_per_m_;
+        const float off_px = std::fabs(carried[j] - inverse) / pixel_per_m_;
         cheapest =
             std::min(cheapest, before[j] + kPerPixel * std::max(0.0f, off_px - kSamePlanePx));
       }

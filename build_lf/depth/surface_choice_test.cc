@@ -45,10 +45,10 @@ class SurfaceChoiceTest : public testing::Test {
 
   // What is near, spread by 3 pixels, as by windows.
   static InverseDistanceMap fattened(InverseDistanceMap map) {
-    cv::Mat omega(map.size.width, map.size.height, CV_32F, map.omega.data());
+    cv::Mat inverse(map.size.width, map.size.height, CV_32F, map.inverse.data());
     cv::Mat spread;
-    cv::dilate(omega, spread, cv::Mat::ones(7, 7, CV_8U));
-    spread.copyTo(omega);
+    cv::dilate(inverse, spread, cv::Mat::ones(7, 7, CV_8U));
+    spread.copyTo(inverse);
     return map;
   }
 
@@ -57,8 +57,8 @@ class SurfaceChoiceTest : public testing::Test {
     const InverseDistanceMap without =
         true_map(line_of_scale(1.0).scene, position_m(i), kChosenSize);
     cv::Mat box(kChosenSize.width, kChosenSize.height, CV_8UC1, cv::Scalar(0));
-    for (size_t pixel = 0; pixel < without.omega.size(); ++pixel) {
-      if (swept_[static_cast<size_t>(i)].omega[pixel] > without.omega[pixel] + 0.1f) {
+    for (size_t pixel = 0; pixel < without.inverse.size(); ++pixel) {
+      if (swept_[static_cast<size_t>(i)].inverse[pixel] > without.inverse[pixel] + 0.1f) {
         box.data[pixel] = 255;
       }
     }
@@ -86,7 +86,7 @@ class SurfaceChoiceTest : public testing::Test {
     const InverseDistanceMap& truth = truth_[static_cast<size_t>(own)];
     const InverseDistanceMap& swept = swept_[static_cast<size_t>(own)];
     return share_within(map, truth, 1.5 * kChosenPixel_per_m, [&](size_t pixel) {
-      const bool wrong = swept.omega[pixel] - truth.omega[pixel] > 1.5 * kChosenPixel_per_m;
+      const bool wrong = swept.inverse[pixel] - truth.inverse[pixel] > 1.5 * kChosenPixel_per_m;
       return wrong == made_wrong;
     });
   }
@@ -159,14 +159,15 @@ TEST_F(SurfaceChoiceTest, UnknownPixelsAndLonelyMapsStayAsTheyAre) {
   InverseDistanceMap& swept = swept_[static_cast<size_t>(middle)];
   EXPECT_EQ(choose_surfaces(swept, colours_[static_cast<size_t>(middle)],
                             std::vector{views_except(middle)[0]}, kChosenPixel_per_m)
-                .omega,
-            swept.omega);
-  for (size_t pixel = 0; pixel < swept.omega.size(); pixel += 3) {
+                .inverse,
+            swept.inverse);
+  for (size_t pixel = 0; pixel < swept.inverse.size(); pixel += 3) {
     swept.confidence[pixel] = 0;
-    swept.omega[pixel] = 7.0f;
+    swept.inverse[pixel] = 7.0f;
   }
   const InverseDistanceMap map = chosen(middle);
-  for (size_t pixel = 0; pixel < swept.omega.size(); pixel += 3) EXPECT_EQ(map.omega[pixel], 7.0f);
+  for (size_t pixel = 0; pixel < swept.inverse.size(); pixel += 3)
+    EXPECT_EQ(map.inverse[pixel], 7.0f);
 }
 
 Eigen::Vector3d direction_of(int theta, int phi, PanoramaSize size) {
@@ -174,7 +175,7 @@ Eigen::Vector3d direction_of(int theta, int phi, PanoramaSize size) {
 }
 
 // A floor 1.5 m below, everything else infinitely far; as a plane it goes on above the horizon.
-double floor_omega(const Eigen::Vector3d& direction) { return -direction.y() / 1.5; }
+double floor_inverse(const Eigen::Vector3d& direction) { return -direction.y() / 1.5; }
 
 // How far the nearest of a tile's planes is from the floor, at most, over the tile.
 double largest_error(const TilePlanes& planes, int column, int row, PanoramaSize size) {
@@ -184,8 +185,8 @@ double largest_error(const TilePlanes& planes, int column, int row, PanoramaSize
     for (int i = 0; i < kPlaneTile * kPlaneTile; ++i) {
       const Eigen::Vector3d direction = direction_of(column * kPlaneTile + i / kPlaneTile,
                                                      row * kPlaneTile + i % kPlaneTile, size);
-      const double omega = plane.cast<double>().dot(direction);
-      largest = std::max(largest, std::fabs(omega - floor_omega(direction)));
+      const double inverse = plane.cast<double>().dot(direction);
+      largest = std::max(largest, std::fabs(inverse - floor_inverse(direction)));
     }
     least = std::min(least, largest);
   }
@@ -198,11 +199,11 @@ TEST(TilePlanesTest, CoverTheWholeSphereAtAnySize) {
     InverseDistanceMap map{{}, {0, 0, 0}, size, {}, {}};
     for (int theta = 0; theta < size.width; ++theta) {
       for (int phi = 0; phi < size.height; ++phi) {
-        const double omega = floor_omega(direction_of(theta, phi, size));
-        map.omega.push_back(static_cast<float>(std::max(0.0, omega)));
+        const double inverse = floor_inverse(direction_of(theta, phi, size));
+        map.inverse.push_back(static_cast<float>(std::max(0.0, inverse)));
       }
     }
-    map.confidence.assign(map.omega.size(), 255);
+    map.confidence.assign(map.inverse.size(), 255);
     const TilePlanes planes(map, 8.0 / size.width);
     EXPECT_EQ(planes.columns() * kPlaneTile, size.width);
     EXPECT_GE(planes.rows() * kPlaneTile, size.height);
@@ -216,7 +217,7 @@ TEST(TilePlanesTest, CoverTheWholeSphereAtAnySize) {
         for (const Plane& plane : planes.around(column, row, 9)) EXPECT_TRUE(plane.allFinite());
       }
     }
-    map.confidence.assign(map.omega.size(), 0);
+    map.confidence.assign(map.inverse.size(), 0);
     EXPECT_TRUE(TilePlanes(map, 8.0 / size.width).around(0, lowest, 9).empty()) << "not known";
   }
 }

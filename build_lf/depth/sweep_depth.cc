@@ -78,9 +78,9 @@ constexpr double kNearestPerReach = 0.25;
 
 // How much of the sphere shows surfaces at which inverse distance, from 0 to a limit, over many
 // maps. The weights are whole numbers, so that their sum is exact.
-class OmegaHistogram {
+class InverseHistogram {
  public:
-  explicit OmegaHistogram(double limit_per_m) : limit_per_m_(limit_per_m), share_(kBins) {}
+  explicit InverseHistogram(double limit_per_m) : limit_per_m_(limit_per_m), share_(kBins) {}
 
   // Counts the confident pixels of a map.
   void add(const InverseDistanceMap& map) {
@@ -91,9 +91,9 @@ class OmegaHistogram {
       const double phi_rad = angles_from_pixel({0.0, static_cast<double>(row)}, map.size).phi_rad;
       weights[row] = std::llround(kFullWeight * std::cos(phi_rad));
     }
-    for (size_t p = 0; p < map.omega.size(); ++p) {
+    for (size_t p = 0; p < map.inverse.size(); ++p) {
       if (map.confidence[p] < kConfident) continue;
-      const double bin = std::clamp(map.omega[p] / limit_per_m_ * kBins, 0.0, kBins - 1.0);
+      const double bin = std::clamp(map.inverse[p] / limit_per_m_ * kBins, 0.0, kBins - 1.0);
       share_[static_cast<size_t>(bin)] += weights[p % rows];
       total_ += weights[p % rows];
     }
@@ -139,7 +139,7 @@ NearSurfaces sweep_coarse_maps(const Room& room, const DepthPlan& plan, const cv
                      partial->directory());
   make_maps(plan, {0, plan.maps.size()}, stage, "looking for the nearest surfaces", partial,
             [&](int i) { return sweep.map_at(plan.maps[static_cast<size_t>(i)]); });
-  OmegaHistogram histogram(limit_per_m);
+  InverseHistogram histogram(limit_per_m);
   for (const SweepReference& map : plan.maps) histogram.add(partial->stored(stage, map.station));
   NearSurfaces found{.nearest_per_m =
                          std::min(limit_per_m, kMargin * histogram.exceeded_by(kNearer))};

@@ -18,7 +18,7 @@ constexpr int kCarried = 3;
 // A confident value near a tile.
 struct Value {
   Eigen::Vector3f beside{0, 0, 0};  // its direction less that of the tile's middle
-  float omega = 0.0f;
+  float inverse = 0.0f;
   float weight = 0.0f;
   bool explained = false;
 };
@@ -34,7 +34,7 @@ Eigen::Vector3f middle_of(int column, int row, PanoramaSize size) {
 float densest(const std::vector<Value>& values, float width, std::size_t enough) {
   std::vector<float> left;
   for (const Value& value : values) {
-    if (!value.explained) left.push_back(value.omega);
+    if (!value.explained) left.push_back(value.inverse);
   }
   if (left.size() < enough) return -1.0f;
   std::sort(left.begin(), left.end());
@@ -48,13 +48,13 @@ float densest(const std::vector<Value>& values, float width, std::size_t enough)
   return left[middle];
 }
 
-// omega(u) = at_middle + slope . (u - middle)
+// inverse(u) = at_middle + slope . (u - middle)
 struct LocalPlane {
   Eigen::Vector3f slope{0, 0, 0};
   float at_middle = 0.0f;
 
   float off(const Value& value) const {
-    return std::fabs(at_middle + slope.dot(value.beside) - value.omega);
+    return std::fabs(at_middle + slope.dot(value.beside) - value.inverse);
   }
 };
 
@@ -73,7 +73,7 @@ LocalPlane fit(const std::vector<Value>& values, float begin, float pixel_per_m)
       Eigen::Vector4f row;
       row << value.beside, 1.0f;
       normal += weight * row * row.transpose();
-      right += weight * value.omega * row;
+      right += weight * value.inverse * row;
     }
     // The spread of the directions, squared, makes the ridge independent of their scale.
     const float spread = normal.diagonal().head<3>().sum();
@@ -124,7 +124,7 @@ std::vector<TilePlanes::Fitted> TilePlanes::fitted(const InverseDistanceMap& map
       const int wrapped = (theta + size_.width) % size_.width;
       const std::size_t pixel = pixel_index(wrapped, phi, size_);
       if (map.confidence[pixel] < kLeastConfidence) continue;
-      values.push_back({directions_.of(wrapped, phi) - middle, map.omega[pixel],
+      values.push_back({directions_.of(wrapped, phi) - middle, map.inverse[pixel],
                         map.confidence[pixel] / 255.0f});
     }
   }
@@ -140,7 +140,7 @@ std::vector<TilePlanes::Fitted> TilePlanes::fitted(const InverseDistanceMap& map
       const float off = plane.off(value);
       if (off < 1.5f * pixel_per_m_) ++on_it;
       value.explained = value.explained || off < 2.0f * pixel_per_m_ ||
-                        std::fabs(value.omega - begin) < 1.5f * pixel_per_m_;
+                        std::fabs(value.inverse - begin) < 1.5f * pixel_per_m_;
     }
     if (on_it < least) continue;
     // With n / d = slope + c middle, u . (n / d) is the local plane but for terms of second order
@@ -154,7 +154,7 @@ std::vector<TilePlanes::Fitted> TilePlanes::fitted(const InverseDistanceMap& map
 std::vector<Plane> TilePlanes::around(int column, int row, std::size_t most) const {
   struct Candidate {
     float rank;
-    float omega;
+    float inverse;
     const Plane* plane;
   };
   const Eigen::Vector3f middle = middle_of(column, row, size_);
@@ -164,8 +164,9 @@ std::vector<Plane> TilePlanes::around(int column, int row, std::size_t most) con
       if (row + below < 0 || row + below >= rows_) continue;
       const float away = std::hypot(static_cast<float>(aside), static_cast<float>(below));
       for (const Fitted& near : of(column + aside, row + below)) {
-        const float omega = near.plane.dot(middle);
-        if (omega >= 0.0f) candidates.push_back({away / (0.3f + near.share), omega, &near.plane});
+        const float inverse = near.plane.dot(middle);
+        if (inverse >= 0.0f)
+          candidates.push_back({away / (0.3f + near.share), inverse, &near.plane});
       }
     }
   }
@@ -174,7 +175,7 @@ std::vector<Plane> TilePlanes::around(int column, int row, std::size_t most) con
   for (const Candidate& candidate : candidates) {
     if (kept.size() == most) break;
     const bool known = std::ranges::any_of(kept, [&](const Candidate& other) {
-      return std::fabs(other.omega - candidate.omega) < pixel_per_m_;
+      return std::fabs(other.inverse - candidate.inverse) < pixel_per_m_;
     });
     if (!known) kept.push_back(candidate);
   }

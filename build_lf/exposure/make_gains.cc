@@ -99,7 +99,7 @@ GainsSummary make_gains(const std::filesystem::path& directory) {
   const Room room = Room::open_without_gains(directory);
   if (!room.has_distances()) {
     throw Error(
-        fmt::format("{}: no distances, which tell the surfaces that stations share; "
+        fmt::format("{}: no distances, which show the surfaces that stations share; "
                     "`raywalk-build-lf depth {}` estimates them",
                     directory.string(), shell_word(directory.string())));
   }

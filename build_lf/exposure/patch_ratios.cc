@@ -17,7 +17,7 @@ namespace {
 struct Projection {
   bool known = false;
   std::size_t pixel = 0;  // of `to`
-  float omega = 0.0F;     // inverse distance from `to`, 1/m
+  float inverse = 0.0F;   // inverse distance from `to`, 1/m
 };
 
 // The largest difference of inverse distances that counts as one surface: two pixels of parallax
@@ -32,16 +32,16 @@ double tolerance_per_m(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_
 std::vector<Projection> project(const InverseDistanceMap& map, const Eigen::Vector3d& to_m) {
   const PanoramaSize size = map.size;
   const PixelDirections directions(size);
-  std::vector<Projection> projections(map.omega.size());
+  std::vector<Projection> projections(map.inverse.size());
   const Eigen::Vector3f towards = (map.position_m - to_m).cast<float>();
   for (int theta = 0; theta < size.width; ++theta) {
     for (int phi = 0; phi < size.height; ++phi) {
       const std::size_t pixel = pixel_index(theta, phi, size);
       if (map.confidence[pixel] < kMinConfidence) continue;
-      const float omega = map.omega[pixel];
-      // The point at distance 1 / omega, times omega: finite for infinite distances too.
-      const Eigen::Vector3f seen = directions.of(theta, phi) + omega * towards;
-      projections[pixel] = {true, pixel_of(seen, size), omega / seen.norm()};
+      const float inverse = map.inverse[pixel];
+      // The point at distance 1 / inverse, times inverse: finite for infinite distances too.
+      const Eigen::Vector3f seen = directions.of(theta, phi) + inverse * towards;
+      projections[pixel] = {true, pixel_of(seen, size), inverse / seen.norm()};
     }
   }
   return projections;
@@ -53,14 +53,14 @@ void remove_hidden(double tolerance, const std::optional<InverseDistanceMap>& to
   std::vector<float> nearest(projections->size(), 0.0F);
   for (const Projection& p : *projections) {
     if (!p.known) continue;
-    nearest[p.pixel] = std::max(nearest[p.pixel], p.omega);
+    nearest[p.pixel] = std::max(nearest[p.pixel], p.inverse);
   }
   for (Projection& p : *projections) {
     if (!p.known) continue;
-    if (nearest[p.pixel] - p.omega > tolerance) p.known = false;
+    if (nearest[p.pixel] - p.inverse > tolerance) p.known = false;
     if (!to_map) continue;
     if (to_map->confidence[p.pixel] < kMinConfidence ||
-        std::fabs(to_map->omega[p.pixel] - p.omega) > tolerance) {
+        std::fabs(to_map->inverse[p.pixel] - p.inverse) > tolerance) {
       p.known = false;
     }
   }

@@ -199,8 +199,8 @@ TEST(RoomGainsTest, WithstandGrosslyWrongDistances) {
   maps.read = [exact = maps.read](StationIndex station) {
     InverseDistanceMap map = exact(station);
     cv::RNG random(static_cast<std::uint64_t>(station.station + 10 * station.line + 1));
-    for (float& omega : map.omega) {
-      if (random.uniform(0, 4) == 0) omega = random.uniform(0.0F, 3.0F);
+    for (float& inverse : map.inverse) {
+      if (random.uniform(0, 4) == 0) inverse = random.uniform(0.0F, 3.0F);
     }
     return map;
   };

@@ -20,15 +20,15 @@ SurfaceMaps surface_maps_of(const Room& room) {
   maps.read = [&room, size = maps.size](StationIndex station) {
     const DistanceVolume& volume = room.distances(station.line);
     const auto found = std::ranges::lower_bound(volume.stations(), station.station);
-    const OmegaMap known = resized(
-        omega_map_of(volume, static_cast<int>(found - volume.stations().begin()), kMinConfidence),
+    const InverseMap known = resized(
+        inverse_map_of(volume, static_cast<int>(found - volume.stations().begin()), kMinConfidence),
         size.width);
     InverseDistanceMap map{station, room.grid().station(station).position_m, size, {}, {}};
-    map.omega.reserve(known.values().size());
+    map.inverse.reserve(known.values().size());
     map.confidence.reserve(known.values().size());
-    for (const float omega : known.values()) {
-      map.omega.push_back(std::max(0.0F, omega));
-      map.confidence.push_back(omega < 0.0F ? 0 : 255);
+    for (const float inverse : known.values()) {
+      map.inverse.push_back(std::max(0.0F, inverse));
+      map.confidence.push_back(inverse < 0.0F ? 0 : 255);
     }
     return map;
   };

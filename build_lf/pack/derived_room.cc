@@ -30,16 +30,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A map at another width: inverse distances interpolated as in OmegaMap, confidence of the nearest
-// pixel.
+// A map at another width: inverse distances interpolated as in InverseMap, confidence of the
+// nearest pixel.
 StationDistances reduced_distances(const DistanceVolume& volume, int map, int width) {
-  const OmegaMap omega = resized(omega_map_of(volume, map), width);
+  const InverseMap inverse = resized(inverse_map_of(volume, map), width);
   const double scale = static_cast<double>(volume.size().width) / width;
   StationDistances distances;
   for (int theta = 0; theta < width; ++theta) {
     const auto confidence = volume.confidence_column(map, static_cast<int>((theta + 0.5) * scale));
     for (int row = 0; row < width / 2; ++row) {
-      const float known = omega.at(theta, row);
+      const float known = inverse.at(theta, row);
       const auto from = static_cast<size_t>((row + 0.5) * scale);
       distances.distance_m.push_back(known < 0.0f ? 0.0f : 1.0f / known);
       distances.confidence.push_back(known < 0.0f ? std::uint8_t{0} : confidence[from]);

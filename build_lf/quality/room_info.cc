@@ -49,7 +49,7 @@ void set_overhang(const Grid& grid, int index, LineInfo* info) {
     for (int other : cell.line) {
       const Line& across = grid.lines[static_cast<size_t>(other)];
       if (across.axis == line.axis) continue;
-      const double corner = along_line(line, crossing_of(line, across));
+      const double corner = along_line(line, intersection_of(line, across));
       first = std::min(first.value_or(corner), corner);
       last = std::max(last.value_or(corner), corner);
     }

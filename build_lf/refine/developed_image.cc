@@ -235,7 +235,7 @@ void finish_column(int u, PanoramaSize developed, Photograph* own, DevelopedColu
 }  // namespace
 
 DevelopedImage develop_image(const Room& room, const Exposure* exposure, StationIndex station,
-                             const OmegaMap& distances,
+                             const InverseMap& distances,
                              std::span<const std::shared_ptr<const SourceView>> sources) {
   const PanoramaSize size = distances.size();
   const auto rows = static_cast<std::size_t>(size.height);

@@ -33,7 +33,7 @@ struct DevelopedImage {
 // `distances` are the station's, of the developed size; negative where unknown: there its own
 // photograph is all that shows the pixel. `exposure` may be null.
 DevelopedImage develop_image(const Room& room, const Exposure* exposure, StationIndex station,
-                             const OmegaMap& distances,
+                             const InverseMap& distances,
                              std::span<const std::shared_ptr<const SourceView>> sources);
 
 }  // namespace raywalk::build_lf

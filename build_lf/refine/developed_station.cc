@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 // A station's distances, negative where views would not use them, with their confidences.
 struct OwnDistances {
-  OmegaMap omega;
+  InverseMap inverse;
   std::vector<std::uint8_t> confidence;  // [theta][phi]
 };
 
@@ -55,19 +55,19 @@ OwnDistances distances_of(const Room& room, StationIndex station, const SourceVi
   const DistanceVolume& volume = room.distances(station.line);
   const std::optional<int> map = volume.map_of(station.station);
   if (!map) {
-    OwnDistances gathered{OmegaMap(view.size()), {}};
-    std::ranges::copy(view.inverse(), gathered.omega.values().begin());
+    OwnDistances gathered{InverseMap(view.size()), {}};
+    std::ranges::copy(view.inverse(), gathered.inverse.values().begin());
     gathered.confidence.assign(view.inverse().size(), kMinConfidence);
     return gathered;
   }
-  OwnDistances distances{omega_map_of(volume, *map), {}};
+  OwnDistances distances{inverse_map_of(volume, *map), {}};
   for (int theta = 0; theta < volume.size().width; ++theta) {
     const auto column = volume.confidence_column(*map, theta);
     distances.confidence.insert(distances.confidence.end(), column.begin(), column.end());
   }
   believe_single_pixels(volume.size(), &distances.confidence);
   for (std::size_t pixel = 0; pixel < distances.confidence.size(); ++pixel) {
-    if (distances.confidence[pixel] < kMinConfidence) distances.omega.values()[pixel] = -1.0f;
+    if (distances.confidence[pixel] < kMinConfidence) distances.inverse.values()[pixel] = -1.0f;
   }
   return distances;
 }
@@ -91,20 +91,21 @@ std::uint8_t rounded(std::uint8_t confidence) {
   return confidence & 0xf0;
 }
 
-StationDistances stored_distances_of(const OwnDistances& own, const OmegaMap& fine) {
-  const PanoramaSize size = fine.size(), coarse = own.omega.size();
+StationDistances stored_distances_of(const OwnDistances& own, const InverseMap& fine) {
+  const PanoramaSize size = fine.size(), coarse = own.inverse.size();
   const int bits = bits_of_distances(size.width);
   StationDistances stored;
   for (int theta = 0; theta < size.width; ++theta) {
     for (int phi = 0; phi < size.height; ++phi) {
-      const float omega = fine.at(theta, phi);
+      const float inverse = fine.at(theta, phi);
       const auto pixel = static_cast<std::size_t>(theta * coarse.width / size.width) *
                              static_cast<std::size_t>(coarse.height) +
                          static_cast<std::size_t>(phi * coarse.height / size.height);
-      stored.distance_m.push_back(omega < 0.0f   ? 0.0f
-                                  : omega > 0.0f ? rounded(1.0f / omega, bits)
-                                                 : std::numeric_limits<float>::infinity());
-      stored.confidence.push_back(omega < 0.0f ? std::uint8_t{0} : rounded(own.confidence[pixel]));
+      stored.distance_m.push_back(inverse < 0.0f   ? 0.0f
+                                  : inverse > 0.0f ? rounded(1.0f / inverse, bits)
+                                                   : std::numeric_limits<float>::infinity());
+      stored.confidence.push_back(inverse < 0.0f ? std::uint8_t{0}
+                                                 : rounded(own.confidence[pixel]));
     }
   }
   stored.sha256 = checksum_of_distances(stored.distance_m, stored.confidence);
@@ -152,10 +153,10 @@ std::vector<T> read_values(const Hdf5File& file, const char* name, ElementType t
 DevelopedStation develop_station(const Room& room, const Exposure* exposure, StationIndex station,
                                  int width, SourceViews* views) {
   const OwnDistances own = distances_of(room, station, *views->of(station));
-  const OmegaMap fine = enlarged(own.omega, width);
+  const InverseMap fine = enlarged(own.inverse, width);
   std::vector<std::shared_ptr<const SourceView>> sources;
   for (const StationIndex source :
-       sources_of(room.grid(), station, median_distance_m(own.omega.values()))) {
+       sources_of(room.grid(), station, median_distance_m(own.inverse.values()))) {
     sources.push_back(views->of(source));
   }
   const DevelopedImage image = develop_image(room, exposure, station, fine, sources);
@@ -208,8 +209,8 @@ double developed_sharpening(const fs::path& file) {
   return Hdf5File::open(file).read<double>("sharpening").at(0);
 }
 
-OmegaMap enlarged(const OmegaMap& map, int width) {
-  OmegaMap fine = resized(map, width);
+InverseMap enlarged(const InverseMap& map, int width) {
+  InverseMap fine = resized(map, width);
   const int factor = width / map.size().width;
   if (factor < 2) return fine;
   // Of n x n pixels a line of `factor` pixels is more than half for n = 2 factor - 1; of floats
@@ -217,10 +218,10 @@ OmegaMap enlarged(const OmegaMap& map, int width) {
   const int window = factor == 2 ? 3 : 5;
   constexpr int kBorder = 2;
   const PanoramaSize size = fine.size();
-  cv::Mat omega(size.width, size.height, CV_32F, fine.values().data());
-  cv::Mat smooth = with_border(omega, kBorder);
+  cv::Mat inverse(size.width, size.height, CV_32F, fine.values().data());
+  cv::Mat smooth = with_border(inverse, kBorder);
   cv::medianBlur(smooth, smooth, window);
-  without_border(smooth, kBorder).copyTo(omega);
+  without_border(smooth, kBorder).copyTo(inverse);
   return fine;
 }
 

@@ -35,6 +35,6 @@ double developed_sharpening(const std::filesystem::path& file);
 // The map at another, larger width: inverse distances are interpolated between neighbours on one
 // surface (resized), and steps, which would be stairs of the map's pixels, are smoothed by medians
 // that leave what is a pixel of the map wide.
-OmegaMap enlarged(const OmegaMap& map, int width);
+InverseMap enlarged(const InverseMap& map, int width);
 
 }  // namespace raywalk::build_lf

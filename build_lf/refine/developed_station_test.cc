@@ -125,10 +125,10 @@ DevelopedImage developed(const DepthTestRoom& room, const SyntheticScene& scene,
   SourceViews views(room.room());
   const Eigen::Vector3d position_m = room.grid().lines[0].stations[8].position_m;
   const InverseDistanceMap truth = true_map(scene, position_m, {width, width / 2});
-  OmegaMap distances({width, width / 2});
+  InverseMap distances({width, width / 2});
   for (int u = 0; u < width; ++u) {
     for (int v = 0; v < width / 2; ++v) {
-      distances.at(u, v) = truth.omega[pixel_index(u, v, truth.size)];
+      distances.at(u, v) = truth.inverse[pixel_index(u, v, truth.size)];
     }
   }
   std::vector<std::shared_ptr<const SourceView>> sources;
@@ -176,7 +176,7 @@ TEST(DevelopedImageTest, WhereDistancesAreUnknownItsPhotographIsShown) {
   SourceViews views(room.room());
   const std::vector<std::shared_ptr<const SourceView>> sources{views.of({0, 7}), views.of({0, 9})};
   const DevelopedImage image =
-      develop_image(room.room(), nullptr, kStation, OmegaMap({128, 64}), sources);
+      develop_image(room.room(), nullptr, kStation, InverseMap({128, 64}), sources);
   const cv::Mat photograph = station_image(room.room(), kStation, {128, 64});
   EXPECT_EQ(cv::norm(levels_of(image.colour), photograph, cv::NORM_INF), 0.0);
   EXPECT_EQ(cv::countNonZero(image.others.reshape(1)), 0);
@@ -187,8 +187,8 @@ constexpr PanoramaSize kCoarse{128, 64};
 
 // A disc before a wall, `turn` of a circle around the panorama.
 template <typename Place>
-OmegaMap disc(PanoramaSize size, const Place& turn) {
-  OmegaMap map(size);
+InverseMap disc(PanoramaSize size, const Place& turn) {
+  InverseMap map(size);
   for (int u = 0; u < size.width; ++u) {
     for (int v = 0; v < size.height; ++v) {
       double across = (u + 0.5) / size.width - turn;
@@ -200,7 +200,7 @@ OmegaMap disc(PanoramaSize size, const Place& turn) {
   return map;
 }
 
-int wrong_pixels(const OmegaMap& map, const OmegaMap& truth) {
+int wrong_pixels(const InverseMap& map, const InverseMap& truth) {
   int wrong = 0;
   for (std::size_t i = 0; i < map.values().size(); ++i) {
     wrong += std::fabs(map.values()[i] - truth.values()[i]) > 0.01f ? 1 : 0;
@@ -211,7 +211,7 @@ int wrong_pixels(const OmegaMap& map, const OmegaMap& truth) {
 TEST(FineMapTest, StepsAreNoStairs) {
   for (const double turn : {0.3, 0.501, 0.0}) {  // the last across the seam
     for (const int factor : {2, 4}) {
-      const OmegaMap truth = disc({128 * factor, 64 * factor}, turn), map = disc(kCoarse, turn);
+      const InverseMap truth = disc({128 * factor, 64 * factor}, turn), map = disc(kCoarse, turn);
       const int stairs = wrong_pixels(resized(map, 128 * factor), truth);
       EXPECT_LT(wrong_pixels(enlarged(map, 128 * factor), truth), stairs * 9 / 10)
           << turn << " " << factor;
@@ -220,10 +220,10 @@ TEST(FineMapTest, StepsAreNoStairs) {
 }
 
 TEST(FineMapTest, ALineOfAPixelStays) {
-  OmegaMap map = disc(kCoarse, 0.3);
+  InverseMap map = disc(kCoarse, 0.3);
   for (int v = 0; v < kCoarse.height; ++v) map.at(100, v) = kNear;
   for (const int factor : {1, 2, 3, 8}) {
-    const OmegaMap fine = enlarged(map, 128 * factor);
+    const InverseMap fine = enlarged(map, 128 * factor);
     for (int i = 0; i < factor; ++i) {
       EXPECT_EQ(fine.at(100 * factor + i, 20 * factor), kNear) << factor;
     }
@@ -233,9 +233,9 @@ TEST(FineMapTest, ALineOfAPixelStays) {
 }
 
 TEST(FineMapTest, UnknownStaysUnknown) {
-  OmegaMap map = disc(kCoarse, 0.3);
+  InverseMap map = disc(kCoarse, 0.3);
   for (int u = 80; u < 90; ++u) map.at(u, 10) = map.at(u, 11) = -1.0f;
-  const OmegaMap fine = enlarged(map, 256);
+  const InverseMap fine = enlarged(map, 256);
   EXPECT_LT(fine.at(170, 22), 0.0f);
   EXPECT_EQ(fine.at(170, 30), kFar);
 }

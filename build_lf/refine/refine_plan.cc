@@ -82,7 +82,7 @@ std::vector<StationIndex> sources_of(const Grid& grid, StationIndex station, dou
     others.emplace_back((grid.station(other).position_m - here_m).norm(), other);
   }
   std::ranges::sort(others);
-  // Stations of two lines at their crossing are at one place, where nothing is hidden.
+  // Stations of two lines at their intersection are at one place, where nothing is hidden.
   constexpr std::size_t kNear = kMostSources / 2;
   const auto far =
       std::ranges::find_if(others, [&](const auto& other) { return other.first > surfaces_m; });

@@ -24,7 +24,7 @@ struct DistanceFacts {
   double known_share = 0.0;  // mean confidence
   // Error of an inverse distance, 1/m: the 95 % quantile of the differences between maps that see
   // the same surface, divided by sqrt(2) as both have errors. None: no two maps to compare.
-  std::optional<double> omega_error_per_m{};
+  std::optional<double> inverse_error_per_m{};
 };
 
 struct LayersAtDistance {
@@ -33,11 +33,11 @@ struct LayersAtDistance {
 };
 
 struct LayerFacts {
-  double omega_min_per_m = 0.0;  // 1 / far_m
-  double omega_max_per_m = 0.0;  // 1 / near_m
+  double inverse_min_per_m = 0.0;  // 1 / far_m
+  double inverse_max_per_m = 0.0;  // 1 / near_m
   std::vector<LayersAtDistance> by_d_p{};
 
-  OmegaRange range() const { return {omega_min_per_m, omega_max_per_m}; }
+  InverseRange range() const { return {inverse_min_per_m, inverse_max_per_m}; }
 };
 
 struct SpacingWithLayers {
@@ -61,7 +61,7 @@ struct SpacingFacts {
   double captured_max_m = 0.0;
   double needed_without_depth_m = 0.0;
   std::vector<SpacingWithLayers> needed_with_layers{};  // 1 layer: Chai's constant depth
-  // With distances of error omega_error_per_m; infinite if that is unknown.
+  // With distances of error inverse_error_per_m; infinite if that is unknown.
   double needed_by_error_m = 0.0;
   // The largest step tried at which stations re-created with distances match the captured ones at
   // least as well as a displacement by the tolerance does. Includes occlusion, reflections and
@@ -78,20 +78,20 @@ struct SpacingFacts {
 struct StorageFacts {
   double reach_m = 0.0;  // d_p for which widths and precision are chosen
   int panorama_width_px = 0;
-  // Panorama width beyond which the parallax error due to omega_error_per_m exceeds the tolerance;
-  // infinite if that error is 0 or unknown.
+  // Panorama width beyond which the parallax error due to inverse_error_per_m exceeds the
+  // tolerance; infinite if that error is 0 or unknown.
   double worth_width_px = 0.0;
   int distance_width_px = 0;
   int needed_distance_width_px = 0;
   double share_within_tolerance = 0.0;  // of the pixels, at needed_distance_width_px
-  int omega_steps = 0;                  // quantisation steps of inverse distance needed
-  int omega_bits = 0;                   // bits for these steps plus "unknown" and "none"
+  int inverse_steps = 0;                // quantisation steps of inverse distance needed
+  int inverse_bits = 0;                 // bits for these steps plus "unknown" and "none"
   std::uint64_t ray_bytes = 0;
   std::uint64_t ray_bytes_thinned = 0;  // with stations_needed_with_distances
   std::uint64_t ray_bytes_worth = 0;    // ... and at worth_width_px, where that is smaller
   std::uint64_t distance_bytes = 0;     // all maps: 4 per distance and 1 per confidence
-  // The same number of maps at needed_distance_width_px: omega_bits rounded up to bytes, and 1 byte
-  // of confidence.
+  // The same number of maps at needed_distance_width_px: inverse_bits rounded up to bytes, and 1
+  // byte of confidence.
   std::uint64_t distance_bytes_needed = 0;
 };
 

@@ -20,7 +20,7 @@ export const report: Describe = (d) => {
     facts: facts(
       ["surfaces", `${metres(d.distance.near_m)} to ${metres(d.distance.far_m)}`],
       ["distances", d.distances],
-      ["layers in the middle of a cell", storage.omega_steps],
+      ["layers in the middle of a cell", storage.inverse_steps],
       ["spacing, without depth", length(spacing.needed_without_depth_m, "any")],
       ["spacing, with distances", length(spacing.needed_with_distances_m)],
       ["captured", length(spacing.captured_median_m)],
@@ -31,7 +31,7 @@ export const report: Describe = (d) => {
       scene(d),
       section(
         "Depth layers",
-        `A view a distance d_p from the line moves each ray's latitude by up to d_p times the inverse distance of its source. With layers equally spaced in inverse distance, from ${text(d.layers.omega_min_per_m)} to ${text(d.layers.omega_max_per_m)} per metre, an error of half a layer remains. These counts keep it within ${tolerance_px} px at ${width} px, except for rays that graze a surface at more than 80 degrees.`,
+        `A view a distance d_p from the line moves each ray's latitude by up to d_p times the inverse distance of its source. With layers equally spaced in inverse distance, from ${text(d.layers.inverse_min_per_m)} to ${text(d.layers.inverse_max_per_m)} per metre, an error of half a layer remains. These counts keep it within ${tolerance_px} px at ${width} px, except for rays that graze a surface at more than 80 degrees.`,
         chart(seriesOf(d.layers.by_d_p, "d_p_m", "layers", "layers"), {
           title: "Depth layers over the distance from the line",
           x: axis("d_p_m"),
@@ -42,7 +42,7 @@ export const report: Describe = (d) => {
       stations(d),
       section(
         "Storage",
-        `Width: with the error of the distances, at half a cell (${metres(storage.reach_m)}) and half a step, the residual parallax equals ${tolerance_px} px of a panorama of ${widthOf(storage.worth_width_px, "any width")}; a wider one stores detail that views displace by more. Distances: maps ${storage.needed_distance_width_px} px wide keep ${textOf("kept_share", storage.share_within_tolerance)} of the directions within the tolerance at this reach, which needs ${counted(storage.omega_steps, "step")} of inverse distance, ${counted(storage.omega_bits, "bit")}.`,
+        `Width: with the error of the distances, at half a cell (${metres(storage.reach_m)}) and half a step, the residual parallax equals ${tolerance_px} px of a panorama of ${widthOf(storage.worth_width_px, "any width")}; a wider one stores detail that views displace by more. Distances: maps ${storage.needed_distance_width_px} px wide keep ${textOf("kept_share", storage.share_within_tolerance)} of the directions within the tolerance at this reach, which needs ${counted(storage.inverse_steps, "step")} of inverse distance, ${counted(storage.inverse_bits, "bit")}.`,
         table(bytes(storage)),
       ),
       d.thinned &&
@@ -66,13 +66,13 @@ const widthOf = (pixels: number | null, otherwise: string) =>
   pixels === null ? otherwise : `${pixels.toFixed(0)} px`;
 
 function scene(d: Json) {
-  const { near_m, median_m, far_m, sky_share, known_share, omega_error_per_m } = d.distance;
-  const error_m = omega_error_per_m === null ? null : omega_error_per_m * median_m * median_m;
+  const { near_m, median_m, far_m, sky_share, known_share, inverse_error_per_m } = d.distance;
+  const error_m = inverse_error_per_m === null ? null : inverse_error_per_m * median_m * median_m;
   return section(
     "Distances of the scene",
     `Distances from the stations, weighted by solid angle and confidence: 1 % are nearer than ${metres(near_m)}, half nearer than ${metres(median_m)}, 99 % nearer than ${metres(far_m)}. Sky covers ${textOf("sky_share", sky_share)} of the directions; ${textOf("known_share", known_share)} of them are known.`,
-    omega_error_per_m !== null &&
-      `Where two maps see the same surface, 95 % of the pixels agree on its inverse distance within ${text(omega_error_per_m)} per metre${median_m === null ? "" : `: ${length(error_m)} at ${metres(median_m)}`}.`,
+    inverse_error_per_m !== null &&
+      `Where two maps see the same surface, 95 % of the pixels agree on its inverse distance within ${text(inverse_error_per_m)} per metre${median_m === null ? "" : `: ${length(error_m)} at ${metres(median_m)}`}.`,
     floorPlan(d),
   );
 }
@@ -187,7 +187,7 @@ function stations(d: Json) {
 
 // core/geometry/spacing.h: the ghost of the worst source, where inverse distances are off by `error`.
 function ghosts({ distance, layers, spacing, storage, tolerance_px }: Json): Series[] {
-  const { omega_min_per_m: least, omega_max_per_m: most } = layers;
+  const { inverse_min_per_m: least, inverse_max_per_m: most } = layers;
   const widest_m = 2 * spacing.captured_median_m;
   const pixel_rad = radians(360 / storage.panorama_width_px);
   const curve = (name: string, error: number, product: number): Series => ({
@@ -204,9 +204,9 @@ function ghosts({ distance, layers, spacing, storage, tolerance_px }: Json): Ser
   return [
     curve("no depth", most, 0),
     ...[1, 4, 16].map((n) => corrected(counted(n, "layer"), (most - least) / (2 * n))),
-    ...(distance.omega_error_per_m === null
+    ...(distance.inverse_error_per_m === null
       ? []
-      : [corrected("distances", distance.omega_error_per_m)]),
+      : [corrected("distances", distance.inverse_error_per_m)]),
     {
       name: `tolerance ${tolerance_px} px`,
       style: "line",
@@ -227,7 +227,7 @@ function bytes(s: Json) {
     row("... at the width worth storing", s.ray_bytes_worth, s.ray_bytes),
     row(`distances, ${s.distance_width_px} px wide`, s.distance_bytes, s.distance_bytes),
     row(
-      `distances, ${s.needed_distance_width_px} px wide, ${s.omega_bits} bits`,
+      `distances, ${s.needed_distance_width_px} px wide, ${s.inverse_bits} bits`,
       s.distance_bytes_needed,
       s.distance_bytes,
     ),

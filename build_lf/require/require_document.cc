@@ -13,7 +13,7 @@ namespace raywalk::build_lf {
 
 // Members are keys of the same names. By the library's own macro, which has no optional values.
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LayersAtDistance, d_p_m, layers)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LayerFacts, omega_min_per_m, omega_max_per_m, by_d_p)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LayerFacts, inverse_min_per_m, inverse_max_per_m, by_d_p)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SpacingWithLayers, layers, needed_m)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HeldOutFacts, stride, step_m, views, psnr_with_distances_db,
                                    psnr_without_depth_db, psnr_of_tolerance_db, hidden_share)
@@ -24,7 +24,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SpacingFacts, captured_median_m, captured_max
                                    held_out)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(StorageFacts, reach_m, panorama_width_px, worth_width_px,
                                    distance_width_px, needed_distance_width_px,
-                                   share_within_tolerance, omega_steps, omega_bits, ray_bytes,
+                                   share_within_tolerance, inverse_steps, inverse_bits, ray_bytes,
                                    ray_bytes_thinned, ray_bytes_worth, distance_bytes,
                                    distance_bytes_needed)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ThinnedFacts, room, stations, distance_maps, bytes, views,
@@ -33,8 +33,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ThinnedFacts, room, stations, distance_maps, 
 static void to_json(nlohmann::json& json, const DistanceFacts& f) {
   json = {
       {"near_m", f.near_m},       {"median_m", f.median_m},       {"far_m", f.far_m},
-      {"sky_share", f.sky_share}, {"known_share", f.known_share}, {"omega_error_per_m", nullptr}};
-  if (f.omega_error_per_m) json["omega_error_per_m"] = *f.omega_error_per_m;
+      {"sky_share", f.sky_share}, {"known_share", f.known_share}, {"inverse_error_per_m", nullptr}};
+  if (f.inverse_error_per_m) json["inverse_error_per_m"] = *f.inverse_error_per_m;
 }
 
 namespace {

@@ -53,19 +53,20 @@ int count_of(const KeptStations& kept) {
   return count;
 }
 
-SpacingFacts spacing_facts(const Room& room, const DistanceFacts& distance, OmegaRange scene,
+SpacingFacts spacing_facts(const Room& room, const DistanceFacts& distance, InverseRange scene,
                            double tolerance_px) {
   const double tolerance_rad = angle_of_pixels(tolerance_px, room.panorama().width);
   SpacingFacts facts;
   set_captured_spacing(room.grid(), &facts);
   facts.needed_without_depth_m = spacing_needed_without_depth(scene, tolerance_rad);
   for (const int layers : kLayerCounts) {
-    const double error = omega_error_of_layers(scene, layers);
+    const double error = inverse_error_of_layers(scene, layers);
     facts.needed_with_layers.push_back({layers, spacing_needed(scene, error, tolerance_rad)});
   }
-  facts.needed_by_error_m = distance.omega_error_per_m
-                                ? spacing_needed(scene, *distance.omega_error_per_m, tolerance_rad)
-                                : std::numeric_limits<double>::infinity();
+  facts.needed_by_error_m =
+      distance.inverse_error_per_m
+          ? spacing_needed(scene, *distance.inverse_error_per_m, tolerance_rad)
+          : std::numeric_limits<double>::infinity();
   facts.held_out = measure_strides(room, facts.captured_median_m, tolerance_px);
   facts.measured_up_to_m = measured_up_to_m(facts.held_out);
   facts.needed_with_distances_m =
@@ -131,7 +132,7 @@ std::string summary_of(const SceneFacts& r, const Room& measured, const RequireO
       "  spacing   {} without depth, {} with distances; captured {}\n"
       "  stations  {} of {} needed with distances\n",
       room, distance_text(r.distance.near_m), distance_text(r.distance.far_m), r.tolerance_px,
-      measured.distances_origin(), r.storage.omega_steps, r.storage.reach_m,
+      measured.distances_origin(), r.storage.inverse_steps, r.storage.reach_m,
       spacing_text(r.spacing.needed_without_depth_m),
       spacing_text(r.spacing.needed_with_distances_m), spacing_text(r.spacing.captured_median_m),
       r.spacing.stations_needed_with_distances, r.spacing.stations);
@@ -179,13 +180,14 @@ SceneFacts measure_requirements(const Room& room, double tolerance_px) {
   const double reach_m = typical_reach_m(room.grid());
   result.layers = layer_facts(result.distance, reach_m, tolerance_rad);
   result.spacing = spacing_facts(room, result.distance, result.layers.range(), tolerance_px);
-  result.storage = storage_facts(room,
-                                 {.reach_m = reach_m,
-                                  .spacing_m = result.spacing.needed_with_distances_m,
-                                  .tolerance_px = tolerance_px,
-                                  .omega_error = result.distance.omega_error_per_m.value_or(0.0),
-                                  .scene = result.layers.range()},
-                                 result.spacing.stations_needed_with_distances);
+  result.storage =
+      storage_facts(room,
+                    {.reach_m = reach_m,
+                     .spacing_m = result.spacing.needed_with_distances_m,
+                     .tolerance_px = tolerance_px,
+                     .inverse_error = result.distance.inverse_error_per_m.value_or(0.0),
+                     .scene = result.layers.range()},
+                    result.spacing.stations_needed_with_distances);
   return result;
 }
 

@@ -69,11 +69,11 @@ TEST_F(RequireRoomTest, StoresTheResultInRoomAndReport) {
   EXPECT_EQ(r["spacing"]["stations"], 52);
   EXPECT_NEAR(r["spacing"]["captured_median_m"].get<double>(), 0.125, 1e-9);
   EXPECT_EQ(r["storage"]["reach_m"], 0.5);
-  const double omega_max = r["layers"]["omega_max_per_m"], near_m = r["distance"]["near_m"];
-  EXPECT_NEAR(omega_max * near_m, 1.0, 1e-12);
+  const double inverse_max = r["layers"]["inverse_max_per_m"], near_m = r["distance"]["near_m"];
+  EXPECT_NEAR(inverse_max * near_m, 1.0, 1e-12);
   // The formula, for the measured distances.
   const double tolerance_rad = angle_of_pixels(0.5, 128);
-  const OmegaRange range{r["layers"]["omega_min_per_m"], omega_max};
+  const InverseRange range{r["layers"]["inverse_min_per_m"], inverse_max};
   EXPECT_DOUBLE_EQ(r["spacing"]["needed_without_depth_m"].get<double>(),
                    spacing_needed_without_depth(range, tolerance_rad));
   EXPECT_EQ(r["spacing"]["needed_with_layers"].front()["layers"], 1);

@@ -51,7 +51,7 @@ const MapStation& nearest_other(const std::vector<MapStation>& maps, size_t own)
 }
 
 struct Difference {
-  double omega = 0.0;
+  double inverse = 0.0;
   double weight = 0.0;  // solid angle
 };
 
@@ -74,9 +74,9 @@ std::vector<Difference> differences(const Room& room, const MapStation& from,
           angles_from_pixel({static_cast<double>(theta), static_cast<double>(row)}, size);
       const MapLookup there = look_up(room, to, direction_from_angles(angles).cast<float>(),
                                       1.0f / distance_m[i], from.position_m, tolerance);
-      const float difference = std::abs(there.omega_map - there.omega_there);
-      if (there.omega_map < 0.0f ||
-          difference > tolerance * std::max(there.omega_map, there.omega_there)) {
+      const float difference = std::abs(there.inverse_map - there.inverse_there);
+      if (there.inverse_map < 0.0f ||
+          difference > tolerance * std::max(there.inverse_map, there.inverse_there)) {
         continue;
       }
       found.push_back({difference, std::cos(angles.phi_rad)});
@@ -86,12 +86,12 @@ std::vector<Difference> differences(const Room& room, const MapStation& from,
 }
 
 std::optional<double> quantile(std::vector<Difference> values, double share) {
-  std::ranges::sort(values, {}, &Difference::omega);
+  std::ranges::sort(values, {}, &Difference::inverse);
   double total = 0.0, passed = 0.0;
   for (const Difference& value : values) total += value.weight;
   for (const Difference& value : values) {
     passed += value.weight;
-    if (passed >= share * total) return value.omega;
+    if (passed >= share * total) return value.inverse;
   }
   return std::nullopt;
 }
@@ -111,17 +111,17 @@ struct KeptShare {
   double kept = 0.0;
 };
 
-KeptShare kept_share(const OmegaMap& map, int width, double most_omega_error) {
-  const OmegaMap coarse = resized(map, width);
+KeptShare kept_share(const InverseMap& map, int width, double most_inverse_error) {
+  const InverseMap coarse = resized(map, width);
   const double scale = static_cast<double>(width) / map.size().width;
   KeptShare share;
   for (int row = 0; row < map.size().height; ++row) {
     const double phi_rad = angles_from_pixel({0.0, static_cast<double>(row)}, map.size()).phi_rad;
     for (int theta = 0; theta < map.size().width; ++theta) {
-      const float omega = map.at(theta, row);
-      if (omega < 0.0f) continue;
+      const float inverse = map.at(theta, row);
+      if (inverse < 0.0f) continue;
       const float read = coarse.sample({(theta + 0.5) * scale - 0.5, (row + 0.5) * scale - 0.5});
-      const bool kept = read >= 0.0f && std::abs(read - omega) <= most_omega_error;
+      const bool kept = read >= 0.0f && std::abs(read - inverse) <= most_inverse_error;
       share.known += std::cos(phi_rad);
       if (kept) share.kept += std::cos(phi_rad);
     }
@@ -131,15 +131,16 @@ KeptShare kept_share(const OmegaMap& map, int width, double most_omega_error) {
 
 // kept_share over a sample of maps, for each of `widths`.
 std::vector<KeptShare> kept_shares(const Room& room, const std::vector<int>& widths,
-                                   double most_omega_error) {
+                                   double most_inverse_error) {
   const std::vector<MapStation> maps = all_maps(room);
   const size_t count = std::min<size_t>(kMaxResampledMaps, maps.size());
   std::vector<std::vector<KeptShare>> of_map(count);
   parallel_for(0, static_cast<int>(count), 1, [&](int begin, int end) {
     for (size_t i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
       const MapStation& index = maps[i * maps.size() / count];
-      const OmegaMap map = omega_map_of(room.distances(index.line), index.map);
-      for (const int width : widths) of_map[i].push_back(kept_share(map, width, most_omega_error));
+      const InverseMap map = inverse_map_of(room.distances(index.line), index.map);
+      for (const int width : widths)
+        of_map[i].push_back(kept_share(map, width, most_inverse_error));
     }
   });
   std::vector<KeptShare> sum(widths.size());
@@ -182,7 +183,7 @@ DistanceFacts distance_facts(const Room& room) {
   facts.far_m = quantiles[2];
   facts.sky_share = sky_share(known.samples);
   facts.known_share = known.known_share;
-  facts.omega_error_per_m = omega_error(room);
+  facts.inverse_error_per_m = inverse_error(room);
   return facts;
 }
 
@@ -207,7 +208,7 @@ LayerFacts layer_facts(const DistanceFacts& distance, double reach_m, double tol
   return facts;
 }
 
-std::optional<double> omega_error(const Room& room) {
+std::optional<double> inverse_error(const Room& room) {
   const std::vector<MapStation> maps = all_maps(room);
   if (maps.size() < 2) return std::nullopt;
   const int count = std::min(kMaxComparedMaps, static_cast<int>(maps.size()));
@@ -226,7 +227,7 @@ std::optional<double> omega_error(const Room& room) {
 }
 
 double useful_width(const StorageNeed& need) {
-  const double residual_rad = need.omega_error * std::hypot(need.reach_m, 0.5 * need.spacing_m);
+  const double residual_rad = need.inverse_error * std::hypot(need.reach_m, 0.5 * need.spacing_m);
   return residual_rad > 0.0 ? need.tolerance_px * kTwoPi / residual_rad
                             : std::numeric_limits<double>::infinity();
 }
@@ -257,12 +258,12 @@ StorageFacts storage_facts(const Room& room, const StorageNeed& need, int statio
   const DistanceWidth distances = distance_width_needed(room, need);
   facts.needed_distance_width_px = distances.width_px;
   facts.share_within_tolerance = distances.share_within_tolerance;
-  facts.omega_steps =
+  facts.inverse_steps =
       layers_for_tolerance(need.scene, need.reach_m, angle_of_pixels(need.tolerance_px, width));
-  facts.omega_bits = static_cast<int>(
-      std::bit_width(static_cast<std::uint64_t>(facts.omega_steps) + kSpecialCodes - 1));
+  facts.inverse_bits = static_cast<int>(
+      std::bit_width(static_cast<std::uint64_t>(facts.inverse_steps) + kSpecialCodes - 1));
   const auto needed = static_cast<std::uint64_t>(stations_needed);
-  const std::uint64_t code_bytes = (static_cast<std::uint64_t>(facts.omega_bits) + 7) / 8;
+  const std::uint64_t code_bytes = (static_cast<std::uint64_t>(facts.inverse_bits) + 7) / 8;
   for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
     const auto stations = static_cast<std::uint64_t>(room.volume(line).stations());
     const auto maps = static_cast<std::uint64_t>(room.distances(line).maps());

@@ -32,15 +32,15 @@ inline constexpr double kTrustedShare = 0.95;
 // independent errors. Pixels occluded in one of the maps do not count, nor those of a confidence
 // below kMinConfidence, which views ignore. Errors common to all maps (such as a wrong scale) are
 // not detected. None if the room has fewer than two maps or they have no surface in common.
-std::optional<double> omega_error(const Room& room);
+std::optional<double> inverse_error(const Room& room);
 
 // The conditions that the sizes have to satisfy.
 struct StorageNeed {
-  double reach_m = 0.0;       // from viewpoint to line
-  double spacing_m = 0.0;     // of the stations in use
-  double tolerance_px = 0.5;  // at the panorama's width
-  double omega_error = 0.0;   // 1/m, of the distances
-  OmegaRange scene{};         // inverse distances
+  double reach_m = 0.0;        // from viewpoint to line
+  double spacing_m = 0.0;      // of the stations in use
+  double tolerance_px = 0.5;   // at the panorama's width
+  double inverse_error = 0.0;  // 1/m, of the distances
+  InverseRange scene{};        // inverse distances
 };
 
 // The panorama width, pixels, at which the residual parallax equals `tolerance_px` of its own
@@ -62,7 +62,7 @@ struct DistanceWidth {
 };
 
 // The smallest width, halving from that of the maps, at which (as at all larger ones) the
-// displacement reach * |error of omega| is within the tolerance for kKeptShare of the solid angle
+// displacement reach * |error of inverse| is within the tolerance for kKeptShare of the solid angle
 // of a sample of maps. Coarse maps are interpolated as in distance_maps.h.
 DistanceWidth distance_width_needed(const Room& room, const StorageNeed& need);
 

@@ -39,7 +39,7 @@ TEST_F(SceneFactsTest, SkyIsInfinitelyFar) {
   EXPECT_TRUE(std::isinf(facts.near_m));
   EXPECT_EQ(facts.sky_share, 1.0);
   const LayerFacts layers = layer_facts(facts, 0.5, 1e-3);
-  EXPECT_EQ(layers.omega_max_per_m, 0.0);
+  EXPECT_EQ(layers.inverse_max_per_m, 0.0);
   for (const LayersAtDistance& each : layers.by_d_p) EXPECT_EQ(each.layers, 1);
 }
 
@@ -62,8 +62,8 @@ TEST_F(SceneFactsTest, RoomWithoutKnownDistancesIsAnError) {
 
 TEST(LayerFactsTest, AreCountedForTheRangeAndEachDistance) {
   const LayerFacts facts = layer_facts({.near_m = 0.5, .far_m = INFINITY}, 0.5, 1e-3);
-  EXPECT_EQ(facts.omega_min_per_m, 0.0);
-  EXPECT_EQ(facts.omega_max_per_m, 2.0);
+  EXPECT_EQ(facts.inverse_min_per_m, 0.0);
+  EXPECT_EQ(facts.inverse_max_per_m, 2.0);
   int last = 0;
   for (const LayersAtDistance& each : facts.by_d_p) {
     EXPECT_EQ(each.layers, layers_for_tolerance({0.0, 2.0}, each.d_p_m, 1e-3));
@@ -79,7 +79,7 @@ TEST(TypicalReach, IsHalfTheSmallestCell) {
 }
 
 TEST_F(SceneFactsTest, ExactMapsHaveNearlyNoError) {
-  const auto error = omega_error(room_of({.width = 256}));
+  const auto error = inverse_error(room_of({.width = 256}));
   ASSERT_TRUE(error);
   EXPECT_LT(*error, 2e-3);
 }
@@ -90,35 +90,35 @@ TEST_F(SceneFactsTest, NoiseIsMeasured) {
   std::normal_distribution<double> noise(0.0, 0.005);  // 1/m; 95 % are within 1.96 of it
   replace_distances(
       [&](float metres) { return static_cast<float>(1.0 / (1.0 / metres + noise(random))); });
-  const auto error = omega_error(Room::open(path_));
+  const auto error = inverse_error(Room::open(path_));
   ASSERT_TRUE(error);
   // Interpolation reduces the noise of one of the two maps.
   EXPECT_NEAR(*error, 1.96 * 0.005, 0.35 * 1.96 * 0.005);
 }
 
 TEST_F(SceneFactsTest, OneMapHasNothingToCompareWith) {
-  EXPECT_FALSE(omega_error(room_of({.cells_z = 0, .width = 64, .distance_every = 1000})));
-  EXPECT_FALSE(omega_error(room_of({.width = 64, .distances = false})));
+  EXPECT_FALSE(inverse_error(room_of({.cells_z = 0, .width = 64, .distance_every = 1000})));
+  EXPECT_FALSE(inverse_error(room_of({.width = 64, .distances = false})));
 }
 
 TEST_F(SceneFactsTest, DistancesThatViewsIgnoreDoNotCount) {
   room_of({.width = 64});
   replace_distances([](float metres) { return metres; }, kMinConfidence);
-  EXPECT_TRUE(omega_error(Room::open(path_)));
+  EXPECT_TRUE(inverse_error(Room::open(path_)));
   replace_distances([](float metres) { return metres; }, kMinConfidence - 1);
-  EXPECT_FALSE(omega_error(Room::open(path_)));
+  EXPECT_FALSE(inverse_error(Room::open(path_)));
 }
 
 TEST_F(SceneFactsTest, SkyIsAgreement) {
   SyntheticRoomSpec spec{.width = 64};
   spec.scene.infinitely_far = true;
   // Sky is stored as infinity.
-  EXPECT_EQ(omega_error(room_of(spec)), 0.0);
+  EXPECT_EQ(inverse_error(room_of(spec)), 0.0);
 }
 
 TEST(UsefulWidth, IsWhereResidualParallaxEqualsTheTolerance) {
   const StorageNeed need{
-      .reach_m = 0.5, .spacing_m = 0.0, .tolerance_px = 0.5, .omega_error = 0.01};
+      .reach_m = 0.5, .spacing_m = 0.0, .tolerance_px = 0.5, .inverse_error = 0.01};
   const double width_px = useful_width(need);
   // Independent computation: the largest latitude error for a source at 4 m with a wrong distance.
   double worst_rad = 0.0;
@@ -133,7 +133,7 @@ TEST(UsefulWidth, IsWhereResidualParallaxEqualsTheTolerance) {
 
 TEST(UsefulWidth, FallsWithErrorReachAndSpacing) {
   const StorageNeed need{
-      .reach_m = 0.5, .spacing_m = 0.2, .tolerance_px = 0.5, .omega_error = 0.01};
+      .reach_m = 0.5, .spacing_m = 0.2, .tolerance_px = 0.5, .inverse_error = 0.01};
   const double width_px = useful_width(need);
   const auto with = [&](double StorageNeed::*member, double factor) {
     StorageNeed other = need;
@@ -142,8 +142,8 @@ TEST(UsefulWidth, FallsWithErrorReachAndSpacing) {
   };
   EXPECT_LT(with(&StorageNeed::reach_m, 2.0), 0.6 * width_px);
   EXPECT_LT(with(&StorageNeed::spacing_m, 10.0), 0.6 * width_px);
-  EXPECT_DOUBLE_EQ(with(&StorageNeed::omega_error, 2.0), 0.5 * width_px);
-  EXPECT_TRUE(std::isinf(with(&StorageNeed::omega_error, 0.0)));
+  EXPECT_DOUBLE_EQ(with(&StorageNeed::inverse_error, 2.0), 0.5 * width_px);
+  EXPECT_TRUE(std::isinf(with(&StorageNeed::inverse_error, 0.0)));
 }
 
 TEST_F(SceneFactsTest, SmoothDistancesNeedCoarseMapsAndDetailedOnesFine) {
@@ -176,7 +176,7 @@ TEST_F(SceneFactsTest, BytesAreThoseOfTheFilesWithoutHeaders) {
                                            {.reach_m = 0.5,
                                             .spacing_m = 0.125,
                                             .tolerance_px = 0.5,
-                                            .omega_error = 0.01,
+                                            .inverse_error = 0.01,
                                             .scene = {0.2, 1.0}},
                                            10);
   EXPECT_EQ(facts.ray_bytes, 36U * 64 * 32 * 3);
@@ -184,8 +184,8 @@ TEST_F(SceneFactsTest, BytesAreThoseOfTheFilesWithoutHeaders) {
   EXPECT_EQ(facts.ray_bytes_worth, facts.ray_bytes_thinned) << "a wider panorama would be of use";
   EXPECT_EQ(facts.distance_bytes, 20U * 32 * 16 * 5);
   EXPECT_EQ(facts.distance_width_px, 32);
-  EXPECT_EQ(facts.omega_steps, layers_for_tolerance({0.2, 1.0}, 0.5, angle_of_pixels(0.5, 64)));
-  EXPECT_EQ(facts.omega_bits, static_cast<int>(std::ceil(std::log2(facts.omega_steps + 2))));
+  EXPECT_EQ(facts.inverse_steps, layers_for_tolerance({0.2, 1.0}, 0.5, angle_of_pixels(0.5, 64)));
+  EXPECT_EQ(facts.inverse_bits, static_cast<int>(std::ceil(std::log2(facts.inverse_steps + 2))));
   EXPECT_LT(facts.distance_bytes_needed, facts.distance_bytes);
 }
 

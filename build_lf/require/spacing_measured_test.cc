@@ -61,7 +61,7 @@ double blend_error(const cv::Mat& view, const cv::Mat& left, const cv::Mat& righ
 struct Case {
   double distance_m;
   double tolerance_px;
-  double assumed_omega;  // that the samples are moved by; 0: blended in place
+  double assumed_inverse;  // that the samples are moved by; 0: blended in place
 };
 
 class MeasuredSpacing : public testing::TestWithParam<Case> {};
@@ -71,15 +71,15 @@ TEST_P(MeasuredSpacing, ErrorReachesTheToleranceAtThePredictedSpacing) {
   const SyntheticScene scene = wall_at(c.distance_m);
   const cv::Mat view = render_scene(scene, {0, 0, 0}, kWidth);
   const double of_tolerance = blend_error(view, view, view, 0.5 * c.tolerance_px);
-  const double omega = 1.0 / c.distance_m, nearer = std::min(omega, c.assumed_omega);
-  const double rule_m = spacing_needed({nearer, nearer}, std::abs(omega - c.assumed_omega),
+  const double inverse = 1.0 / c.distance_m, nearer = std::min(inverse, c.assumed_inverse);
+  const double rule_m = spacing_needed({nearer, nearer}, std::abs(inverse - c.assumed_inverse),
                                        angle_of_pixels(c.tolerance_px, kWidth));
   const auto error_at = [&](double step_m) {
     const double half_m = 0.5 * step_m;
     const cv::Mat left = render_scene(scene, {-half_m, 0, 0}, kWidth);
     const cv::Mat right = render_scene(scene, {half_m, 0, 0}, kWidth);
     // The left station sees the point straight ahead further to the right: + columns.
-    const double moved_px = -std::atan(half_m * c.assumed_omega) / angle_of_pixels(1.0, kWidth);
+    const double moved_px = -std::atan(half_m * c.assumed_inverse) / angle_of_pixels(1.0, kWidth);
     return blend_error(view, left, right, moved_px);
   };
   // The error grows with the square of the gap: 10 % of the step changes it by 20 %.

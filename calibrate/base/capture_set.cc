@@ -166,8 +166,8 @@ CaptureSet stations_only(const CaptureSet& set) {
   return stations;
 }
 
-std::vector<LineCrossing> crossings_of(const CaptureSet& set) {
-  std::vector<LineCrossing> crossings;
+std::vector<LineIntersection> intersections_of(const CaptureSet& set) {
+  std::vector<LineIntersection> intersections;
   for (std::size_t x = 0; x < set.lines.size(); ++x) {
     if (set.lines[x].axis != LineAxis::kX || set.lines[x].frames.size() < 2) continue;
     const NominalLine along_x = nominal_line(set, set.lines[x]);
@@ -176,11 +176,11 @@ std::vector<LineCrossing> crossings_of(const CaptureSet& set) {
       const NominalLine along_z = nominal_line(set, set.lines[z]);
       const Eigen::Vector2d at = intersection(along_x.line, along_z.line);
       if (!is_near(along_x, at) || !is_near(along_z, at)) continue;
-      crossings.push_back(
+      intersections.push_back(
           {.along_x = static_cast<int>(x), .along_z = static_cast<int>(z), .at = {at.x(), at.y()}});
     }
   }
-  return crossings;
+  return intersections;
 }
 
 }  // namespace raywalk::calibrate

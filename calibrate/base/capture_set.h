@@ -73,7 +73,7 @@ struct CaptureSet {
 std::unordered_map<std::string, std::size_t> indices_by_name(const CaptureSet& set);
 
 // Two lines of different axes that cross.
-struct LineCrossing {
+struct LineIntersection {
   int along_x = 0;  // indices into CaptureSet::lines
   int along_z = 0;
   PlanPoint at{};  // nominal
@@ -101,6 +101,6 @@ CaptureSet stations_only(const CaptureSet& set);
 
 // Every pair of lines of different axes whose stations come within one median spacing of where the
 // two cross. Validation lines count. In the order of the lines.
-std::vector<LineCrossing> crossings_of(const CaptureSet& set);
+std::vector<LineIntersection> intersections_of(const CaptureSet& set);
 
 }  // namespace raywalk::calibrate

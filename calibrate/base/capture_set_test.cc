@@ -72,25 +72,25 @@ TEST_F(CaptureSetTest, NamesAreEscaped) {
 TEST_F(CaptureSetTest, LinesCrossOnlyNearTheirStations) {
   folder_.write_cross();
   CaptureSet set = folder_.read();
-  const std::vector<LineCrossing> crossings = crossings_of(set);
-  ASSERT_EQ(crossings.size(), 1U);
-  EXPECT_EQ(set.lines[static_cast<std::size_t>(crossings[0].along_x)].axis, LineAxis::kX);
-  EXPECT_EQ(set.lines[static_cast<std::size_t>(crossings[0].along_z)].axis, LineAxis::kZ);
-  EXPECT_NEAR(crossings[0].at.x_m, 0.0, 1e-12);
-  EXPECT_NEAR(crossings[0].at.z_m, 0.0, 1e-12);
+  const std::vector<LineIntersection> intersections = intersections_of(set);
+  ASSERT_EQ(intersections.size(), 1U);
+  EXPECT_EQ(set.lines[static_cast<std::size_t>(intersections[0].along_x)].axis, LineAxis::kX);
+  EXPECT_EQ(set.lines[static_cast<std::size_t>(intersections[0].along_z)].axis, LineAxis::kZ);
+  EXPECT_NEAR(intersections[0].at.x_m, 0.0, 1e-12);
+  EXPECT_NEAR(intersections[0].at.z_m, 0.0, 1e-12);
   // The line along z shifted along itself: up to one spacing beyond its end it still crosses.
   const auto shifted = [&set](double by_m) {
     CaptureSet moved = set;
     for (CaptureFrame& frame : moved.frames) {
       if (frame.line == 1) frame.nominal_m.z() += by_m;
     }
-    return crossings_of(moved).size();
+    return intersections_of(moved).size();
   };
   EXPECT_EQ(shifted(0.19), 1U);
   EXPECT_EQ(shifted(0.21), 0U);
 }
 
-TEST_F(CaptureSetTest, CrossingOfObliqueLinesLiesOnBoth) {
+TEST_F(CaptureSetTest, IntersectionOfObliqueLinesLiesOnBoth) {
   folder_.write_cross();
   CaptureSet set = folder_.read();
   // z = 0.02 + 0.05 x and x = 0.01 - 0.03 z.
@@ -99,9 +99,9 @@ TEST_F(CaptureSetTest, CrossingOfObliqueLinesLiesOnBoth) {
     if (frame.line == 0) at.z() = 0.02 + 0.05 * at.x();
     if (frame.line == 1) at.x() = 0.01 - 0.03 * at.z();
   }
-  const std::vector<LineCrossing> crossings = crossings_of(set);
-  ASSERT_EQ(crossings.size(), 1U);
-  const PlanPoint at = crossings[0].at;
+  const std::vector<LineIntersection> intersections = intersections_of(set);
+  ASSERT_EQ(intersections.size(), 1U);
+  const PlanPoint at = intersections[0].at;
   EXPECT_NEAR(at.z_m, 0.02 + 0.05 * at.x_m, 1e-12);
   EXPECT_NEAR(at.x_m, 0.01 - 0.03 * at.z_m, 1e-12);
 }

@@ -226,7 +226,7 @@ std::vector<fs::path> Calibration::outputs_of(CalibrationStep step) const {
       add_if_there("before.csv");
       add_folder("joined_masks");
       add_folder("rectified");
-      add_folder("crossings");
+      add_folder("intersections");
       break;
   }
   add_if_there(name + ".json");

@@ -11,8 +11,8 @@ type Images = Parameters<Describe>[1];
 export const report: Describe = (d, images) => {
   const { lens, stitch, mask, poses, rectify } = d;
   const largest = (key: string) =>
-    Math.max(...poses.crossings.map((crossing: Json) => crossing[key] ?? 0));
-  const crossed = poses?.crossings.length > 0;
+    Math.max(...poses.intersections.map((intersection: Json) => intersection[key] ?? 0));
+  const crossed = poses?.intersections.length > 0;
   return {
     title: `Calibration of ${d.source}`,
     subtitle: poses
@@ -20,13 +20,13 @@ export const report: Describe = (d, images) => {
       : counted(d.stations, "station"),
     facts: facts(
       ["trustworthy", d.trustworthy],
-      poses && ["crossings", poses.crossings.length],
+      poses && ["intersections", poses.intersections.length],
       crossed && [
-        "largest rotation left at a crossing, W = 4096",
+        "largest rotation left at an intersection, W = 4096",
         `${text(largest("rotation_px"), 1, 2)} px`,
       ],
       crossed && [
-        "largest displacement left at a crossing",
+        "largest displacement left at an intersection",
         `${text(largest("position_mm"), 1, 2)} mm`,
       ],
       poses?.contradictions.length > 0 && ["contradictions", poses.contradictions.length],
@@ -40,7 +40,7 @@ export const report: Describe = (d, images) => {
       stitch && stitchSection(stitch, images),
       mask && maskSection(mask, images),
       poses && posesSection(poses),
-      poses && crossed && crossingSection(poses.crossings),
+      poses && crossed && intersectionSection(poses.intersections),
       poses && railSection(poses),
       rectify && rectifySection(rectify, images),
       section(
@@ -209,10 +209,10 @@ function posesSection(poses: Json) {
 
 const LINE: Column = { key: "id", name: "line", bad: (line) => line.posed === 0 };
 
-const CROSSING: Column = {
-  key: "crossing",
-  value: (crossing) => `${crossing.along_x} × ${crossing.along_z}`,
-  bad: (crossing) => crossing.faults?.length > 0,
+const INTERSECTION: Column = {
+  key: "intersection",
+  value: (intersection) => `${intersection.along_x} × ${intersection.along_z}`,
+  bad: (intersection) => intersection.faults?.length > 0,
 };
 
 /** Frames with a position and a planned one; `lines` are frames on the planned lines. */
@@ -264,22 +264,23 @@ function exaggeration(room: number): number {
   return power * (room >= 5 * power ? 5 : room >= 2 * power ? 2 : 1);
 }
 
-function crossingSection(crossings: Json[]) {
+function intersectionSection(intersections: Json[]) {
   const left = (key: string, unit: string): Column => ({
     key: `left.${key}`,
     name: key === "position" ? "displacement left" : "rotation left",
     unit,
-    value: (crossing) => plusMinus(crossing[`${key}_${unit}`], crossing[`${key}_sigma_${unit}`], 2),
+    value: (intersection) =>
+      plusMinus(intersection[`${key}_${unit}`], intersection[`${key}_sigma_${unit}`], 2),
   });
   return section(
-    "Crossings",
+    "Intersections",
     "Displacement and rotation of the two lines' panoramas relative to each other: as corrected " +
       "from the plan, and what is left by scene points that were held out of the adjustment, ± one " +
       "standard deviation. What is left is significant only where it exceeds them. Pixels are " +
       "those of a panorama 4096 wide.",
-    table(crossings, {
+    table(intersections, {
       columns: [
-        CROSSING,
+        INTERSECTION,
         "correction_mm",
         "correction_deg",
         "held_out_points",
@@ -347,8 +348,8 @@ function rectifySection(rectify: Json, images: Images) {
       `${rectify.before_list} too, the frames at their planned positions, and let ` +
       "raywalk-render validate measure both rooms.",
     left_out.length > 0 && `Left out, without a pose: ${left_out.join(", ")}.`,
-    rectify.crossings.length > 0 &&
-      "Overlays: the two panoramas nearest to each crossing, one in red, the other in cyan, in the " +
+    rectify.intersections.length > 0 &&
+      "Overlays: the two panoramas nearest to each intersection, one in red, the other in cyan, in the " +
         "direction with the most texture: where they agree the image is grey. They were not taken " +
         "at exactly the same position, so near objects keep a little parallax.",
     images("rectify"),

@@ -61,20 +61,20 @@ std::string mask_numbers(const ordered_json& mask) {
                      : fmt::format("masked of the sphere: {}", with_own);
 }
 
-std::string crossing_numbers(const ordered_json& crossings) {
-  if (crossings.empty()) return "no crossings";
+std::string intersection_numbers(const ordered_json& intersections) {
+  if (intersections.empty()) return "no intersections";
   const auto largest = [&](const char* key) {
     double most = 0.0;
-    for (const ordered_json& crossing : crossings) {
-      if (crossing.contains(key)) most = std::max(most, number(crossing.at(key)));
+    for (const ordered_json& intersection : intersections) {
+      if (intersection.contains(key)) most = std::max(most, number(intersection.at(key)));
     }
     return most;
   };
   return fmt::format(
-      "largest error at the {} crossings {:.2f} mm and {:.2f} px (W = 4096), by {:.1f} mm and "
+      "largest error at the {} intersections {:.2f} mm and {:.2f} px (W = 4096), by {:.1f} mm and "
       "{:.2f} degrees corrected",
-      crossings.size(), largest("position_mm"), largest("rotation_px"), largest("correction_mm"),
-      largest("correction_deg"));
+      intersections.size(), largest("position_mm"), largest("rotation_px"),
+      largest("correction_mm"), largest("correction_deg"));
 }
 
 std::string poses_numbers(const ordered_json& poses) {
@@ -90,7 +90,7 @@ std::string poses_numbers(const ordered_json& poses) {
       count(poses, "posed"), keyframes,
       keyframes < stations ? fmt::format(" ({} in all)", stations) : "", held_out,
       shown(poses.at("residual_px"), 2), shown(poses.at("position_sigma_mm"), 2),
-      shown(poses.at("rotation_sigma_deg"), 3), crossing_numbers(poses.at("crossings")));
+      shown(poses.at("rotation_sigma_deg"), 3), intersection_numbers(poses.at("intersections")));
 }
 
 std::string rectify_numbers(const ordered_json& rectify) {

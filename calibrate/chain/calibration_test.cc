@@ -180,9 +180,10 @@ class CalibrationReportTest : public CalibrationTest {
     for (std::size_t line = 0; line < 2; ++line) {
       solved_.lines.push_back({.line = line, .stations = 3, .keyframes = 3});
     }
-    solved_.crossings = {{.check = {.crossing = crossings_of(set).front(), .points = 20},
-                          .correction_mm = 8.76,
-                          .correction_deg = 0.5}};
+    solved_.intersections = {
+        {.check = {.intersection = intersections_of(set).front(), .points = 20},
+         .correction_mm = 8.76,
+         .correction_deg = 0.5}};
     solved_.notes = {"a <note>"};
   }
   // After the steps mask, poses and rectify.

@@ -41,7 +41,7 @@ void run(const ImportArguments& arguments) {
 void add_scale_options(CLI::App* command, ImportArguments* arguments) {
   KnownScale* scale = &arguments->options.axes.scale;
   auto* group =
-      command->add_option_group("Scale", "One of these tells how long the source's unit is");
+      command->add_option_group("Scale", "One of these says how long the source's unit is");
   group->add_option("--scale", scale->metres_per_unit, "Metres per unit of the source; 1 = metres")
       ->check(CLI::PositiveNumber);
   group->add_option("--cell-m", scale->cell_m, "Side of the grid's cells in metres (their mean)")

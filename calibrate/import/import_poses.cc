@@ -83,7 +83,7 @@ std::vector<fs::path> find_panoramas(const ImportedPoses& poses,
                                      const std::optional<fs::path>& folder) {
   const std::optional<fs::path> chosen = folder ? folder : poses.panoramas;
   if (!chosen) {
-    throw UsageError(poses.kind + " does not tell where the panoramas are; give --panoramas");
+    throw UsageError(poses.kind + " does not say where the panoramas are; give --panoramas");
   }
   if (!fs::is_directory(*chosen)) {
     throw Error(chosen->string() + ": no such folder of panoramas; give --panoramas");
@@ -146,7 +146,7 @@ GridAxes axes_of(const ImportedPoses& poses, const ImportOptions& options) {
   }
   if (!poses.in_world && !options.axes.scale.any()) {
     throw UsageError(fmt::format(
-        "{}: {} does not tell how long its unit is; give --cell-m, --spacing-mm, --distance, "
+        "{}: {} does not say how long its unit is; give --cell-m, --spacing-mm, --distance, "
         "--reference or, if it is metres, --scale 1",
         options.source.string(), poses.kind));
   }

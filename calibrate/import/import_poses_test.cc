@@ -245,7 +245,7 @@ TEST_F(ImportPosesTest, ReplacesOnlyAnEarlierImport) {
 TEST_F(ImportPosesTest, WithoutScaleOrPicturesLeavesNothing) {
   ImportOptions unknown = options();
   unknown.axes.scale = {};
-  EXPECT_THAT(error_for(unknown), HasSubstr("does not tell how long its unit is; give --cell-m"));
+  EXPECT_THAT(error_for(unknown), HasSubstr("does not say how long its unit is; give --cell-m"));
   fs::remove(directory_ / "pictures" / "05.png");
   EXPECT_THAT(error_for(options()), HasSubstr("frames[5]: there is no panorama 'pictures/05.png'"));
   write_image(directory_ / "pictures" / "05.png", cv::Mat(16, 16, CV_8UC3, cv::Scalar::all(90)));

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "calibrate/poses/crossing_check.h"
+#include "calibrate/poses/intersection_check.h"
 #include "calibrate/poses/pose_accuracy.h"
 #include "calibrate/poses/poses_document.h"
 #include "calibrate/poses/poses_figures.h"
@@ -275,21 +275,22 @@ TEST(CommonFault, NamesWhatTheLinesHaveInCommon) {
   EXPECT_THAT(fault({-y, -y, z, z}), HasSubstr("y for another axis"));
 }
 
-// --- The crossings -------------------------------------------------------------------------------
+// --- The intersections
+// -------------------------------------------------------------------------------
 
 constexpr double kNoise_px = 0.4;
 
 struct CheckedGrid {
   CaptureSet set{};
-  std::vector<LineCrossing> crossings{};
+  std::vector<LineIntersection> intersections{};
   FramePoses poses{};
   DividedPoints points{};
 
   explicit CheckedGrid(unsigned seed, double scale = 1.0) : set(test_grid(13, scale)) {
-    crossings = crossings_of(set);
+    intersections = intersections_of(set);
     poses = test_truth(set, {.line_m = 0.02 * scale, .jitter_m = 1e-3 * scale}, seed);
-    points =
-        divide_points(set, crossings, test_points(set, poses, 3000, scale, kNoise_px, seed + 100));
+    points = divide_points(set, intersections,
+                           test_points(set, poses, 3000, scale, kNoise_px, seed + 100));
     for (auto& pose : poses) {
       pose->position_sigma_mm = 1e-3 * scale;
       pose->rotation_sigma_deg = 1e-4;
@@ -302,8 +303,8 @@ struct CheckedGrid {
       pose.world_from_camera = matrix_of(turn_rad) * pose.world_from_camera;
     }
   }
-  std::vector<CrossingCheck> checks() const {
-    return check_crossings(set, crossings, poses, kNoise_px, points.held_out);
+  std::vector<IntersectionCheck> checks() const {
+    return check_intersections(set, intersections, poses, kNoise_px, points.held_out);
   }
 };
 
@@ -318,13 +319,13 @@ TEST(DividePoints, HoldsOutHalfOfThePointsThatConnectLines) {
 
 // What the points ask for is within its own sigmas: the mean of the squares of three components
 // over their variances is 1.
-TEST(CheckCrossings, FindsNothingAtTrueAndItsSigmasAreRight) {
+TEST(CheckIntersections, FindsNothingAtTrueAndItsSigmasAreRight) {
   double square = 0.0;
   int count = 0;
   for (unsigned seed = 1; seed <= 8; ++seed) {
     const CheckedGrid grid(seed);
-    for (const CrossingCheck& check : grid.checks()) {
-      EXPECT_THAT(crossing_faults(grid.set, check, 0.125), IsEmpty()) << seed;
+    for (const IntersectionCheck& check : grid.checks()) {
+      EXPECT_THAT(intersection_faults(grid.set, check, 0.125), IsEmpty()) << seed;
       const Eigen::Matrix3d position = check.covariance.topLeftCorner<3, 3>();
       square += check.motion_m.dot(position.inverse() * check.motion_m) / 3.0;
       ++count;
@@ -334,17 +335,17 @@ TEST(CheckCrossings, FindsNothingAtTrueAndItsSigmasAreRight) {
   EXPECT_NEAR(square / count, 1.0, 0.35);
 }
 
-TEST(CheckCrossings, MeasuresHowALineDisagrees) {
+TEST(CheckIntersections, MeasuresHowALineDisagrees) {
   for (const double scale : {1e-2, 1.0, 1e2}) {
     CheckedGrid grid(2, scale);
     const Eigen::Vector3d by_m = scale * Eigen::Vector3d(0.004, 0.006, -0.003);
     grid.move(0, by_m, {0.0, 0.002, 0.0});
-    for (const CrossingCheck& check : grid.checks()) {
-      const bool moved = check.crossing.along_x == 0;
+    for (const IntersectionCheck& check : grid.checks()) {
+      const bool moved = check.intersection.along_x == 0;
       // The points ask for the way back.
       EXPECT_NEAR(check.rotation_rad.y(), moved ? -0.002 : 0.0, 2e-4);
       EXPECT_NEAR(check.motion_m.y(), moved ? -by_m.y() : 0.0, 8e-4 * scale);
-      const auto faults = crossing_faults(grid.set, check, 0.125 * scale);
+      const auto faults = intersection_faults(grid.set, check, 0.125 * scale);
       EXPECT_EQ(faults.empty(), !moved);
       if (moved) {
         EXPECT_THAT(faults, ElementsAre(AllOf(HasSubstr("lines x0 and z"), HasSubstr("rotation")),
@@ -354,23 +355,23 @@ TEST(CheckCrossings, MeasuresHowALineDisagrees) {
   }
 }
 
-TEST(CheckCrossings, NamesLinesWithoutCommonPoints) {
+TEST(CheckIntersections, NamesLinesWithoutCommonPoints) {
   CheckedGrid grid(3);
   for (const int frame : grid.set.lines[2].frames) grid.poses[frame].reset();
-  for (const CrossingCheck& check : grid.checks()) {
-    const bool blind = check.crossing.along_z == 2;
+  for (const IntersectionCheck& check : grid.checks()) {
+    const bool blind = check.intersection.along_z == 2;
     EXPECT_EQ(check.points == 0, blind);
     if (blind) {
-      EXPECT_THAT(crossing_faults(grid.set, check, 0.125),
+      EXPECT_THAT(intersection_faults(grid.set, check, 0.125),
                   ElementsAre(HasSubstr("only 0 held-out scene points")));
     }
   }
 }
 
-TEST(CheckCrossings, SaysWhenItCannotTell) {
+TEST(CheckIntersections, SaysWhenItCannotTell) {
   CheckedGrid grid(4);
   for (auto& pose : grid.poses) pose->rotation_sigma_deg = 0.5;
-  EXPECT_THAT(crossing_faults(grid.set, grid.checks().front(), 0.125),
+  EXPECT_THAT(intersection_faults(grid.set, grid.checks().front(), 0.125),
               ElementsAre(HasSubstr("too coarsely for a check")));
 }
 
@@ -381,7 +382,7 @@ class SolvedGrid : public ::testing::Test {
  protected:
   CaptureSet set_ = test_grid(31);
   FramePoses start_ = nominal_poses(set_);
-  std::vector<LineCrossing> crossings_ = crossings_of(set_);
+  std::vector<LineIntersection> intersections_ = intersections_of(set_);
   MatchSummary summary_{};
   PosesResult result_{};
 
@@ -393,8 +394,8 @@ class SolvedGrid : public ::testing::Test {
       result_.poses[i]->observations = 100;
       result_.poses[i]->residual_px = 0.5;
     }
-    for (const LineCrossing& crossing : crossings_) {
-      result_.crossings.push_back({.check = {.crossing = crossing, .points = 500}});
+    for (const LineIntersection& intersection : intersections_) {
+      result_.intersections.push_back({.check = {.intersection = intersection, .points = 500}});
     }
   }
   std::vector<std::string> warnings() {
@@ -439,8 +440,8 @@ TEST_F(SolvedGrid, WarningsNameALineThatIsMostlyPredicted) {
 }
 
 TEST_F(SolvedGrid, WarningsNameLinesThatNoneCrosses) {
-  std::erase_if(result_.crossings, [](const MeasuredCrossing& crossing) {
-    return crossing.check.crossing.along_x == 1;
+  std::erase_if(result_.intersections, [](const MeasuredIntersection& intersection) {
+    return intersection.check.intersection.along_x == 1;
   });
   EXPECT_THAT(warnings(), ElementsAre(HasSubstr("line x1: no line crosses it")));
 }
@@ -454,8 +455,8 @@ TEST_F(SolvedGrid, WarningsNameARailAtAnotherPlace) {
                                 HasSubstr("nearer to the place of line z0"))));
 }
 
-TEST_F(SolvedGrid, WarningsNameTheFaultsOfCrossings) {
-  result_.crossings[1].faults = {"lines x0 and z1: apart"};
+TEST_F(SolvedGrid, WarningsNameTheFaultsOfIntersections) {
+  result_.intersections[1].faults = {"lines x0 and z1: apart"};
   EXPECT_THAT(warnings(), ElementsAre("lines x0 and z1: apart"));
 }
 
@@ -467,16 +468,16 @@ TEST_F(SolvedGrid, UnposedReasonNamesTheFirstCause) {
   EXPECT_THAT(unposed_reason(set_, summary_, 2), HasSubstr("40 matches"));
 }
 
-TEST_F(SolvedGrid, CorrectionIsThatOfTheStationsNearestToTheCrossing) {
+TEST_F(SolvedGrid, CorrectionIsThatOfTheStationsNearestToTheIntersection) {
   for (const int frame : set_.lines[0].frames) {
     result_.poses[frame]->position_m += Eigen::Vector3d(0, 0.003, 0.004);
     result_.poses[frame]->world_from_camera = world_from_camera({0.01, 0, 0});
   }
-  for (MeasuredCrossing& crossing : result_.crossings) {
-    set_correction(set_, start_, result_.poses, &crossing);
-    const bool moved = crossing.check.crossing.along_x == 0;
-    EXPECT_NEAR(crossing.correction_mm, moved ? 5.0 : 0.0, 1e-9);
-    EXPECT_NEAR(crossing.correction_deg, moved ? degrees_from_radians(0.01) : 0.0, 1e-6);
+  for (MeasuredIntersection& intersection : result_.intersections) {
+    set_correction(set_, start_, result_.poses, &intersection);
+    const bool moved = intersection.check.intersection.along_x == 0;
+    EXPECT_NEAR(intersection.correction_mm, moved ? 5.0 : 0.0, 1e-9);
+    EXPECT_NEAR(intersection.correction_deg, moved ? degrees_from_radians(0.01) : 0.0, 1e-6);
   }
 }
 
@@ -512,8 +513,8 @@ TEST_F(SolvedGrid, DocumentHasTheSolutionAndSumsUpTheStationsOfLines) {
   EXPECT_NEAR(line["deviations"][2]["along_mm"].get<double>(), 6.0, 0.1);
   EXPECT_EQ(other["moved_mm"], 0.0);
   EXPECT_EQ(document["contradictions"][0]["stations"][0], set_.frames[2].name);
-  EXPECT_EQ(document["crossings"][0]["held_out_points"], 500);
-  EXPECT_EQ(document["crossings"][0]["position_mm"], 0.0);
+  EXPECT_EQ(document["intersections"][0]["held_out_points"], 500);
+  EXPECT_EQ(document["intersections"][0]["position_mm"], 0.0);
   EXPECT_EQ(document["unposed"][0]["reason"], "too plain");
   ASSERT_EQ(document["frames"].size(), 123U);
   const nlohmann::json& moved = document["frames"][2];
@@ -528,7 +529,7 @@ TEST_F(SolvedGrid, DocumentIsWrittenWithNothingSolved) {
   set_.frames.push_back({.name = "truth", .line = kHeldOut});
   result_.poses.emplace_back();
   result_.keyframes.push_back(124);
-  result_.crossings.clear();
+  result_.intersections.clear();
   warnings();
   const nlohmann::json document = this->document();
   EXPECT_EQ(document["posed"], 0);

@@ -14,25 +14,25 @@ namespace raywalk::calibrate {
 namespace {
 
 constexpr double kReachAlong = 0.25;  // of the cell's side
-constexpr double kReachAcross = 0.2;  // to each side of a crossing
-constexpr int kAcross = 5;            // keyframes of each line at a crossing
+constexpr double kReachAcross = 0.2;  // to each side of an intersection
+constexpr int kAcross = 5;            // keyframes of each line at an intersection
 constexpr std::size_t kAtJoint = 4;   // keyframes of each of two placements of the rail on a line
 
 // Of a line, by rail position.
 using Frames = std::vector<std::size_t>;
 
-// Rail position of a crossing on one of its lines.
-double rail_position_m(const CaptureLine& line, PlanPoint crossing) {
-  return line.axis == LineAxis::kX ? crossing.x_m : crossing.z_m;
+// Rail position of an intersection on one of its lines.
+double rail_position_m(const CaptureLine& line, PlanPoint intersection) {
+  return line.axis == LineAxis::kX ? intersection.x_m : intersection.z_m;
 }
 
-// By line: rail positions of its crossings in ascending order.
-std::vector<std::vector<double>> crossing_positions(const CaptureSet& set,
-                                                    std::span<const LineCrossing> crossings) {
+// By line: rail positions of its intersections in ascending order.
+std::vector<std::vector<double>> intersection_positions(
+    const CaptureSet& set, std::span<const LineIntersection> intersections) {
   std::vector<std::vector<double>> positions(set.lines.size());
-  for (const LineCrossing& crossing : crossings) {
-    for (const std::size_t line : {crossing.along_x, crossing.along_z}) {
-      positions[line].push_back(rail_position_m(set.lines[line], crossing.at));
+  for (const LineIntersection& intersection : intersections) {
+    for (const std::size_t line : {intersection.along_x, intersection.along_z}) {
+      positions[line].push_back(rail_position_m(set.lines[line], intersection.at));
     }
   }
   for (std::vector<double>& of_line : positions) std::sort(of_line.begin(), of_line.end());
@@ -174,9 +174,9 @@ void add_held_out(const CaptureSet& set, std::size_t index, const std::vector<Fr
 
 }  // namespace
 
-double cell_side_m(const CaptureSet& set, std::span<const LineCrossing> crossings) {
+double cell_side_m(const CaptureSet& set, std::span<const LineIntersection> intersections) {
   std::vector<double> sides;
-  for (const std::vector<double>& positions : crossing_positions(set, crossings)) {
+  for (const std::vector<double>& positions : intersection_positions(set, intersections)) {
     for (std::size_t i = 1; i < positions.size(); ++i) {
       sides.push_back(positions[i] - positions[i - 1]);
     }
@@ -188,10 +188,10 @@ double cell_side_m(const CaptureSet& set, std::span<const LineCrossing> crossing
 }
 
 std::vector<std::size_t> choose_keyframes(const CaptureSet& set,
-                                          std::span<const LineCrossing> crossings,
+                                          std::span<const LineIntersection> intersections,
                                           double keyframes_mm) {
   std::vector<bool> chosen(set.frames.size(), keyframes_mm <= 0.0);
-  const std::vector<std::vector<double>> positions = crossing_positions(set, crossings);
+  const std::vector<std::vector<double>> positions = intersection_positions(set, intersections);
   for (std::size_t i = 0; i < set.lines.size() && keyframes_mm > 0.0; ++i) {
     const Frames stations(set.lines[i].frames.begin(), set.lines[i].frames.end());
     if (stations.empty()) continue;
@@ -208,22 +208,23 @@ std::vector<std::size_t> choose_keyframes(const CaptureSet& set,
   return keyframes;
 }
 
-std::vector<FramePair> choose_pairs(const CaptureSet& set, std::span<const LineCrossing> crossings,
+std::vector<FramePair> choose_pairs(const CaptureSet& set,
+                                    std::span<const LineIntersection> intersections,
                                     std::span<const std::size_t> keyframes) {
-  const double side_m = cell_side_m(set, crossings);
+  const double side_m = cell_side_m(set, intersections);
   std::vector<Frames> by_line;
   by_line.reserve(set.lines.size());
   for (const CaptureLine& line : set.lines) by_line.push_back(keyframes_of(line, keyframes));
   std::set<FramePair> pairs;
   for (const Frames& frames : by_line) add_along(set, frames, kReachAlong * side_m, &pairs);
   add_joints(set, by_line, kReachAlong * side_m, &pairs);
-  for (const LineCrossing& crossing : crossings) {
+  for (const LineIntersection& intersection : intersections) {
     const auto near = [&](std::size_t line) {
-      return spread_around(set, by_line[line], rail_position_m(set.lines[line], crossing.at),
+      return spread_around(set, by_line[line], rail_position_m(set.lines[line], intersection.at),
                            kReachAcross * side_m);
     };
-    const Frames along_z = near(crossing.along_z);
-    for (const std::size_t a : near(crossing.along_x)) {
+    const Frames along_z = near(intersection.along_z);
+    for (const std::size_t a : near(intersection.along_x)) {
       for (const std::size_t b : along_z) add_pair(a, b, &pairs);
     }
   }

@@ -96,17 +96,17 @@ Json lines_json(const CaptureSet& set, const PosesResult& result) {
   return json;
 }
 
-Json crossing_json(const CaptureSet& set, const MeasuredCrossing& crossing) {
-  const CrossingCheck& check = crossing.check;
+Json intersection_json(const CaptureSet& set, const MeasuredIntersection& intersection) {
+  const IntersectionCheck& check = intersection.check;
   const auto sigma = [&](Eigen::Index first) {
     return std::sqrt(check.covariance.block<3, 3>(first, first).trace() / 3.0);
   };
-  Json json{{"along_x", set.line_id(check.crossing.along_x)},
-            {"along_z", set.line_id(check.crossing.along_z)},
-            {"x_m", check.crossing.at.x_m},
-            {"z_m", check.crossing.at.z_m},
-            {"correction_mm", crossing.correction_mm},
-            {"correction_deg", crossing.correction_deg},
+  Json json{{"along_x", set.line_id(check.intersection.along_x)},
+            {"along_z", set.line_id(check.intersection.along_z)},
+            {"x_m", check.intersection.at.x_m},
+            {"z_m", check.intersection.at.z_m},
+            {"correction_mm", intersection.correction_mm},
+            {"correction_deg", intersection.correction_deg},
             {"held_out_points", check.points}};
   if (check.points >= kLeastCheckPoints) {
     json.update(Json{{"position_mm", 1e3 * check.motion_m.norm()},
@@ -114,7 +114,7 @@ Json crossing_json(const CaptureSet& set, const MeasuredCrossing& crossing) {
                      {"rotation_px", kResidualPx_per_rad * check.rotation_rad.norm()},
                      {"rotation_sigma_px", kResidualPx_per_rad * sigma(3)}});
   }
-  json["faults"] = crossing.faults;
+  json["faults"] = intersection.faults;
   return json;
 }
 
@@ -139,7 +139,7 @@ Json poses_document(const CaptureSet& set, const PosesResult& result) {
                 {"alignment", alignment_json(result.alignment)},
                 {"contradictions", Json::array()},
                 {"lines", lines_json(set, result)},
-                {"crossings", Json::array()},
+                {"intersections", Json::array()},
                 {"unposed", Json::array()},
                 {"held_out", nullptr},
                 {"seconds", Json::array()},
@@ -151,8 +151,8 @@ Json poses_document(const CaptureSet& set, const PosesResult& result) {
     document["contradictions"].push_back(
         {{"kind", one.kind}, {"text", one.text}, {"stations", stations}});
   }
-  for (const MeasuredCrossing& crossing : result.crossings) {
-    document["crossings"].push_back(crossing_json(set, crossing));
+  for (const MeasuredIntersection& intersection : result.intersections) {
+    document["intersections"].push_back(intersection_json(set, intersection));
   }
   for (const UnposedFrame& unposed : result.unposed) {
     document["unposed"].push_back(

@@ -100,16 +100,16 @@ void warn_of_line(const CaptureSet& set, const LinePoses& line, double cell_m,
 // Lines that no other one crosses.
 void warn_of_uncrossed(const CaptureSet& set, PosesResult* result) {
   if (set.lines.size() == 1) {
-    result->notes.push_back("one line only: no crossing checks the result");
+    result->notes.push_back("one line only: no intersection checks the result");
     return;
   }
   for (std::size_t line = 0; line < set.lines.size(); ++line) {
-    const auto crosses = [&](const MeasuredCrossing& crossing) {
+    const auto crosses = [&](const MeasuredIntersection& intersection) {
       const auto id = static_cast<int>(line);
-      const LineCrossing& at = crossing.check.crossing;
+      const LineIntersection& at = intersection.check.intersection;
       return at.along_x == id || at.along_z == id;
     };
-    if (std::ranges::any_of(result->crossings, crosses)) continue;
+    if (std::ranges::any_of(result->intersections, crosses)) continue;
     result->warnings.push_back(
         fmt::format("line {}: no line crosses it, so its agreement with the others cannot be "
                     "checked; capture a line across it",
@@ -129,8 +129,8 @@ std::vector<LinePoses> line_figures(const CaptureSet& set, const PosesResult& re
 }
 
 void set_correction(const CaptureSet& set, const FramePoses& planned, const FramePoses& solved,
-                    MeasuredCrossing* crossing) {
-  const LineCrossing& at = crossing->check.crossing;
+                    MeasuredIntersection* intersection) {
+  const LineIntersection& at = intersection->check.intersection;
   const auto nearest = [&](int line) {
     const CaptureLine& of = set.lines[line];
     const double at_m = of.axis == LineAxis::kX ? at.at.x_m : at.at.z_m;
@@ -144,8 +144,9 @@ void set_correction(const CaptureSet& set, const FramePoses& planned, const Fram
   const auto turned = [&](const FramePoses& poses) -> Eigen::Matrix3d {
     return poses[z]->world_from_camera.transpose() * poses[x]->world_from_camera;
   };
-  crossing->correction_mm = 1e3 * (apart_m(solved) - apart_m(planned)).norm();
-  crossing->correction_deg = degrees_from_radians(angle_between(turned(planned), turned(solved)));
+  intersection->correction_mm = 1e3 * (apart_m(solved) - apart_m(planned)).norm();
+  intersection->correction_deg =
+      degrees_from_radians(angle_between(turned(planned), turned(solved)));
 }
 
 std::string unposed_reason(const CaptureSet& set, const MatchSummary& summary, std::size_t frame) {
@@ -171,15 +172,16 @@ void add_warnings(const CaptureSet& set, PosesResult* result) {
   for (const Contradiction& one : result->contradictions) {
     result->warnings.push_back(one.text + "; the pictures are believed: correct the positions");
   }
-  const std::vector<LineCrossing> crossings = crossings_of(set);
-  const double cell_m = cell_side_m(set, crossings);
+  const std::vector<LineIntersection> intersections = intersections_of(set);
+  const double cell_m = cell_side_m(set, intersections);
   for (const LinePoses& line : result->lines) warn_of_line(set, line, cell_m, result);
   warn_of_uncrossed(set, result);
   const auto posed = [&](int line) { return result->lines[line].posed > 0; };
-  for (const MeasuredCrossing& crossing : result->crossings) {
-    const LineCrossing& at = crossing.check.crossing;
+  for (const MeasuredIntersection& intersection : result->intersections) {
+    const LineIntersection& at = intersection.check.intersection;
     if (!posed(at.along_x) || !posed(at.along_z)) continue;
-    result->warnings.insert(result->warnings.end(), crossing.faults.begin(), crossing.faults.end());
+    result->warnings.insert(result->warnings.end(), intersection.faults.begin(),
+                            intersection.faults.end());
   }
   for (const UnposedFrame& unposed : result->unposed) {
     const CaptureFrame& frame = set.frames[unposed.frame];

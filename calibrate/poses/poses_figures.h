@@ -1,4 +1,4 @@
-// Figures of solved poses per line and crossing, reasons for missing poses, and warnings.
+// Figures of solved poses per line and intersection, reasons for missing poses, and warnings.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ std::vector<LinePoses> line_figures(const CaptureSet& set, const PosesResult& re
 
 // Fills in correction_mm and correction_deg.
 void set_correction(const CaptureSet& set, const FramePoses& planned, const FramePoses& solved,
-                    MeasuredCrossing* crossing);
+                    MeasuredIntersection* intersection);
 
 // Features, matches and motions of the pictures before the bundle adjustment.
 struct MatchSummary {

@@ -97,14 +97,14 @@ class PoseSolver {
         options_(options),
         start_(nominal_poses(set)),
         nominal_(nominal_poses(stations_only(set))),
-        crossings_(crossings_of(set)),
+        intersections_(intersections_of(set)),
         threads_(options.threads > 0 ? options.threads : thread_count()),
-        anchor_{kAnchorCells * cell_side_m(set, crossings_), kAnchor_rad} {
+        anchor_{kAnchorCells * cell_side_m(set, intersections_), kAnchor_rad} {
     for (std::size_t i = 0; i < options.start.size(); ++i) {
       if (options.start[i]) start_[i] = options.start[i];
     }
     result_.poses.resize(set.frames.size());
-    result_.keyframes = choose_keyframes(set, crossings_, options.keyframes_mm);
+    result_.keyframes = choose_keyframes(set, intersections_, options.keyframes_mm);
     result_.faces = kFaceCount;
     result_.face_px = options.face_px > 0 ? options.face_px : default_face_px(set.frame.width);
     if (result_.keyframes.size() >= kLeastFrames) return;
@@ -159,7 +159,7 @@ class PoseSolver {
     timed("faces", [&] { return workspace->cut_faces(); });
     timed("features", [&] { return workspace->find_features(); });
     timed("matches", [&] {
-      return workspace->match(choose_pairs(set_, crossings_, result_.keyframes), start_);
+      return workspace->match(choose_pairs(set_, intersections_, result_.keyframes), start_);
     });
     summary_.features = workspace->feature_counts();
     std::vector<std::vector<PairMotion>> pairs(set_.lines.size());
@@ -234,19 +234,19 @@ class PoseSolver {
     }
   }
 
-  // Adjusts to the points that are not held out, measures the crossings by the others, and adjusts
-  // to all.
+  // Adjusts to the points that are not held out, measures the intersections by the others, and
+  // adjusts to all.
   void adjust_and_check(const FramePoses& start, const SeenPoints& seen) {
-    const DividedPoints points = divide_points(set_, crossings_, seen);
+    const DividedPoints points = divide_points(set_, intersections_, seen);
     // Of very few points all may be held out.
     const SeenPoints& used = points.used.observations.empty() ? seen : points.used;
     refined_ = refine_poses(set_, start, used, anchor_, threads_);
     FramePoses poses = start;
     move_to(refined_.poses, &poses);
     settle(&refined_, anchor_);
-    for (const CrossingCheck& check :
-         check_crossings(set_, crossings_, refined_.poses, refined_.noise_px, points.held_out)) {
-      result_.crossings.push_back({.check = check});
+    for (const IntersectionCheck& check : check_intersections(set_, intersections_, refined_.poses,
+                                                              refined_.noise_px, points.held_out)) {
+      result_.intersections.push_back({.check = check});
     }
     if (points.held_out.observations.empty()) return;
     refined_ = refine_poses(set_, poses, seen, anchor_, threads_, fit_rails(set_, poses));
@@ -300,9 +300,9 @@ class PoseSolver {
 
   void set_figures() {
     result_.lines = line_figures(listed_, result_, start_);
-    for (MeasuredCrossing& crossing : result_.crossings) {
-      set_correction(set_, start_, result_.poses, &crossing);
-      crossing.faults = crossing_faults(set_, crossing.check, station_spacing_m(set_));
+    for (MeasuredIntersection& intersection : result_.intersections) {
+      set_correction(set_, start_, result_.poses, &intersection);
+      intersection.faults = intersection_faults(set_, intersection.check, station_spacing_m(set_));
     }
     std::vector<double> position_mm;
     std::vector<double> rotation_deg;
@@ -325,7 +325,7 @@ class PoseSolver {
   const PosesOptions& options_;
   FramePoses start_;    // initial poses
   FramePoses nominal_;  // of the stations
-  std::vector<LineCrossing> crossings_;
+  std::vector<LineIntersection> intersections_;
   int threads_;
   PoseAnchor anchor_;
   MatchSummary summary_{};

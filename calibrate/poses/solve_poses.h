@@ -1,11 +1,11 @@
 // Solves the poses of the panoramas: COLMAP finds and matches features on flat faces of the
 // panoramas, then rounds of triangulation (COLMAP) and adjustment (refine_poses.h) refine the
-// nominal poses. Half of the scene points at the crossings of lines are held out of the last
-// adjustment until they have measured how well the lines agree (crossing_check.h). Positions that
-// agree with each other in the pictures win over the list of positions or the slider's feedback;
-// what contradicts them is named (contradictions.h). Stations without a pose of their own are
-// predicted from their rail. Held-out frames are matched with the stations near them and adjusted
-// with all others; the world frame and the scale are those of the stations alone.
+// nominal poses. Half of the scene points at the intersections of lines are held out of the last
+// adjustment until they have measured how well the lines agree (intersection_check.h). Positions
+// that agree with each other in the pictures win over the list of positions or the slider's
+// feedback; what contradicts them is named (contradictions.h). Stations without a pose of their own
+// are predicted from their rail. Held-out frames are matched with the stations near them and
+// adjusted with all others; the world frame and the scale are those of the stations alone.
 //
 // COLMAP's own results differ from run to run, also with one thread: its matching
 // starts from random numbers that cannot be set.
@@ -22,7 +22,7 @@
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/poses/align_poses.h"
 #include "calibrate/poses/contradictions.h"
-#include "calibrate/poses/crossing_check.h"
+#include "calibrate/poses/intersection_check.h"
 #include "calibrate/rails/fit_rails.h"
 #include "core/geometry/fisheye_lens.h"
 
@@ -54,8 +54,8 @@ struct LinePoses {
   double turned_deg = 0.0;
 };
 
-struct MeasuredCrossing {
-  CrossingCheck check{};
+struct MeasuredIntersection {
+  IntersectionCheck check{};
   // Change of the relative pose of the two lines' nearest stations, from the plan.
   double correction_mm = 0.0;
   double correction_deg = 0.0;
@@ -79,7 +79,7 @@ struct PosesResult {
   std::vector<std::size_t> keyframes{};  // indices into CaptureSet::frames
   std::vector<Rail> rails{};             // by line
   std::vector<LinePoses> lines{};
-  std::vector<MeasuredCrossing> crossings{};
+  std::vector<MeasuredIntersection> intersections{};
   std::vector<Contradiction> contradictions{};
   std::vector<UnposedFrame> unposed{};  // keyframes only, held-out frames among them
   PoseAlignment alignment{};            // of the last round

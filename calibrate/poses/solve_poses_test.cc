@@ -36,28 +36,28 @@ std::vector<std::size_t> all_frames(const CaptureSet& set) {
   return choose_keyframes(set, {}, 0.0);
 }
 
-TEST(CellSide, IsTheDistanceOfNeighbouringCrossings) {
+TEST(CellSide, IsTheDistanceOfNeighbouringIntersections) {
   for (const double size : {1e-3, 1.0, 1e3}) {
     const CaptureSet set = test_grid(61, size);
-    EXPECT_NEAR(cell_side_m(set, crossings_of(set)), size, 1e-9 * size);
+    EXPECT_NEAR(cell_side_m(set, intersections_of(set)), size, 1e-9 * size);
   }
-  // Without crossings it is estimated from the longest line.
+  // Without intersections it is estimated from the longest line.
   EXPECT_NEAR(cell_side_m(test_line(7, 1.5), {}), 1.0, 1e-12);
 }
 
 TEST(HeldOutFrames, AreKeyframesMatchedWithTheStationsAroundThem) {
   CaptureSet set = test_grid(61);  // 25 mm apart
-  const std::vector<LineCrossing> crossings = crossings_of(set);
-  const std::vector<std::size_t> before = choose_keyframes(set, crossings, 150.0);
-  const std::vector<FramePair> pairs_before = choose_pairs(set, crossings, before);
+  const std::vector<LineIntersection> intersections = intersections_of(set);
+  const std::vector<std::size_t> before = choose_keyframes(set, intersections, 150.0);
+  const std::vector<FramePair> pairs_before = choose_pairs(set, intersections, before);
   const std::size_t held_out = set.frames.size();
   set.frames.push_back({.name = "t", .line = kHeldOut, .nominal_m = {0.1, 0.0, -0.3}});
   std::vector<std::size_t> expected = before;
   expected.push_back(held_out);
-  const std::vector<std::size_t> keyframes = choose_keyframes(set, crossings, 150.0);
+  const std::vector<std::size_t> keyframes = choose_keyframes(set, intersections, 150.0);
   ASSERT_EQ(keyframes, expected);
   // The stations are matched as without it, and none but keyframes.
-  std::vector<FramePair> pairs = choose_pairs(set, crossings, keyframes);
+  std::vector<FramePair> pairs = choose_pairs(set, intersections, keyframes);
   for (const auto& [first, second] : pairs) {
     EXPECT_THAT(keyframes, AllOf(Contains(first), Contains(second)));
   }
@@ -80,21 +80,21 @@ TEST(HeldOutFrames, AreKeyframesMatchedWithTheStationsAroundThem) {
   EXPECT_GE(partners.size(), 6U);
 }
 
-TEST(Keyframes, HaveTheRequestedSpacingAndIncludeEndsAndCrossings) {
-  const CaptureSet set = test_grid(61);  // 25 mm apart; crossings at stations 10 and 50
-  const std::vector<LineCrossing> crossings = crossings_of(set);
-  ASSERT_EQ(crossings.size(), 4U);
+TEST(Keyframes, HaveTheRequestedSpacingAndIncludeEndsAndIntersections) {
+  const CaptureSet set = test_grid(61);  // 25 mm apart; intersections at stations 10 and 50
+  const std::vector<LineIntersection> intersections = intersections_of(set);
+  ASSERT_EQ(intersections.size(), 4U);
   for (const double apart_mm : {25.0, 60.0, 150.0, 400.0, 5000.0}) {
-    const std::vector<std::size_t> keyframes = choose_keyframes(set, crossings, apart_mm);
+    const std::vector<std::size_t> keyframes = choose_keyframes(set, intersections, apart_mm);
     EXPECT_TRUE(std::is_sorted(keyframes.begin(), keyframes.end()));
     for (int line = 0; line < 4; ++line) {
       const int first = 61 * line;
-      // The crossing lies on a station: that one and the one before it, up to rounding.
+      // The intersection lies on a station: that one and the one before it, up to rounding.
       for (const int station : {0, 60}) EXPECT_THAT(keyframes, Contains(first + station));
-      for (const int crossing : {10, 50}) {
+      for (const int intersection : {10, 50}) {
         const auto close =
             std::count_if(keyframes.begin(), keyframes.end(), [&](std::size_t frame) {
-              return std::abs(static_cast<int>(frame) - first - crossing) <= 1;
+              return std::abs(static_cast<int>(frame) - first - intersection) <= 1;
             });
         EXPECT_GE(close, 2);
       }
@@ -105,7 +105,7 @@ TEST(Keyframes, HaveTheRequestedSpacingAndIncludeEndsAndCrossings) {
       EXPECT_LE(gap_mm, std::max(apart_mm, 25.0) * 1.01);
     }
   }
-  EXPECT_EQ(choose_keyframes(set, crossings, 5000.0).size(), 4U * 6U);
+  EXPECT_EQ(choose_keyframes(set, intersections, 5000.0).size(), 4U * 6U);
 }
 
 TEST(Pairs, OfASparseLineAreTheTwoNext) {
@@ -127,17 +127,17 @@ TEST(Pairs, OfADenseLineReachAQuarterOfACell) {
 
 TEST(Pairs, CrossBetweenLinesOnlyWhereTheyCross) {
   const CaptureSet set = test_grid(61);
-  const std::vector<LineCrossing> crossings = crossings_of(set);
+  const std::vector<LineIntersection> intersections = intersections_of(set);
   std::array<int, 4> across{};
-  for (const FramePair& pair : choose_pairs(set, crossings, all_frames(set))) {
+  for (const FramePair& pair : choose_pairs(set, intersections, all_frames(set))) {
     const CaptureFrame& first = set.frames[pair.first];
     const CaptureFrame& second = set.frames[pair.second];
     EXPECT_LT(pair.first, pair.second);
     if (first.line == second.line) continue;
     EXPECT_NE(set.lines[first.line].axis, set.lines[second.line].axis);
     bool near_one = false;
-    for (std::size_t i = 0; i < crossings.size(); ++i) {
-      const Eigen::Vector3d at(crossings[i].at.x_m, 0, crossings[i].at.z_m);
+    for (std::size_t i = 0; i < intersections.size(); ++i) {
+      const Eigen::Vector3d at(intersections[i].at.x_m, 0, intersections[i].at.z_m);
       if ((first.nominal_m - at).norm() > 0.201 || (second.nominal_m - at).norm() > 0.201) continue;
       near_one = true;
       ++across[i];
@@ -319,7 +319,7 @@ TEST_F(SolvePoses, RecoversHowTwoRailsCross) {
               AllOf(ContainsRegex("matching features: [0-9]+ of [0-9]+ pairs \\(100 %\\)"),
                     ContainsRegex("triangulating: [0-9]+ of [0-9]+ faces"),
                     HasSubstr("adjusting poses: 63 of 63 steps (100 %)")));
-  // Stations 1 and 5 are at the crossing.
+  // Stations 1 and 5 are at the intersection.
   const PoseDifference error = relative_error(result.poses, truth, 1, 5);
   EXPECT_LT(error.position_m, 0.5e-3);
   EXPECT_LT(error.rotation_rad * kResidualPx_per_rad, 0.5);
@@ -329,9 +329,9 @@ TEST_F(SolvePoses, RecoversHowTwoRailsCross) {
   ASSERT_EQ(result.unposed.size(), 1U);
   EXPECT_EQ(result.unposed[0].frame, 3U);
   EXPECT_THAT(result.warnings, Contains(HasSubstr("line x0: 1 of 4 stations are predicted")));
-  ASSERT_EQ(result.crossings.size(), 1U);
-  EXPECT_GT(result.crossings[0].check.points, 25);
-  EXPECT_LT(result.crossings[0].check.motion_m.norm(), 1e-3);
+  ASSERT_EQ(result.intersections.size(), 1U);
+  EXPECT_GT(result.intersections[0].check.points, 25);
+  EXPECT_LT(result.intersections[0].check.motion_m.norm(), 1e-3);
 
   const auto json = nlohmann::json::parse(read_file(directory / "out/poses.json"));
   EXPECT_EQ(json["posed"], 7);

@@ -67,7 +67,7 @@ inline SeenPoints test_points(const CaptureSet& set, const FramePoses& truth, st
     seen.points_m.push_back(point);
     const int start = first(random);
     for (int k = 0; k < 8; ++k) {
-      // A third of the frames of the run are of other lines, as at crossings.
+      // A third of the frames of the run are of other lines, as at intersections.
       const std::size_t frame = (start + (k % 3 == 2 ? 7 * k : k)) % set.frames.size();
       const auto& pose = truth[frame];
       if (!pose) continue;

@@ -34,7 +34,7 @@ ordered_json frame_json(const CaptureSet& set, int index, const FramePose& pose,
   return json;
 }
 
-ordered_json comparison_json(const CaptureSet& set, const CrossingComparison& comparison) {
+ordered_json comparison_json(const CaptureSet& set, const IntersectionComparison& comparison) {
   return {{"along_x", set.lines[static_cast<std::size_t>(comparison.along_x)].id},
           {"along_z", set.lines[static_cast<std::size_t>(comparison.along_z)].id},
           {"frame_x", comparison.frame_x},
@@ -44,7 +44,7 @@ ordered_json comparison_json(const CaptureSet& set, const CrossingComparison& co
 }
 
 // The overlays.
-void add_figures(const CaptureSet& set, const CrossingComparison& comparison,
+void add_figures(const CaptureSet& set, const IntersectionComparison& comparison,
                  ordered_json* figures) {
   const std::string row =
       fmt::format("{} × {}, frames {} and {}", set.line_id(comparison.along_x),
@@ -83,13 +83,13 @@ std::string next_command(const RectifyResult& result, const fs::path& out) {
 
 ordered_json rectify_document(const CaptureSet& set, const FramePoses& poses,
                               const RectifyResult& result, const fs::path& out) {
-  ordered_json frames = ordered_json::array(), crossings = ordered_json::array();
+  ordered_json frames = ordered_json::array(), intersections = ordered_json::array();
   ordered_json figures = ordered_json::array();
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (poses[i]) frames.push_back(frame_json(set, static_cast<int>(i), *poses[i], result));
   }
-  for (const CrossingComparison& comparison : result.crossings) {
-    crossings.push_back(comparison_json(set, comparison));
+  for (const IntersectionComparison& comparison : result.intersections) {
+    intersections.push_back(comparison_json(set, comparison));
     add_figures(set, comparison, &figures);
   }
   return {{"format_version", kRectifyVersion},
@@ -102,7 +102,7 @@ ordered_json rectify_document(const CaptureSet& set, const FramePoses& poses,
           {"same_station_mm", json_of(result.same_station_mm)},
           {"next_command", next_command(result, out)},
           {"before_list", (out / "before.csv").string()},
-          {"crossings", crossings},
+          {"intersections", intersections},
           {"frames", frames},
           {"figures", figures}};
 }

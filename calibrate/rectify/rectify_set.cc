@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 #include <utility>
 
-#include "calibrate/rectify/crossing_overlay.h"
+#include "calibrate/rectify/intersection_overlay.h"
 #include "calibrate/rectify/rectified_frames.h"
 #include "calibrate/rectify/rectify_report.h"
 #include "core/base/error.h"
@@ -88,7 +88,7 @@ FrameLists lists_of(const CaptureSet& set, const FramePoses& poses, const RowOf&
 
 // What neither frame hides, each mask turned by the frame's pose; empty unless one of the frames
 // has a mask of its own.
-cv::Mat valid_in_both(const CaptureSet& set, const CrossingPair& pair, const FramePoses& poses,
+cv::Mat valid_in_both(const CaptureSet& set, const IntersectionPair& pair, const FramePoses& poses,
                       const cv::Mat& common) {
   const auto own = [&](int i) { return set.frames[static_cast<std::size_t>(i)].mask.has_value(); };
   if (!own(pair.along_x) && !own(pair.along_z)) return {};
@@ -102,9 +102,10 @@ cv::Mat valid_in_both(const CaptureSet& set, const CrossingPair& pair, const Fra
   return valid;
 }
 
-CrossingComparison compare_at(const CaptureSet& set, const LineCrossing& crossing,
-                              const CrossingPair& pair, const FramePoses& poses,
-                              const FramePoses& start, const cv::Mat& mask, const fs::path& out) {
+IntersectionComparison compare_at(const CaptureSet& set, const LineIntersection& intersection,
+                                  const IntersectionPair& pair, const FramePoses& poses,
+                                  const FramePoses& start, const cv::Mat& mask,
+                                  const fs::path& out) {
   const auto frame_of = [&](int i) -> const CaptureFrame& {
     return set.frames[static_cast<std::size_t>(i)];
   };
@@ -119,30 +120,32 @@ CrossingComparison compare_at(const CaptureSet& set, const LineCrossing& crossin
   const Overlay captured = overlay_of(at(pair.along_x, start), at(pair.along_z, start), window,
                                       valid_in_both(set, pair, start, mask));
   const std::string name =
-      fmt::format("{}_{}", set.lines[static_cast<std::size_t>(crossing.along_x)].id,
-                  set.lines[static_cast<std::size_t>(crossing.along_z)].id);
-  CrossingComparison comparison{.along_x = crossing.along_x,
-                                .along_z = crossing.along_z,
-                                .frame_x = frame_of(pair.along_x).name,
-                                .frame_z = frame_of(pair.along_z).name,
-                                .before = fs::path("crossings") / (name + "_before.png"),
-                                .after = fs::path("crossings") / (name + "_after.png"),
-                                .difference_before = captured.difference_levels,
-                                .difference_after = agreed.difference_levels};
+      fmt::format("{}_{}", set.lines[static_cast<std::size_t>(intersection.along_x)].id,
+                  set.lines[static_cast<std::size_t>(intersection.along_z)].id);
+  IntersectionComparison comparison{.along_x = intersection.along_x,
+                                    .along_z = intersection.along_z,
+                                    .frame_x = frame_of(pair.along_x).name,
+                                    .frame_z = frame_of(pair.along_z).name,
+                                    .before = fs::path("intersections") / (name + "_before.png"),
+                                    .after = fs::path("intersections") / (name + "_after.png"),
+                                    .difference_before = captured.difference_levels,
+                                    .difference_after = agreed.difference_levels};
   write_image(out / comparison.before, captured.picture);
   write_image(out / comparison.after, agreed.picture);
   return comparison;
 }
 
-std::vector<CrossingComparison> compare_crossings(const CaptureSet& set, const FramePoses& poses,
-                                                  const FramePoses& start, const cv::Mat& mask,
-                                                  const fs::path& out) {
-  make_directories(out / "crossings");
-  std::vector<CrossingComparison> comparisons;
-  for (const LineCrossing& crossing : crossings_of(set)) {
+std::vector<IntersectionComparison> compare_intersections(const CaptureSet& set,
+                                                          const FramePoses& poses,
+                                                          const FramePoses& start,
+                                                          const cv::Mat& mask,
+                                                          const fs::path& out) {
+  make_directories(out / "intersections");
+  std::vector<IntersectionComparison> comparisons;
+  for (const LineIntersection& intersection : intersections_of(set)) {
     throw_if_interrupted();
-    const auto pair = nearest_pair(set, crossing, poses);
-    if (pair) comparisons.push_back(compare_at(set, crossing, *pair, poses, start, mask, out));
+    const auto pair = nearest_pair(set, intersection, poses);
+    if (pair) comparisons.push_back(compare_at(set, intersection, *pair, poses, start, mask, out));
   }
   return comparisons;
 }
@@ -239,7 +242,7 @@ RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
   }
   const auto before = [&](std::size_t i) { return as_captured(i, start); };
   write_tables(lists, lists_of(panoramas, poses, before), out);
-  result.crossings = compare_crossings(panoramas, poses, start, mask, out);
+  result.intersections = compare_intersections(panoramas, poses, start, mask, out);
   write_rectify_report(panoramas, poses, result, out);
   return result;
 }

@@ -29,8 +29,8 @@ struct RectifyOptions {
   std::filesystem::path out{};  // of the calibration
 };
 
-// The comparison of two lines' pictures at a crossing.
-struct CrossingComparison {
+// The comparison of two lines' pictures at an intersection.
+struct IntersectionComparison {
   int along_x = 0;  // indices into CaptureSet::lines
   int along_z = 0;
   std::string frame_x{}, frame_z{};  // the frames compared
@@ -45,7 +45,7 @@ struct RectifyResult {
   int frames = 0;                       // in poses.csv
   int validation_frames = 0;            // in gt.csv: of validation lines, or held out
   std::vector<std::string> left_out{};  // frames without a pose
-  std::vector<CrossingComparison> crossings{};
+  std::vector<IntersectionComparison> intersections{};
   // The --line-tolerance-mm for raywalk-build-lf pack; 0: not needed. nullopt: none is enough.
   std::optional<double> line_tolerance_mm{};
   MaskFigures masks{};  // of single frames
@@ -53,8 +53,8 @@ struct RectifyResult {
   std::optional<double> same_station_mm{};
 };
 
-// Writes OUT/rectified/ (rectified_frames.h) where there are fisheye pictures, OUT/crossings/ with
-// the overlays, OUT/poses.csv, OUT/gt.csv if there are validation lines or held-out frames,
+// Writes OUT/rectified/ (rectified_frames.h) where there are fisheye pictures, OUT/intersections/
+// with the overlays, OUT/poses.csv, OUT/gt.csv if there are validation lines or held-out frames,
 // OUT/before.csv (the stations before the calibration: a room packed of it shows what the
 // calibration gains, by raywalk-render validate), and rectify.json. The lists are frame lists
 // (frame_list.h) with the names of lines. They name captured and stitched panoramas as they are,

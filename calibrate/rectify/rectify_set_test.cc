@@ -12,7 +12,7 @@
 
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/base/test_lines.h"
-#include "calibrate/rectify/crossing_overlay.h"
+#include "calibrate/rectify/intersection_overlay.h"
 #include "calibrate/rectify/rectified_frames.h"
 #include "calibrate/stitch/stitch_record.h"
 #include "calibrate/stitch/stitch_set.h"
@@ -38,8 +38,8 @@ using testing::StartsWith;
 constexpr PanoramaSize kSize{256, 128};
 constexpr int kStations = 4;
 
-// Two crossing lines and a validation line, with another attitude at every station; taken once for
-// all tests.
+// Two intersecting lines and a validation line, with another attitude at every station; taken once
+// for all tests.
 struct Captured {
   TestDirectory folder{};
   simulator::VirtualRoom room{simulator::VirtualRoomSettings{}};
@@ -153,16 +153,16 @@ TEST_F(RectifySetTest, PicturesBesideTheCalibrationAreNamedRelativeToIt) {
 
 TEST_F(RectifySetTest, OverlaysShowTheLinesAgree) {
   const RectifyResult result = rectify_set(set_, poses_, options());
-  ASSERT_GE(result.crossings.size(), 1U);
-  for (const CrossingComparison& crossing : result.crossings) {
-    EXPECT_LT(crossing.difference_after, 0.8 * crossing.difference_before);
-    EXPECT_TRUE(fs::exists(in_out(crossing.after.string())));
+  ASSERT_GE(result.intersections.size(), 1U);
+  for (const IntersectionComparison& intersection : result.intersections) {
+    EXPECT_LT(intersection.difference_after, 0.8 * intersection.difference_before);
+    EXPECT_TRUE(fs::exists(in_out(intersection.after.string())));
   }
   const auto written = report();
   EXPECT_EQ(written["grid_frames"], result.frames);
   EXPECT_EQ(written["frames"][3]["file"], set_.frames[3].file.string());
-  ASSERT_EQ(written["crossings"].size(), result.crossings.size());
-  EXPECT_EQ(written["figures"][0]["file"], result.crossings[0].before.generic_string());
+  ASSERT_EQ(written["intersections"].size(), result.intersections.size());
+  EXPECT_EQ(written["figures"][0]["file"], result.intersections[0].before.generic_string());
   EXPECT_EQ(written["line_tolerance_mm"], result.line_tolerance_mm.value());
   EXPECT_THAT(written["figures"][0]["row"], StartsWith("x0 × z0, frames x0_"));
   EXPECT_THAT(written["figures"][1]["caption"], StartsWith("after: differ by "));
@@ -265,7 +265,7 @@ cv::Mat panorama_with_stripes(int left) {
   return panorama;
 }
 
-TEST(CrossingOverlayTest, WindowHasTheMostTexture) {
+TEST(IntersectionOverlayTest, WindowHasTheMostTexture) {
   for (const int left : {0, 40, 120}) {
     const HorizonWindow window = most_textured_window(panorama_with_stripes(left));
     EXPECT_EQ(window.width, 32);
@@ -275,7 +275,7 @@ TEST(CrossingOverlayTest, WindowHasTheMostTexture) {
   }
 }
 
-TEST(CrossingOverlayTest, PicturesThatAgreeAreGrey) {
+TEST(IntersectionOverlayTest, PicturesThatAgreeAreGrey) {
   const cv::Mat panorama = panorama_with_stripes(120);
   const HorizonWindow window = most_textured_window(panorama);
   const Overlay same = overlay_of(panorama, panorama, window);
@@ -290,7 +290,7 @@ TEST(CrossingOverlayTest, PicturesThatAgreeAreGrey) {
 }
 
 // Most texture, and all of the difference, is where a mask hides it.
-TEST(CrossingOverlayTest, MaskedPixelsAreNotCompared) {
+TEST(IntersectionOverlayTest, MaskedPixelsAreNotCompared) {
   cv::Mat first(90, 180, CV_8UC3, cv::Scalar::all(100)), valid(90, 180, CV_8UC1, cv::Scalar(255));
   for (int u = 0; u < 20; ++u) first.col(20 + 2 * u).setTo(cv::Scalar::all(200));
   first.col(130).setTo(cv::Scalar::all(120));

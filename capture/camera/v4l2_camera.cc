@@ -223,8 +223,8 @@ V4l2Camera::Taken V4l2Camera::take(SteadyTime not_before, int passed_over) {
     if (!frame->stamped_at) {
       throw fault(
           FaultKind::kWrongDevice,
-          "does not stamp frames by the monotonic clock, so old and new frames cannot be told "
-          "apart; load its driver with that clock (uvcvideo: clock=CLOCK_MONOTONIC)");
+          "does not stamp frames by the monotonic clock, so old and new frames cannot be "
+          "distinguished; load its driver with that clock (uvcvideo: clock=CLOCK_MONOTONIC)");
     }
     if (*frame->stamped_at < not_before) {
       ++stale;

@@ -109,8 +109,8 @@ PlanJson spacing_json(const CaptureScene& scene, int width_px, double spacing_mm
                    {"needed_mm", nullptr},
                    {"too_coarse", false}};
   if (scene.nearest_m == 0.0) return spacing;
-  const OmegaRange range{scene.farthest_m > 0.0 ? 1.0 / scene.farthest_m : 0.0,
-                         1.0 / scene.nearest_m};
+  const InverseRange range{scene.farthest_m > 0.0 ? 1.0 / scene.farthest_m : 0.0,
+                           1.0 / scene.nearest_m};
   const double ghost_px =
       largest_ghost_without_depth(range, spacing_m) / angle_of_pixels(1.0, width_px);
   const double needed_m = spacing_needed_without_depth(range, tolerance_rad);

@@ -383,11 +383,11 @@ void ModbusLink::require_not_refused(const Attempt& attempt, int function, int a
 void ModbusLink::fail_without_contact(const Attempt& last) {
   if (!last.opened) throw no_contact(last.reason);
   if (last.sent && connection_ && connection_->echoes(config_.unit)) {
-    throw no_contact(
-        fmt::format("{} returns what is sent to it: the RS-485 adapter echoes, so no reply can be "
-                    "told from a request; switch its echo off (its receiver must be off while it "
-                    "sends) or use another adapter",
-                    config_.device));
+    throw no_contact(fmt::format(
+        "{} returns what is sent to it: the RS-485 adapter echoes, so no reply can be "
+        "distinguished from a request; switch its echo off (its receiver must be off while it "
+        "sends) or use another adapter",
+        config_.device));
   }
   const char* settings =
       config_.connection == SliderConnection::kTcp ? "unit" : "unit, baud rate and parity";

@@ -65,9 +65,9 @@ class Corner {
   // Of a column: one of the two lines (0 or 1) in front, and what the plan has behind.
   ColumnPlan plan(const ViewPlan& view, int which, double theta_rad) const {
     ColumnPlan column = view.column(theta_rad);
-    const auto crossing = cross(which, theta_rad);
-    column.front_count = crossing ? 1 : 0;
-    if (crossing) column.front[0] = source_at(line(which), line_index(which), *crossing);
+    const auto intersection = cross(which, theta_rad);
+    column.front_count = intersection ? 1 : 0;
+    if (intersection) column.front[0] = source_at(line(which), line_index(which), *intersection);
     return column;
   }
 
@@ -77,13 +77,13 @@ class Corner {
   }
   const Line& line(int which) const { return grid_.lines[static_cast<size_t>(line_index(which))]; }
   // Where a ray meets a line in front of the viewpoint.
-  std::optional<LineCrossing> cross(int which, double theta_rad) const {
-    const auto crossing = cross_line(line(which), viewpoint_, theta_rad);
-    return crossing && crossing->d_p_m >= 0.0 ? crossing : std::nullopt;
+  std::optional<LineIntersection> cross(int which, double theta_rad) const {
+    const auto intersection = cross_line(line(which), viewpoint_, theta_rad);
+    return intersection && intersection->d_p_m >= 0.0 ? intersection : std::nullopt;
   }
   bool captured_by(int which, double theta_rad) const {
-    const auto crossing = cross(which, theta_rad);
-    return crossing && is_captured_at(line(which), crossing->along_m);
+    const auto intersection = cross(which, theta_rad);
+    return intersection && is_captured_at(line(which), intersection->along_m);
   }
 
   const Grid& grid_;

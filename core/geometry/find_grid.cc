@@ -116,7 +116,8 @@ class LineAssembly {
     if (!named_ && tolerance.off_line_m.value_or(0.0) > spacing_m) {
       throw Error(fmt::format(
           "a line tolerance of {} exceeds the stations' spacing of {}, so that lines cannot be "
-          "told from places beside them; give a smaller --line-tolerance-mm, or name the line of "
+          "distinguished from places beside them; give a smaller --line-tolerance-mm, or name the "
+          "line of "
           "every frame in a column line",
           mm_text(*tolerance.off_line_m), mm_text(spacing_m)));
     }
@@ -177,7 +178,7 @@ class LineAssembly {
 
   std::vector<LineGroup> found_groups() const {
     std::vector<LineGroup> groups = find_lines(points_, off_line_m_);
-    share_out_crossings(points_, twin_m_, &groups);
+    share_out_intersections(points_, twin_m_, &groups);
     std::erase_if(groups, [](const LineGroup& group) { return group.stations.size() < 2; });
     require_all_placed(groups);
     return groups;
@@ -299,7 +300,7 @@ class LineAssembly {
   std::vector<Eigen::Vector2d> points_;
   bool named_ = false;  // all lines are
   // From a station to its line; within which two of a line count as one; and within which two may
-  // be those of a crossing, one of each line.
+  // be those of an intersection, one of each line.
   double off_line_m_ = 0.0, same_station_m_ = 0.0, twin_m_ = 0.0;
   double spacing_m_ = 0.0;
 };

@@ -69,15 +69,15 @@ class CellSearch {
 
  private:
   std::optional<Cell> smallest_from(int back, int left) const {
-    const PlanPoint corner = crossing(back, left);
+    const PlanPoint corner = intersection(back, left);
     if (!at(back).begins_at(corner) || !at(left).begins_at(corner)) return std::nullopt;
     std::vector<int> fronts;
     for (int front = back + 1; front < x_lines_; ++front) {
-      if (at(left).covers(corner, crossing(front, left))) fronts.push_back(front);
+      if (at(left).covers(corner, intersection(front, left))) fronts.push_back(front);
     }
     for (int right = left + 1; !fronts.empty() && right < static_cast<int>(lines_.size());
          ++right) {
-      if (!at(back).covers(corner, crossing(back, right))) continue;
+      if (!at(back).covers(corner, intersection(back, right))) continue;
       for (const int front : fronts) {
         const std::optional<Cell> cell = cell_between(back, front, left, right);
         if (cell && cell->x_min_m < cell->x_max_m && cell->z_min_m < cell->z_max_m) return cell;
@@ -89,10 +89,10 @@ class CellSearch {
   // The cell between two lines along x (back, front) and two along z (left, right), if front and
   // right are captured.
   std::optional<Cell> cell_between(int back, int front, int left, int right) const {
-    const PlanPoint back_left = crossing(back, left);
-    const PlanPoint back_right = crossing(back, right);
-    const PlanPoint front_left = crossing(front, left);
-    const PlanPoint front_right = crossing(front, right);
+    const PlanPoint back_left = intersection(back, left);
+    const PlanPoint back_right = intersection(back, right);
+    const PlanPoint front_left = intersection(front, left);
+    const PlanPoint front_right = intersection(front, right);
     if (!at(front).covers(front_left, front_right) || !at(right).covers(back_right, front_right)) {
       return std::nullopt;
     }
@@ -106,8 +106,8 @@ class CellSearch {
   }
 
   const Coverage& at(int index) const { return lines_[static_cast<size_t>(index)]; }
-  PlanPoint crossing(int x_line, int z_line) const {
-    return crossing_of(at(x_line).line(), at(z_line).line());
+  PlanPoint intersection(int x_line, int z_line) const {
+    return intersection_of(at(x_line).line(), at(z_line).line());
   }
 
   std::vector<Coverage> lines_;
@@ -130,7 +130,7 @@ std::vector<StationIndex> all_stations(const Grid& grid) {
 }
 
 // origin_a + s direction_a = origin_b + t direction_b, solved for (s, t).
-PlanPoint crossing_of(const Line& a, const Line& b) {
+PlanPoint intersection_of(const Line& a, const Line& b) {
   Eigen::Matrix2d directions;
   directions << vector_of(a.direction), -vector_of(b.direction);
   const Eigen::Vector2d along = directions.inverse() * (vector_of(b.origin) - vector_of(a.origin));

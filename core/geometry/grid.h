@@ -102,15 +102,16 @@ struct GridTolerance {
 double along_line(const Line& line, PlanPoint point);
 
 // Where two lines of different axes intersect, each taken as infinitely long.
-PlanPoint crossing_of(const Line& a, const Line& b);
+PlanPoint intersection_of(const Line& a, const Line& b);
 
 // Groups stations into lines along x and z, by the names of the lines or else by their positions,
 // fits each line, and finds the cells. Stations may be unevenly spaced, as of several passes of one
 // line, and off their line within the tolerance, to the side and in height; their positions are
-// kept as they are. Lines never share a station: one captured at a crossing belongs to one of the
-// two lines. Throws Error that names stations, distances and limits when a station belongs to no
-// line, two stations of a line count as one, a line has only one station, only some stations name
-// their line, heights do not fit (or y is exchanged with x or z), or a coordinate is not finite.
+// kept as they are. Lines never share a station: one captured at an intersection belongs to one of
+// the two lines. Throws Error that names stations, distances and limits when a station belongs to
+// no line, two stations of a line count as one, a line has only one station, only some stations
+// name their line, heights do not fit (or y is exchanged with x or z), or a coordinate is not
+// finite.
 Grid find_grid(std::span<const StationPose> stations, const GridTolerance& tolerance);
 
 // The cells that these lines close; those along x come first.

@@ -27,14 +27,14 @@ double uniform(std::mt19937* random, double low, double high) {
 }
 
 // Which stations there are where lines cross.
-enum class Crossings { kOfX, kOfZ, kOfBoth, kOfNone };
+enum class Intersections { kOfX, kOfZ, kOfBoth, kOfNone };
 
 struct GridCase {
   int columns = 1, rows = 1;  // cells
   int steps = 10;             // stations per cell side
   double spacing_m = 0.1;     // between stations
   PlanPoint corner{};
-  Crossings crossings = Crossings::kOfBoth;
+  Intersections intersections = Intersections::kOfBoth;
   double off = 0.0;         // most distance of a station from its place, in spacings
   double turned_deg = 0.0;  // the whole grid
   int beyond = 0;           // stations of each line beyond its last corner
@@ -42,9 +42,10 @@ struct GridCase {
   int lines() const { return columns + rows + 2; }
   int cells() const { return columns * rows; }
   std::string text() const {
-    return fmt::format("{} x {} cells of {} steps of {} m at {}, {}, crossings {}, off {}, {} deg",
-                       columns, rows, steps, spacing_m, corner.x_m, corner.z_m,
-                       static_cast<int>(crossings), off, turned_deg);
+    return fmt::format(
+        "{} x {} cells of {} steps of {} m at {}, {}, intersections {}, off {}, {} deg", columns,
+        rows, steps, spacing_m, corner.x_m, corner.z_m, static_cast<int>(intersections), off,
+        turned_deg);
   }
 };
 
@@ -53,11 +54,11 @@ std::vector<StationPose> stations_of(const GridCase& grid, unsigned seed = 1) {
   std::mt19937 random(seed);
   std::vector<StationPose> stations;
   const double turn = radians_from_degrees(grid.turned_deg);
-  const auto add_lines = [&](char axis, int lines, int cells, bool has_crossings) {
+  const auto add_lines = [&](char axis, int lines, int cells, bool has_intersections) {
     for (int line = 0; line < lines; ++line) {
       for (int step = -grid.beyond; step <= cells * grid.steps + grid.beyond; ++step) {
         const bool inside = step >= 0 && step <= cells * grid.steps;
-        if (inside && !has_crossings && step % grid.steps == 0) continue;
+        if (inside && !has_intersections && step % grid.steps == 0) continue;
         const auto off = [&] { return uniform(&random, -grid.off, grid.off); };
         const double along_m = (step + off()) * grid.spacing_m;
         const double across_m = (line * grid.steps + off()) * grid.spacing_m;
@@ -71,9 +72,11 @@ std::vector<StationPose> stations_of(const GridCase& grid, unsigned seed = 1) {
       }
     }
   };
-  const Crossings at = grid.crossings;
-  add_lines('x', grid.rows + 1, grid.columns, at == Crossings::kOfX || at == Crossings::kOfBoth);
-  add_lines('z', grid.columns + 1, grid.rows, at == Crossings::kOfZ || at == Crossings::kOfBoth);
+  const Intersections at = grid.intersections;
+  add_lines('x', grid.rows + 1, grid.columns,
+            at == Intersections::kOfX || at == Intersections::kOfBoth);
+  add_lines('z', grid.columns + 1, grid.rows,
+            at == Intersections::kOfZ || at == Intersections::kOfBoth);
   return stations;
 }
 
@@ -115,7 +118,7 @@ TEST(FindGrid, EveryCellIsFoundWhereverItIs) {
                         .steps = 4 + static_cast<int>(random() % 10),
                         .spacing_m = scaled(1e-3, 1.0),
                         .corner = {scaled(1.0, 1e6), -scaled(1.0, 1e6)},
-                        .crossings = static_cast<Crossings>(random() % 4),
+                        .intersections = static_cast<Intersections>(random() % 4),
                         .off = i % 2 == 0 ? 0.0 : uniform(&random, 0.0, 0.05),
                         .turned_deg = i % 3 == 0 ? uniform(&random, -2.0, 2.0) : 0.0,
                         .beyond = static_cast<int>(random() % 3)};
@@ -125,7 +128,7 @@ TEST(FindGrid, EveryCellIsFoundWhereverItIs) {
     EXPECT_EQ(found.lines.size(), static_cast<std::size_t>(grid.lines())) << grid.text();
     EXPECT_EQ(found.cells.size(), static_cast<std::size_t>(grid.cells())) << grid.text();
     EXPECT_TRUE(line_notes(found).empty()) << grid.text();
-    if (grid.off == 0.0 && grid.crossings == Crossings::kOfBoth) {
+    if (grid.off == 0.0 && grid.intersections == Intersections::kOfBoth) {
       expect_planned_lines(found, stations);
     }
     name_lines(&stations);
@@ -147,7 +150,7 @@ TEST(FindGrid, SidesOfACellAndIdsOfLinesAreByPlace) {
   EXPECT_EQ(files, (std::vector<std::string>{"x01", "z01", "x00", "z00"}));
   EXPECT_NEAR(grid.cells[0].x_min_m, 0.0, 1e-12);
   EXPECT_NEAR(grid.cells[0].z_max_m, 1.0, 1e-12);
-  const PlanPoint corner = crossing_of(grid.lines[1], grid.lines[3]);
+  const PlanPoint corner = intersection_of(grid.lines[1], grid.lines[3]);
   EXPECT_NEAR(along_line(grid.lines[1], corner), 1.2, 1e-12);
   for (const Line& line : grid.lines) {
     for (const Station& station : line.stations) {
@@ -199,7 +202,7 @@ TEST(FindGrid, ParallelLinesAreNotMistakenForRows) {
   for (const Line& line : grid.lines) EXPECT_EQ(line.axis, LineAxis::kZ);
 }
 
-// The two stations of a crossing may be apart, and the tolerance larger than the spacing.
+// The two stations of an intersection may be apart, and the tolerance larger than the spacing.
 TEST(FindGrid, StationsOffTheirLineAreWithTheirOwn) {
   for (const double off : {0.1, 0.3, 0.6}) {
     for (unsigned seed = 0; seed < 10; ++seed) {
@@ -236,8 +239,9 @@ TEST(FindGrid, TwoPassesOfALineAreOneLine) {
   }
 }
 
-TEST(FindGrid, OneStationAtACrossingIsOfTheLineThatEndsThere) {
-  std::vector<StationPose> stations = stations_of({.columns = 2, .crossings = Crossings::kOfX});
+TEST(FindGrid, OneStationAtAIntersectionIsOfTheLineThatEndsThere) {
+  std::vector<StationPose> stations =
+      stations_of({.columns = 2, .intersections = Intersections::kOfX});
   const Grid grid = find_grid(stations, {});
   EXPECT_EQ(grid.lines[3].stations.front().file, "x00_0010");
   EXPECT_EQ(grid.lines[0].stations.front().file, "x00_0000");
@@ -335,7 +339,7 @@ TEST(FindGrid, StationsThatCountAsOneAreNamed) {
   EXPECT_THAT(error_of(stations, {.same_station_m = 0.002}), HasSubstr("are 1 mm apart"));
   EXPECT_THAT(error_of(stations, {.same_station_m = 0.02}),
               AllOf(HasSubstr("within 20 mm"), HasSubstr("10 mm off its line")));
-  // A third one at a crossing.
+  // A third one at an intersection.
   stations.back().position_m = station_of("x00_0001", &stations)->position_m;
   EXPECT_THAT(error_of(stations), AllOf(HasSubstr("again"), HasSubstr("the same position")));
 }

@@ -49,7 +49,7 @@ std::optional<double> distance_between(const Line& a, const Line& b) {
 // Of the corner where a line ends that the line `other` intersects: as far before the line's other
 // end as it reaches beyond `other`.
 PlanPoint far_corner(const Line& line, const Line& other) {
-  const double at_m = along_line(line, crossing_of(line, other));
+  const double at_m = along_line(line, intersection_of(line, other));
   const double before_m = at_m - line.first_m(), behind_m = line.last_m() - at_m;
   return place_at(line, behind_m > before_m ? line.last_m() - std::max(0.0, before_m)
                                             : line.first_m() + std::max(0.0, behind_m));
@@ -72,7 +72,7 @@ std::optional<std::string> missing_side(const Grid& grid) {
     }
     for (const Line* line : {these.front(), these.back()}) {
       for (const Line* other : {&a, &b}) {
-        const PlanPoint corner = crossing_of(*line, *other);
+        const PlanPoint corner = intersection_of(*line, *other);
         const double at_m = along_line(*line, corner);
         const double short_m = std::max(line->first_m() - at_m, at_m - line->last_m());
         if (short_m <= covering_spacing(*line)) continue;

@@ -56,7 +56,7 @@ std::vector<LineGroup> find_lines(std::span<const Eigen::Vector2d> points, doubl
 // - One where lines cross stays on the line that ends there, else on that with the wider gap.
 // A line that has less than two stations of its own is a chance row of stations of others: it is
 // dropped. `twin_m`: the distance within which two stations are not of one line.
-void share_out_crossings(std::span<const Eigen::Vector2d> points, double twin_m,
-                         std::vector<LineGroup>* lines);
+void share_out_intersections(std::span<const Eigen::Vector2d> points, double twin_m,
+                             std::vector<LineGroup>* lines);
 
 }  // namespace raywalk

@@ -1,9 +1,9 @@
 // How far apart positions may be that are meant to be the same. Every comparison of positions along
-// lines, at crossings and of cells allows for one of these two:
+// lines, at intersections and of cells allows for one of these two:
 //
 // - What floating point loses (rounding_m). A decimal is stored to half a unit in the last place,
-//   and each difference, projection, fit and crossing of such coordinates adds as much again. This
-//   scales with the coordinates and not with the length compared: 56 - 55.98 is 0.02 + 4e-15.
+//   and each difference, projection, fit and intersection of such coordinates adds as much again.
+//   This scales with the coordinates and not with the length compared: 56 - 55.98 is 0.02 + 4e-15.
 // - What a list loses (place_tolerance_m). A third of a decimetre written as 0.033 gives spacings
 //   of 33 and 34 mm, and a pose that was measured is not quite where it was planned. Stations
 //   count as evenly spaced if each is within a tenth of their spacing of its place, along the line

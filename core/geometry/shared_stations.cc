@@ -38,9 +38,9 @@ class Sharing {
   void run() {
     do {
       find_places();
-      find_crossings();
+      find_intersections();
     } while (drop_chance_rows());
-    for (const auto& [lines, stations] : crossings_) decide(lines, stations);
+    for (const auto& [lines, stations] : intersections_) decide(lines, stations);
     for (Place* place : left_) place->line = kNone;
     for (int line = 0; line < static_cast<int>(lines_.size()); ++line) {
       LineGroup& group = lines_[static_cast<std::size_t>(line)];
@@ -78,13 +78,13 @@ class Sharing {
   }
 
   // Where a station is far beyond the end of one of its lines, it is of the other.
-  void find_crossings() {
-    crossings_.clear();
+  void find_intersections() {
+    intersections_.clear();
     for (int station = 0; station < static_cast<int>(points_.size()); ++station) {
       if (!is_shared(station)) continue;
       Place &x = on(LineAxis::kX, station), &z = on(LineAxis::kZ, station);
       if (x.is_near() == z.is_near()) {
-        crossings_[{x.line, z.line}].push_back(station);
+        intersections_[{x.line, z.line}].push_back(station);
       } else {
         (x.is_near() ? z : x).line = kNone;
       }
@@ -99,7 +99,7 @@ class Sharing {
       count(on(LineAxis::kX, station).line);
       count(on(LineAxis::kZ, station).line);
     }
-    for (const auto& [lines, stations] : crossings_) {
+    for (const auto& [lines, stations] : intersections_) {
       if (stations.size() < 2) continue;
       count(lines.first);
       count(lines.second);
@@ -163,14 +163,14 @@ class Sharing {
   double twin_m_;
   std::vector<LineGroup>& lines_;
   std::vector<std::array<Place, 2>> places_;  // of each station along x and z
-  std::map<Lines, std::vector<int>> crossings_;
+  std::map<Lines, std::vector<int>> intersections_;
   std::vector<Place*> left_;  // decided against
 };
 
 }  // namespace
 
-void share_out_crossings(std::span<const Eigen::Vector2d> points, double twin_m,
-                         std::vector<LineGroup>* lines) {
+void share_out_intersections(std::span<const Eigen::Vector2d> points, double twin_m,
+                             std::vector<LineGroup>* lines) {
   Sharing(points, twin_m, lines).run();
 }
 

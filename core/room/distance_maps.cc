@@ -49,7 +49,7 @@ float surface_tolerance_of(int width) {
   return static_cast<float>(std::min(0.25, slope * kTwoPi / width));
 }
 
-float OmegaMap::sample(PixelPosition pixel) const {
+float InverseMap::sample(PixelPosition pixel) const {
   const PixelsAround around = pixels_around(pixel, size_);
   const float nearest = at(around.nearest_column(), around.nearest_row());
   if (nearest < 0.0f) return nearest;
@@ -57,32 +57,32 @@ float OmegaMap::sample(PixelPosition pixel) const {
   double sum = 0.0, weight = 0.0;
   for (size_t i = 0; i < 2; ++i) {
     for (size_t j = 0; j < 2; ++j) {
-      const float omega = at(around.column[i], around.row[j]);
-      if (omega < 0.0f || !same_surface(omega, nearest, tolerance)) continue;
-      sum += around.weight(i, j) * omega;
+      const float inverse = at(around.column[i], around.row[j]);
+      if (inverse < 0.0f || !same_surface(inverse, nearest, tolerance)) continue;
+      sum += around.weight(i, j) * inverse;
       weight += around.weight(i, j);
     }
   }
   return static_cast<float>(sum / weight);
 }
 
-OmegaMap omega_map_of(const DistanceVolume& volume, int map, std::uint8_t least_confidence) {
-  OmegaMap result(volume.size());
+InverseMap inverse_map_of(const DistanceVolume& volume, int map, std::uint8_t least_confidence) {
+  InverseMap result(volume.size());
   for (int theta = 0; theta < volume.size().width; ++theta) {
     const auto distances_m = volume.distance_column(map, theta);
     const auto confidence = volume.confidence_column(map, theta);
     for (int row = 0; row < volume.size().height; ++row) {
       const auto i = static_cast<size_t>(row);
       if (confidence[i] < least_confidence || !(distances_m[i] > 0.0f)) continue;
-      const float omega = 1.0f / distances_m[i];
-      if (std::isfinite(omega)) result.at(theta, row) = omega;
+      const float inverse = 1.0f / distances_m[i];
+      if (std::isfinite(inverse)) result.at(theta, row) = inverse;
     }
   }
   return result;
 }
 
-OmegaMap resized(const OmegaMap& map, int width) {
-  OmegaMap result({width, width / 2});
+InverseMap resized(const InverseMap& map, int width) {
+  InverseMap result({width, width / 2});
   const double scale = static_cast<double>(map.size().width) / width;
   for (int theta = 0; theta < width; ++theta) {
     for (int row = 0; row < width / 2; ++row) {

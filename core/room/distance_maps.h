@@ -15,22 +15,22 @@ namespace raywalk {
 // at 80 degrees incidence, at most a quarter.
 float surface_tolerance_of(int width);
 
-// Inverse distances omega = 1 / d: parallax is proportional to them, they are 0 for the sky, and on
-// a plane they are linear in the direction's components, so that they can be interpolated.
-class OmegaMap {
+// Inverse distances 1 / d: parallax is proportional to them, they are 0 for the sky, and
+// on a plane they are linear in the direction's components, so that they can be interpolated.
+class InverseMap {
  public:
   // All pixels unknown.
-  explicit OmegaMap(PanoramaSize size)
+  explicit InverseMap(PanoramaSize size)
       : size_(size),
-        omega_(static_cast<size_t>(size.width) * static_cast<size_t>(size.height), -1.0f) {}
+        inverse_(static_cast<size_t>(size.width) * static_cast<size_t>(size.height), -1.0f) {}
 
   PanoramaSize size() const { return size_; }
   // 1/m, at least 0; negative if unknown. Column theta in [0, width), row in [0, height).
-  float at(int theta, int row) const { return omega_[index(theta, row)]; }
-  float& at(int theta, int row) { return omega_[index(theta, row)]; }
+  float at(int theta, int row) const { return inverse_[index(theta, row)]; }
+  float& at(int theta, int row) { return inverse_[index(theta, row)]; }
   // All of them, [theta][row].
-  std::span<const float> values() const { return omega_; }
-  std::span<float> values() { return omega_; }
+  std::span<const float> values() const { return inverse_; }
+  std::span<float> values() { return inverse_; }
 
   // Bilinear interpolation over the neighbours on the same surface as the nearest pixel; negative
   // if that pixel is unknown.
@@ -43,15 +43,15 @@ class OmegaMap {
   }
 
   PanoramaSize size_;
-  std::vector<float> omega_;  // [theta][phi]
+  std::vector<float> inverse_;  // [theta][phi]
 };
 
 // A distance map of a room as inverse distances. Pixels below a confidence (at least 1) are
 // unknown.
-OmegaMap omega_map_of(const DistanceVolume& volume, int map, std::uint8_t least_confidence = 1);
+InverseMap inverse_map_of(const DistanceVolume& volume, int map, std::uint8_t least_confidence = 1);
 
 // The map resampled at another width.
-OmegaMap resized(const OmegaMap& map, int width);
+InverseMap resized(const InverseMap& map, int width);
 
 struct DistanceSample {
   float distance_m = 0.0f;  // from the station, along the ray; +inf: no surface

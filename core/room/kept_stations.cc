@@ -19,7 +19,7 @@ std::set<int> fixed_stations(const Grid& grid, const Line& line) {
   std::set<int> fixed{0, static_cast<int>(line.stations.size()) - 1};
   for (const Line& other : grid.lines) {
     if (other.axis != line.axis) {
-      fixed.insert(nearest_station(line, along_line(line, crossing_of(line, other))));
+      fixed.insert(nearest_station(line, along_line(line, intersection_of(line, other))));
     }
   }
   return fixed;

@@ -27,7 +27,7 @@ std::optional<RoomRequirements> current_requirements(const Room& room) {
   const CheckedJson storage = root.at("storage");
   const CheckedJson worth_width_px = storage.at("worth_width_px");
   const RoomRequirements stored{
-      .omega_max_per_m = root.at("layers").at("omega_max_per_m").number(0.0),
+      .inverse_max_per_m = root.at("layers").at("inverse_max_per_m").number(0.0),
       .spacing_m = root.at("spacing").at("needed_with_distances_m").number(0.0),
       // JSON has null for what is not finite.
       .worth_width_px = worth_width_px.is_null() ? std::numeric_limits<double>::infinity()

@@ -15,10 +15,10 @@ inline constexpr const char* kRequirementsFormat = "raywalk-require";
 inline constexpr int kRequirementsVersion = 1;
 
 struct RoomRequirements {
-  double omega_max_per_m = 0.0;  // inverse distance of the nearest surfaces
-  double spacing_m = 0.0;        // that suffices with distances
-  double worth_width_px = 0.0;   // of panoramas; infinite: any
-  int distance_width_px = 0;     // that suffices
+  double inverse_max_per_m = 0.0;  // inverse distance of the nearest surfaces
+  double spacing_m = 0.0;          // that suffices with distances
+  double worth_width_px = 0.0;     // of panoramas; infinite: any
+  int distance_width_px = 0;       // that suffices
 };
 
 std::filesystem::path requirements_path(const std::filesystem::path& room);

@@ -391,7 +391,7 @@ class RequirementsTest : public ::testing::Test {
     return {{"format", kRequirementsFormat},
             {"format_version", kRequirementsVersion},
             {"distances_sha256", distances_sha256(room)},
-            {"layers", {{"omega_max_per_m", 2.0}}},
+            {"layers", {{"inverse_max_per_m", 2.0}}},
             {"spacing", {{"needed_with_distances_m", 0.09}}},
             {"storage", {{"worth_width_px", nullptr}, {"needed_distance_width_px", 256}}}};
   }
@@ -410,7 +410,7 @@ TEST_F(RequirementsTest, AreThoseOfTheRoomsDistances) {
   keep(measured);
   const auto required = current_requirements(room);
   ASSERT_TRUE(required);
-  EXPECT_EQ(required->omega_max_per_m, 2.0);
+  EXPECT_EQ(required->inverse_max_per_m, 2.0);
   EXPECT_EQ(required->spacing_m, 0.09);
   EXPECT_TRUE(std::isinf(required->worth_width_px));
   EXPECT_EQ(required->distance_width_px, 256);
@@ -433,8 +433,8 @@ TEST_F(RequirementsTest, DamageIsReportedWithARemedy) {
        std::vector<std::pair<const char*, Json>>{{"/format", "other"},
                                                  {"/format_version", "1"},
                                                  {"/format_version", 2},
-                                                 {"/layers/omega_max_per_m", nullptr},
-                                                 {"/layers/omega_max_per_m", -1.0},
+                                                 {"/layers/inverse_max_per_m", nullptr},
+                                                 {"/layers/inverse_max_per_m", -1.0},
                                                  {"/spacing/needed_with_distances_m", "0.09"},
                                                  {"/storage/needed_distance_width_px", 2.5},
                                                  {"/storage/needed_distance_width_px", 0}}) {

@@ -79,8 +79,8 @@ TEST(LeftOutPixels, RunsOutsideThePanoramaOrTheLineAreRefused) {
   }
 }
 
-TEST(OmegaMap, SamplesDoNotMixSurfaces) {
-  OmegaMap map({64, 32});
+TEST(InverseMap, SamplesDoNotMixSurfaces) {
+  InverseMap map({64, 32});
   for (int theta = 0; theta < 64; ++theta) {
     for (int row = 0; row < 32; ++row) map.at(theta, row) = theta < 32 ? 1.0f : 0.1f;
   }
@@ -92,21 +92,22 @@ TEST(OmegaMap, SamplesDoNotMixSurfaces) {
 
 // The plane two metres below the map. Near the horizon its rows are too far apart to be one
 // surface.
-TEST(OmegaMap, ResizedPlaneIsTheSamePlane) {
-  const auto omega_below = [](int row, int rows) {
+TEST(InverseMap, ResizedPlaneIsTheSamePlane) {
+  const auto inverse_below = [](int row, int rows) {
     return std::max(
         0.0, -0.5 * std::sin(angles_from_pixel({0.0, double(row)}, {2 * rows, rows}).phi_rad));
   };
-  OmegaMap fine({512, 256});
+  InverseMap fine({512, 256});
   for (int theta = 0; theta < 512; ++theta) {
     for (int row = 0; row < 256; ++row) {
-      fine.at(theta, row) = static_cast<float>(omega_below(row, 256));
+      fine.at(theta, row) = static_cast<float>(inverse_below(row, 256));
     }
   }
-  const OmegaMap coarse = resized(fine, 128);
+  const InverseMap coarse = resized(fine, 128);
   for (int theta = 0; theta < 128; theta += 7) {
     for (int row = 44; row < 64; ++row) {
-      EXPECT_NEAR(coarse.at(theta, row), omega_below(row, 64), 2e-3 * omega_below(row, 64)) << row;
+      EXPECT_NEAR(coarse.at(theta, row), inverse_below(row, 64), 2e-3 * inverse_below(row, 64))
+          << row;
     }
   }
 }
@@ -410,8 +411,8 @@ TEST(NeededStations, StationsWithDistancesArePreferred) {
   EXPECT_THAT(needed_stations(grid, 0, 3.0, std::array{4}), ElementsAre(0, 3, 4, 7, 9));
 }
 
-TEST(NeededStations, CrossingsAreKept) {
-  // Cells of 1 m, lines reach 0.25 m beyond them: crossings at stations 2, 10 and 18 of 21.
+TEST(NeededStations, IntersectionsAreKept) {
+  // Cells of 1 m, lines reach 0.25 m beyond them: intersections at stations 2, 10 and 18 of 21.
   const SyntheticRoomSpec spec{
       .cells_x = 2, .cells_z = 2, .side_m = 1.0, .spacing_m = 0.125, .overhang_m = 0.25};
   const Grid grid = synthetic_grid(spec);

@@ -46,8 +46,8 @@ double share_within(const DistanceView& view, const SyntheticScene& scene, const
     for (int v = 0; v < size.height; ++v) {
       const double truth = distance_at(
           scene, at, direction_from_angles(angles_from_pixel({double(u), double(v)}, size)));
-      const double omega = view.column(u)[v];
-      good += std::fabs(1.0 / omega - truth) <= tolerance * truth ? 1 : 0;
+      const double inverse = view.column(u)[v];
+      good += std::fabs(1.0 / inverse - truth) <= tolerance * truth ? 1 : 0;
     }
   }
   return static_cast<double>(good) / (size.width * size.height);
@@ -174,42 +174,42 @@ class DoubtedView : public testing::Test {
   void compute() {
     static const MapTrust trust = trust_in([](int, int) { return 64; });
     const std::vector<TrustedMap> maps{{.trust = &trust}};
-    smooth_.compute(omega_, kMapSize, EyeCircle(), maps);
+    smooth_.compute(inverse_, kMapSize, EyeCircle(), maps);
   }
   std::vector<float> column(int theta) const {
-    std::vector<float> omega(128, 100.0f);
+    std::vector<float> inverse(128, 100.0f);
     EXPECT_NE(smooth_.trust(theta), nullptr);
-    smooth_.smooth(theta, omega);
-    return omega;
+    smooth_.smooth(theta, inverse);
+    return inverse;
   }
-  std::vector<float> omega_ = std::vector<float>(static_cast<size_t>(256 * 128), 0.5f);
+  std::vector<float> inverse_ = std::vector<float>(static_cast<size_t>(256 * 128), 0.5f);
   SmoothDistances smooth_;
 };
 
 TEST_F(DoubtedView, SinglePixelsThatDifferDoNotShow) {
   std::mt19937 random(3);
   std::uniform_real_distribution<float> anything(-1.0f, 20.0f);
-  for (float& omega : omega_) {
-    if (random() % 3 == 0) omega = anything(random);
+  for (float& inverse : inverse_) {
+    if (random() % 3 == 0) inverse = anything(random);
   }
   compute();
   for (int theta = 0; theta < kMapSize.width; theta += 5) {
-    for (const float omega : column(theta)) EXPECT_NEAR(omega, 0.5f, 0.05f);
+    for (const float inverse : column(theta)) EXPECT_NEAR(inverse, 0.5f, 0.05f);
   }
 }
 
 TEST_F(DoubtedView, GapsTakeTheDistanceAroundAndAreFarWithoutAny) {
   for (int theta = -30; theta < 30; ++theta) {
     const auto first = static_cast<size_t>((theta + 256) % 256) * 128;
-    std::fill_n(omega_.begin() + static_cast<std::ptrdiff_t>(first) + 40, 60, -1.0f);
+    std::fill_n(inverse_.begin() + static_cast<std::ptrdiff_t>(first) + 40, 60, -1.0f);
   }
   compute();
   for (const int theta : {250, 0, 10}) {
-    for (const float omega : column(theta)) EXPECT_NEAR(omega, 0.5f, 1e-3f);
+    for (const float inverse : column(theta)) EXPECT_NEAR(inverse, 0.5f, 1e-3f);
   }
-  std::ranges::fill(omega_, -1.0f);
+  std::ranges::fill(inverse_, -1.0f);
   compute();
-  for (const float omega : column(9)) EXPECT_EQ(omega, 0.0f);
+  for (const float inverse : column(9)) EXPECT_EQ(inverse, 0.0f);
 }
 
 TEST(SmoothDistances, AreFiniteWhateverTheDistancesInViewsOfAnySize) {
@@ -218,10 +218,10 @@ TEST(SmoothDistances, AreFiniteWhateverTheDistancesInViewsOfAnySize) {
   std::mt19937 random(3);
   for (const int height : {1, 2, 3, 5, 125}) {
     const auto rows = static_cast<size_t>(height);
-    std::vector<float> omega(2 * rows * rows);
-    for (float& each : omega) each = std::array{-1.0f, 0.0f, 1e-9f, 1e9f}[random() % 4];
+    std::vector<float> inverse(2 * rows * rows);
+    for (float& each : inverse) each = std::array{-1.0f, 0.0f, 1e-9f, 1e9f}[random() % 4];
     SmoothDistances smooth;
-    smooth.compute(omega, {2 * height, height}, EyeCircle(), maps);
+    smooth.compute(inverse, {2 * height, height}, EyeCircle(), maps);
     for (int theta = 0; theta < 2 * height; ++theta) {
       std::vector<float> column(rows, 1e9f);
       EXPECT_NE(smooth.trust(theta), nullptr);
@@ -239,12 +239,12 @@ std::vector<MapStation> places(std::initializer_list<std::pair<int, int>> lines_
 
 TEST(MapCache, InverseDistancesAreLimitedAndNegativeWhereUnknown) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(stored_omega(4.0f, 255), 0.25f);
-  EXPECT_EQ(stored_omega(4.0f, kMinConfidence), 0.25f);
-  EXPECT_LT(stored_omega(4.0f, kMinConfidence - 1), 0.0f);
-  EXPECT_LT(stored_omega(0.0f, 255), 0.0f);
-  EXPECT_EQ(stored_omega(kInfinity, 255), 0.0f);
-  EXPECT_EQ(stored_omega(1e-42f, 255), 1e9f);
+  EXPECT_EQ(stored_inverse(4.0f, 255), 0.25f);
+  EXPECT_EQ(stored_inverse(4.0f, kMinConfidence), 0.25f);
+  EXPECT_LT(stored_inverse(4.0f, kMinConfidence - 1), 0.0f);
+  EXPECT_LT(stored_inverse(0.0f, 255), 0.0f);
+  EXPECT_EQ(stored_inverse(kInfinity, 255), 0.0f);
+  EXPECT_EQ(stored_inverse(1e-42f, 255), 1e9f);
 }
 
 // A map of which four are kept.

@@ -36,14 +36,14 @@ int FillStations::find(const DistanceView& distances, const ViewPoint& point) co
   for (std::size_t i = 0; i < maps_.size(); ++i) {
     const MapLookup there =
         look_up(*room_, maps_[i], point.direction, point.inverse, point.eye_m, tolerance);
-    const float occludes = there.omega_there * (1.0f + tolerance);
-    if (there.omega_map < 0.0f || there.omega_map > occludes) continue;
+    const float occludes = there.inverse_there * (1.0f + tolerance);
+    if (there.inverse_map < 0.0f || there.inverse_map > occludes) continue;
     if (!is_unmasked(maps_[i], distances, point)) continue;
     if (is_left_out(maps_[i], point)) {
       if (shows_moved == kNone) shows_moved = static_cast<int>(i);
       continue;
     }
-    if (there.omega_around <= occludes) return static_cast<int>(i);
+    if (there.inverse_around <= occludes) return static_cast<int>(i);
     if (just_sees == kNone) just_sees = static_cast<int>(i);
   }
   return just_sees != kNone ? just_sees : shows_moved;

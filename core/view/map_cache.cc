@@ -17,13 +17,13 @@ RAYWALK_VECTOR_CLONES void find_nearest(const float* here, const float* beside, 
 
 }  // namespace
 
-float stored_omega(float distance_m, std::uint8_t confidence) {
+float stored_inverse(float distance_m, std::uint8_t confidence) {
   constexpr float kLargest = 1e9f;
   constexpr float kUnknown = -1.0f;
-  const float omega = std::min(1.0f / distance_m, kLargest);
+  const float inverse = std::min(1.0f / distance_m, kLargest);
   // Branchless, so that the compiler vectorises it.
   const bool known = (confidence >= kMinConfidence) & (distance_m > 0.0f);
-  return known ? omega : kUnknown;
+  return known ? inverse : kUnknown;
 }
 
 std::vector<float> inverse_distances(const DistanceVolume& volume, int map) {
@@ -34,7 +34,7 @@ std::vector<float> inverse_distances(const DistanceVolume& volume, int map) {
     const auto confidence = volume.confidence_column(map, theta);
     float* const column = inverse.data() + static_cast<std::size_t>(theta) * rows;
     for (std::size_t row = 0; row < rows; ++row) {
-      column[row] = stored_omega(distance_m[row], confidence[row]);
+      column[row] = stored_inverse(distance_m[row], confidence[row]);
     }
   }
   return inverse;

@@ -18,9 +18,9 @@ namespace raywalk {
 
 // Inverse of a stored distance, 1/m, at most 1e9, because the inverse of a tiny one may overflow a
 // float; negative where it is unknown or its confidence is below kMinConfidence.
-float stored_omega(float distance_m, std::uint8_t confidence);
+float stored_inverse(float distance_m, std::uint8_t confidence);
 
-// The inverse distances of a map, as stored_omega(), [theta][phi].
+// The inverse distances of a map, as stored_inverse(), [theta][phi].
 std::vector<float> inverse_distances(const DistanceVolume& volume, int map);
 
 // A map whose points a view shows.

@@ -86,13 +86,13 @@ std::vector<MapStation> farther_maps(const Room& room, std::span<const MapStatio
 }
 
 MapLookup look_up(const Room& room, const MapStation& map, const Eigen::Vector3f& direction,
-                  float omega, const Eigen::Vector3d& viewpoint_m, float tolerance) {
+                  float inverse, const Eigen::Vector3d& viewpoint_m, float tolerance) {
   const DistanceVolume& volume = room.distances(map.line);
   const PanoramaSize size = volume.size();
-  const Eigen::Vector3f seen = direction + omega * (viewpoint_m - map.position_m).cast<float>();
+  const Eigen::Vector3f seen = direction + inverse * (viewpoint_m - map.position_m).cast<float>();
   const float plan = std::sqrt(seen.x() * seen.x() + seen.z() * seen.z());
   MapLookup result;
-  result.omega_there = omega / std::max(1e-30f, std::sqrt(plan * plan + seen.y() * seen.y()));
+  result.inverse_there = inverse / std::max(1e-30f, std::sqrt(plan * plan + seen.y() * seen.y()));
   const float width = static_cast<float>(size.width);
   const float height = static_cast<float>(size.height);
   const float u = (fast_atan2(seen.x(), seen.z()) / float(kTwoPi) + 0.5f) * width - 0.5f;
@@ -111,22 +111,22 @@ MapLookup look_up(const Room& room, const MapStation& map, const Eigen::Vector3f
     const auto confidence = volume.confidence_column(map.map, column);
     for (int below = 0; below < 2; ++below) {
       const auto row = static_cast<size_t>(upper) + static_cast<size_t>(below);
-      const float held = stored_omega(distance[row], confidence[row]);
+      const float held = stored_inverse(distance[row], confidence[row]);
       if (held < 0.0f) continue;
-      result.omega_around = std::max(result.omega_around, held);
+      result.inverse_around = std::max(result.inverse_around, held);
       const float part = (side == 0 ? 1.0f - right_part : right_part) *
                          (below == 0 ? 1.0f - lower_part : lower_part);
       if (part > best_part) {
         best_part = part;
-        result.omega_map = held;
+        result.inverse_map = held;
       }
-      if (std::fabs(held - result.omega_there) <= tolerance * result.omega_there) {
+      if (std::fabs(held - result.inverse_there) <= tolerance * result.inverse_there) {
         sum += part * held;
         total += part;
       }
     }
   }
-  if (total > 0.01f) result.omega_map = sum / total;
+  if (total > 0.01f) result.inverse_map = sum / total;
   return result;
 }
 

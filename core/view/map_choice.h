@@ -44,15 +44,15 @@ std::vector<MapStation> farther_maps(const Room& room, std::span<const MapStatio
 
 // A distance map looked up from another place.
 struct MapLookup {
-  float omega_there = 0.0f;    // inverse distance of the looked-up point from the map's station
-  float omega_map = -1.0f;     // inverse distance stored in that direction; < 0 if unknown
-  float omega_around = -1.0f;  // the largest of the four pixels around that direction
+  float inverse_there = 0.0f;    // inverse distance of the looked-up point from the map's station
+  float inverse_map = -1.0f;     // inverse distance stored in that direction; < 0 if unknown
+  float inverse_around = -1.0f;  // the largest of the four pixels around that direction
 };
 
-// Looks up the point at inverse distance `omega` in direction `direction` from `viewpoint_m` in a
+// Looks up the point at inverse distance `inverse` in direction `direction` from `viewpoint_m` in a
 // map. The map is interpolated over the pixels that agree with the point within `tolerance`; where
 // none does, the nearest pixel is used.
 MapLookup look_up(const Room& room, const MapStation& map, const Eigen::Vector3f& direction,
-                  float omega, const Eigen::Vector3d& viewpoint_m, float tolerance);
+                  float inverse, const Eigen::Vector3d& viewpoint_m, float tolerance);
 
 }  // namespace raywalk

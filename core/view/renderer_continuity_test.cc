@@ -82,7 +82,7 @@ std::vector<Across> onto_outer_lines() {
   return pairs;
 }
 
-// And through every crossing, on both diagonals.
+// And through every intersection, on both diagonals.
 std::vector<Across> all_places() {
   std::vector<Across> all = across_borders();
   for (const double x : {kXLinesM[1], kXLinesM[2]}) {

@@ -68,27 +68,27 @@ void fill_unseen(cv::Mat* columns) {
 
 // The inverse distances that most of what is seen around each cell has: medians of medians, of
 // every second pixel, then of every second of those.
-cv::Mat1f usual_distances(std::span<const float> omega, PanoramaSize size) {
+cv::Mat1f usual_distances(std::span<const float> inverse, PanoramaSize size) {
   static_assert(kCell == 4);
   cv::Mat half =
-      every_second(cv::Mat(size.width, size.height, CV_32F, const_cast<float*>(omega.data())));
+      every_second(cv::Mat(size.width, size.height, CV_32F, const_cast<float*>(inverse.data())));
   fill_unseen(&half);
   return median_around(every_second(median_around(half)));
 }
 
 // The most that any map is trusted in each cell of a view.
-cv::Mat1f trust_in_any(const cv::Mat1f& omega, const EyeCircle& eye,
+cv::Mat1f trust_in_any(const cv::Mat1f& inverse, const EyeCircle& eye,
                        std::span<const TrustedMap> maps) {
-  cv::Mat1f trust(omega.size());
-  const Latitudes latitudes(omega.cols);
-  parallel_for(0, omega.rows, 8, [&](int begin, int end) {
+  cv::Mat1f trust(inverse.size());
+  const Latitudes latitudes(inverse.cols);
+  parallel_for(0, inverse.rows, 8, [&](int begin, int end) {
     for (int theta = begin; theta < end; ++theta) {
-      const double theta_rad = theta_of_column(theta, omega.rows);
+      const double theta_rad = theta_of_column(theta, inverse.rows);
       const Eigen::Vector3d eye_m = eye.position_m(theta_rad);
-      std::fill_n(trust[theta], omega.cols, 0.0f);
+      std::fill_n(trust[theta], inverse.cols, 0.0f);
       for (const TrustedMap& map : maps) {
         map.trust->find_most(theta_rad, latitudes,
-                             offset_in_column(eye_m - map.position_m, theta_rad), omega[theta],
+                             offset_in_column(eye_m - map.position_m, theta_rad), inverse[theta],
                              trust[theta]);
       }
     }
@@ -122,14 +122,14 @@ MapTrust::MapTrust(const DistanceVolume& volume, int map) {
 }
 
 void MapTrust::find_most(double theta_rad, const Latitudes& latitudes, Offset to_eye,
-                         const float* omega, float* trust) const {
+                         const float* inverse, float* trust) const {
   const auto per_turn = static_cast<float>(cells_.rows / kTwoPi);
   const auto per_phi = static_cast<float>(cells_.cols / kPi);
   const auto column = static_cast<float>((theta_rad + kPi) / kTwoPi * cells_.rows - 0.5);
   for (int row = 0; row < latitudes.rows(); ++row) {
     const auto i = static_cast<std::size_t>(row);
     const SeenPoint seen =
-        seen_from(latitudes.sin_phi[i], latitudes.cos_phi[i], omega[row], to_eye);
+        seen_from(latitudes.sin_phi[i], latitudes.cos_phi[i], inverse[row], to_eye);
     const float u = column + seen.turn_rad * per_turn + static_cast<float>(cells_.rows);
     const float v = std::clamp((static_cast<float>(kHalfPi) - seen.phi_rad) * per_phi - 0.5f, 0.0f,
                                static_cast<float>(cells_.cols - 1));
@@ -145,10 +145,10 @@ void MapTrust::find_most(double theta_rad, const Latitudes& latitudes, Offset to
   }
 }
 
-void SmoothDistances::compute(std::span<const float> omega, PanoramaSize size, const EyeCircle& eye,
-                              std::span<const TrustedMap> maps) {
-  const cv::Mat1f usual = usual_distances(omega, size);
-  omega_ = pixels_of(usual, size);
+void SmoothDistances::compute(std::span<const float> inverse, PanoramaSize size,
+                              const EyeCircle& eye, std::span<const TrustedMap> maps) {
+  const cv::Mat1f usual = usual_distances(inverse, size);
+  inverse_ = pixels_of(usual, size);
   trust_ = pixels_of(trust_in_any(usual, eye, maps), size);
   unreliable_.clear();
   for (int theta = 0; theta < size.width; ++theta) {
@@ -158,12 +158,12 @@ void SmoothDistances::compute(std::span<const float> omega, PanoramaSize size, c
   }
 }
 
-void SmoothDistances::smooth(int theta, std::span<float> omega) const {
+void SmoothDistances::smooth(int theta, std::span<float> inverse) const {
   const float* const trust = this->trust(theta);
   if (trust == nullptr) return;
-  const float* const smooth = omega_[theta];
-  for (size_t row = 0; row < omega.size(); ++row) {
-    if (trust[row] < 1.0f) omega[row] = smooth[row] + (omega[row] - smooth[row]) * trust[row];
+  const float* const smooth = inverse_[theta];
+  for (size_t row = 0; row < inverse.size(); ++row) {
+    if (trust[row] < 1.0f) inverse[row] = smooth[row] + (inverse[row] - smooth[row]) * trust[row];
   }
 }
 

@@ -23,9 +23,9 @@ class MapTrust {
   std::size_t bytes() const { return cells_.total() * sizeof(float); }
   // Whether the map is trusted in all directions, as exact maps are.
   bool everywhere() const { return everywhere_; }
-  // Raises `trust`, from 0 to 1, in rows of a column at inverse distances `omega` of a view whose
+  // Raises `trust`, from 0 to 1, in rows of a column at inverse distances `inverse` of a view whose
   // eye is `to_eye` from the map's station, to that in the cells that show them.
-  void find_most(double theta_rad, const Latitudes& latitudes, Offset to_eye, const float* omega,
+  void find_most(double theta_rad, const Latitudes& latitudes, Offset to_eye, const float* inverse,
                  float* trust) const;
 
  private:
@@ -42,24 +42,24 @@ struct TrustedMap {
 // The trusted maps' view from the eyes of a view.
 class SmoothDistances {
  public:
-  // `omega`: inverse distances [theta][phi] of a view of `size`, negative where no map sees a
+  // `inverse`: inverse distances [theta][phi] of a view of `size`, negative where no map sees a
   // surface; `maps` where they come from.
-  void compute(std::span<const float> omega, PanoramaSize size, const EyeCircle& eye,
+  void compute(std::span<const float> inverse, PanoramaSize size, const EyeCircle& eye,
                std::span<const TrustedMap> maps);
 
   // Trust in all pixels, and the smooth inverse distances.
   const cv::Mat1f& trust() const { return trust_; }
-  const cv::Mat1f& inverse() const { return omega_; }
+  const cv::Mat1f& inverse() const { return inverse_; }
   // Trust in the rows of a column, 0 to 1; null where all are 1.
   const float* trust(int theta) const {
     return unreliable_[static_cast<std::size_t>(theta)] == 0 ? nullptr : trust_[theta];
   }
   // Replaces a column's inverse distances (>= 0), the less they are trusted, by smooth ones.
-  void smooth(int theta, std::span<float> omega) const;
+  void smooth(int theta, std::span<float> inverse) const;
 
  private:
   cv::Mat1f trust_;  // [theta][phi]
-  cv::Mat1f omega_;
+  cv::Mat1f inverse_;
   std::vector<std::uint8_t> unreliable_;  // [theta]
 };
 

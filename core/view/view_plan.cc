@@ -90,37 +90,38 @@ CornerView corner_view(const Grid& grid, const Cell& cell, Side side, PlanPoint 
           .overhang_next_m = overhang(line_of(next), corner, centre)};
 }
 
-std::optional<LineCrossing> cross_line(const Line& line, PlanPoint viewpoint, double theta_rad) {
+std::optional<LineIntersection> cross_line(const Line& line, PlanPoint viewpoint,
+                                           double theta_rad) {
   const PlanPoint ray{std::sin(theta_rad), std::cos(theta_rad)};
   const PlanPoint to_origin = minus(line.origin, viewpoint);
-  // viewpoint + d_p ray = origin + along direction; crossing both sides with `direction` leaves
+  // viewpoint + d_p ray = origin + along direction; intersection both sides with `direction` leaves
   // d_p.
   const double numerator = cross(to_origin, line.direction);
   const double denominator = cross(ray, line.direction);
-  // The viewpoint is on the line: rays along it have no other crossing.
+  // The viewpoint is on the line: rays along it have no other intersection.
   const double rounding =
       rounding_m(largest_coordinate_m(viewpoint) + largest_coordinate_m(line.origin));
-  if (std::abs(numerator) <= rounding) return LineCrossing{0.0, along_line(line, viewpoint)};
+  if (std::abs(numerator) <= rounding) return LineIntersection{0.0, along_line(line, viewpoint)};
   const double d_p = numerator / denominator;
   if (!std::isfinite(d_p)) return std::nullopt;
   const double along = along_line(line, viewpoint) + d_p * dot(ray, line.direction);
-  return LineCrossing{d_p, along};
+  return LineIntersection{d_p, along};
 }
 
-RaySource source_at(const Line& line, int line_index, const LineCrossing& crossing) {
+RaySource source_at(const Line& line, int line_index, const LineIntersection& intersection) {
   RaySource source;
   source.line = line_index;
-  source.d_p_m = crossing.d_p_m;
+  source.d_p_m = intersection.d_p_m;
   const auto& stations = line.stations;
   const auto after = std::upper_bound(
-      stations.begin(), stations.end(), crossing.along_m,
+      stations.begin(), stations.end(), intersection.along_m,
       [](double along_m, const Station& station) { return along_m < station.along_m; });
   const auto last_pair = static_cast<int>(stations.size()) - 2;
   source.station = std::clamp(static_cast<int>(after - stations.begin()) - 1, 0, last_pair);
   const Station& s0 = stations[static_cast<size_t>(source.station)];
   const Station& s1 = stations[static_cast<size_t>(source.station) + 1];
   source.fraction =
-      std::clamp((crossing.along_m - s0.along_m) / (s1.along_m - s0.along_m), 0.0, 1.0);
+      std::clamp((intersection.along_m - s0.along_m) / (s1.along_m - s0.along_m), 0.0, 1.0);
   return source;
 }
 
@@ -215,9 +216,10 @@ int ViewPlan::cell_sources(PlanPoint from, double theta_rad, Sources& sources) c
     const Line& geometry = grid_.lines[static_cast<size_t>(line)];
     // With a connection at 0 or 90 degrees the viewpoint is on the line that the ray runs along, up
     // to rounding of the line's fit: the acquisition point is the viewpoint itself.
-    const LineCrossing crossing = cross_line(geometry, from, theta_rad)
-                                      .value_or(LineCrossing{0.0, along_line(geometry, from)});
-    sources[static_cast<size_t>(count)] = source_at(geometry, line, crossing);
+    const LineIntersection intersection =
+        cross_line(geometry, from, theta_rad)
+            .value_or(LineIntersection{0.0, along_line(geometry, from)});
+    sources[static_cast<size_t>(count)] = source_at(geometry, line, intersection);
     sources[static_cast<size_t>(count)].weight = weight;
     ++count;
   }
@@ -228,11 +230,11 @@ int ViewPlan::open_sources(PlanPoint from, double theta_rad, Sources& sources) c
   int count = 0;
   for (const int line : lines_) {
     const Line& geometry = grid_.lines[static_cast<size_t>(line)];
-    const auto crossing = cross_line(geometry, from, theta_rad);
-    if (!crossing || crossing->d_p_m < 0.0) continue;
-    if (!is_captured_at(geometry, crossing->along_m)) continue;
-    if (count == 1 && crossing->d_p_m >= sources[0].d_p_m) continue;
-    sources[0] = source_at(geometry, line, *crossing);
+    const auto intersection = cross_line(geometry, from, theta_rad);
+    if (!intersection || intersection->d_p_m < 0.0) continue;
+    if (!is_captured_at(geometry, intersection->along_m)) continue;
+    if (count == 1 && intersection->d_p_m >= sources[0].d_p_m) continue;
+    sources[0] = source_at(geometry, line, *intersection);
     count = 1;
   }
   return count;

@@ -37,16 +37,16 @@ struct ColumnPlan {
 };
 
 // Where a ray from the viewpoint in plan direction theta crosses a line.
-struct LineCrossing {
+struct LineIntersection {
   double d_p_m = 0.0;    // signed
   double along_m = 0.0;  // position on the line, may lie outside what was captured
 };
 
-// The crossing; none if the ray runs parallel to a line it is not on.
-std::optional<LineCrossing> cross_line(const Line& line, PlanPoint viewpoint, double theta_rad);
+// The intersection; none if the ray runs parallel to a line it is not on.
+std::optional<LineIntersection> cross_line(const Line& line, PlanPoint viewpoint, double theta_rad);
 
-// The source for a crossing; positions outside the captured part are clamped to its end.
-RaySource source_at(const Line& line, int line_index, const LineCrossing& crossing);
+// The source for an intersection; positions outside the captured part are clamped to its end.
+RaySource source_at(const Line& line, int line_index, const LineIntersection& intersection);
 
 // The plan of one view.
 class ViewPlan {

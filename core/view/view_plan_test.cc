@@ -43,8 +43,9 @@ PlanPoint seen_from_side(PlanPoint point, int side) {
 
 class ViewPlanScale : public testing::TestWithParam<double> {};
 
-// The crossing of the front line: A = (x + (N/2 - z) tan theta, N/2), d_p = (N/2 - z) / cos theta.
-TEST_P(ViewPlanScale, CrossingHasTheClosedFormOnEverySide) {
+// The intersection of the front line: A = (x + (N/2 - z) tan theta, N/2), d_p = (N/2 - z) / cos
+// theta.
+TEST_P(ViewPlanScale, IntersectionHasTheClosedFormOnEverySide) {
   const double n = GetParam();
   const Grid grid = square_grid(n, n);
   std::mt19937_64 random(11);
@@ -56,11 +57,11 @@ TEST_P(ViewPlanScale, CrossingHasTheClosedFormOnEverySide) {
     const PlanPoint viewpoint{place(random), place(random)};
     const double theta = angle(random);
     const Line& line = grid.lines[static_cast<size_t>(side)];
-    const auto crossing = cross_line(line, viewpoint, theta + side_normal_rad(Side(side)));
-    ASSERT_TRUE(crossing.has_value());
+    const auto intersection = cross_line(line, viewpoint, theta + side_normal_rad(Side(side)));
+    ASSERT_TRUE(intersection.has_value());
     const PlanPoint p = seen_from_side(viewpoint, side);
-    const PlanPoint a = seen_from_side(point_on(line, crossing->along_m), side);
-    EXPECT_NEAR(crossing->d_p_m, (0.5 * n - p.z_m) / std::cos(theta), 1e-13 * n);
+    const PlanPoint a = seen_from_side(point_on(line, intersection->along_m), side);
+    EXPECT_NEAR(intersection->d_p_m, (0.5 * n - p.z_m) / std::cos(theta), 1e-13 * n);
     EXPECT_NEAR(a.x_m, p.x_m + (0.5 * n - p.z_m) * std::tan(theta), 1e-13 * n);
     EXPECT_NEAR(a.z_m, 0.5 * n, 1e-13 * n);
   }
@@ -176,16 +177,16 @@ TEST(ViewPlan, OutsideOfEveryCellNamesTheNearestPlaceInside) {
   EXPECT_THAT(error_at({-500.0, 1000.0}), testing::HasSubstr("the nearest is -0.5,0.5 ("));
 }
 
-TEST(LineCrossing, LiesOnTheRayAndOnAnObliqueLineUnlessParallel) {
+TEST(LineIntersection, LiesOnTheRayAndOnAnObliqueLineUnlessParallel) {
   EXPECT_FALSE(cross_line(line_at(LineAxis::kZ, 0.5, {-1.0, 1.0}), {0.2, 0.0}, 0.0));
   Line line = line_at(LineAxis::kX, 0.5, {-1.0, 0.0, 1.0});
   line.direction = {std::cos(0.03), std::sin(0.03)};
   for (const double theta : {-1.2, -0.2, 0.0, 0.6, 1.4}) {
-    const auto crossing = cross_line(line, {0.2, -0.3}, theta);
-    ASSERT_TRUE(crossing.has_value());
-    const PlanPoint a = point_on(line, crossing->along_m);
-    EXPECT_NEAR(a.x_m, 0.2 + crossing->d_p_m * std::sin(theta), 1e-14);
-    EXPECT_NEAR(a.z_m, -0.3 + crossing->d_p_m * std::cos(theta), 1e-14);
+    const auto intersection = cross_line(line, {0.2, -0.3}, theta);
+    ASSERT_TRUE(intersection.has_value());
+    const PlanPoint a = point_on(line, intersection->along_m);
+    EXPECT_NEAR(a.x_m, 0.2 + intersection->d_p_m * std::sin(theta), 1e-14);
+    EXPECT_NEAR(a.z_m, -0.3 + intersection->d_p_m * std::cos(theta), 1e-14);
   }
 }
 

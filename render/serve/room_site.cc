@@ -27,7 +27,7 @@ constexpr std::pair<std::string_view, const char*> kTypes[] = {
     {".css", "text/css; charset=utf-8"},
     {".jpg", "image/jpeg"},
     {".png", "image/png"},
-    {".omega", "application/octet-stream"}};
+    {".inverse", "application/octet-stream"}};
 
 // Null for other files than an export has.
 const char* type_of(const fs::path& file) {

@@ -140,7 +140,7 @@ TEST_F(RoomSiteTest, ServesTheFilesOfTheExport) {
   EXPECT_EQ(get("/").type, "text/html; charset=utf-8");
   EXPECT_EQ(get("/viewer.js").type, "text/javascript; charset=utf-8");
   EXPECT_EQ(get("/stations/0000.jpg").type, "image/jpeg");
-  EXPECT_EQ(get("/stations/0000.omega").type, "application/octet-stream");
+  EXPECT_EQ(get("/stations/0000.inverse").type, "application/octet-stream");
   auto manifest = nlohmann::ordered_json::parse(get("/manifest.json").body);
   EXPECT_EQ(manifest.at("engine"), nlohmann::ordered_json({{"view", "view"}}));
   manifest.erase("engine");

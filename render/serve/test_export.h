@@ -31,7 +31,7 @@ inline std::map<std::string, std::string> test_files() {
     files[name + "-coarse.jpg"] = name + " coarse";
     std::string bytes;
     for (int i = 0; i < 256; ++i) bytes += static_cast<char>(i);
-    files[name + ".omega"] = bytes;
+    files[name + ".inverse"] = bytes;
   }
   return files;
 }

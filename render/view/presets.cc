@@ -34,7 +34,7 @@ double reach_of(const Grid& grid) {
 // Shift of the nearest surfaces, in panorama pixels, that a view at the reach has to correct: the
 // slope of (5) in layer_count.h.
 double parallax_px(const SceneNumbers& scene) {
-  return scene.reach_m * scene.omega_max * scene.width_px / kTwoPi;
+  return scene.reach_m * scene.inverse_max * scene.width_px / kTwoPi;
 }
 
 Preset fast(const SceneNumbers& scene) {
@@ -77,11 +77,11 @@ SceneNumbers scene_numbers(const Room& room) {
                        .width_px = room.panorama().width};
   if (!numbers.has_distances) return numbers;
   if (const auto required = current_requirements(room)) {
-    numbers.omega_max = required->omega_max_per_m;
+    numbers.inverse_max = required->inverse_max_per_m;
   } else {
     DistanceSamples samples = sample_distances(room, kSamplesPerMap);
     if (samples.samples.empty()) return numbers;  // no map has a known distance
-    numbers.omega_max = 1.0 / distance_quantiles(samples.samples, std::array{0.01})[0];
+    numbers.inverse_max = 1.0 / distance_quantiles(samples.samples, std::array{0.01})[0];
   }
   return numbers;
 }

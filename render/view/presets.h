@@ -11,10 +11,10 @@ namespace raywalk::render {
 // The numbers of a room that presets are derived from.
 struct SceneNumbers {
   bool has_distances = false;
-  double omega_max = 0.0;  // inverse distance of the nearest surfaces, 1/m: 99th percentile over
-                           // the solid angle; 0 without distances
-  double reach_m = 0.0;    // half the smallest cell's side; of an open grid half its longest line
-  int width_px = 0;        // of the panoramas
+  double inverse_max = 0.0;  // inverse distance of the nearest surfaces, 1/m: 99th percentile over
+                             // the solid angle; 0 without distances
+  double reach_m = 0.0;      // half the smallest cell's side; of an open grid half its longest line
+  int width_px = 0;          // of the panoramas
 };
 
 // Throws Error where the room's require.json is damaged.

@@ -147,7 +147,7 @@ constexpr const char* kNames[] = {"fast", "balanced", "accurate"};
 
 // A cell of 1 m, surfaces from 0.5 m on.
 SceneNumbers some_scene() {
-  return {.has_distances = true, .omega_max = 2.0, .reach_m = 0.5, .width_px = 1024};
+  return {.has_distances = true, .inverse_max = 2.0, .reach_m = 0.5, .width_px = 1024};
 }
 
 TEST(PresetsTest, RulesDoNotDependOnTheUnitOfLength) {
@@ -156,10 +156,10 @@ TEST(PresetsTest, RulesDoNotDependOnTheUnitOfLength) {
   const auto any = [&] { return std::pow(10.0, exponent(random)); };
   for (int i = 0; i < 1000; ++i) {
     SceneNumbers scene{
-        .has_distances = true, .omega_max = any(), .reach_m = any(), .width_px = 4 << (i % 13)};
+        .has_distances = true, .inverse_max = any(), .reach_m = any(), .width_px = 4 << (i % 13)};
     SceneNumbers larger = scene;
     constexpr double kScale = 1024.0;  // exact
-    larger.omega_max /= kScale;
+    larger.inverse_max /= kScale;
     larger.reach_m *= kScale;
     for (const char* name : kNames) {
       EXPECT_TRUE(preset_of(name, scene).settings == preset_of(name, larger).settings) << name;
@@ -171,9 +171,9 @@ TEST(PresetsTest, RulesDoNotDependOnTheUnitOfLength) {
 TEST(PresetsTest, FarScenesNeedNoCorrectionAndNearOnesDo) {
   SceneNumbers scene = some_scene();
   EXPECT_EQ(preset_of("fast", scene).settings.options.method, ViewMethod::kHlfVd);
-  scene.omega_max = 1.0 / 100.0;  // 0.5 m / 100 m * 1024 / 2 pi = 0.8 px
+  scene.inverse_max = 1.0 / 100.0;  // 0.5 m / 100 m * 1024 / 2 pi = 0.8 px
   EXPECT_EQ(preset_of("fast", scene).settings.options.method, ViewMethod::kInitial);
-  scene.omega_max = 1.0 / 80.0;  // 1.02 px
+  scene.inverse_max = 1.0 / 80.0;  // 1.02 px
   EXPECT_EQ(preset_of("fast", scene).settings.options.method, ViewMethod::kHlfVd);
 }
 
@@ -200,8 +200,8 @@ TEST_F(PresetSettingsTest, NumbersAreThoseOfTheRoom) {
   EXPECT_EQ(numbers.width_px, 64);
   const SceneBox walls = SyntheticRoomSpec().scene.walls;
   const double farthest_m = (walls.max_m - walls.min_m).norm();
-  EXPECT_GT(numbers.omega_max, 1.0 / farthest_m);
-  EXPECT_TRUE(std::isfinite(numbers.omega_max));
+  EXPECT_GT(numbers.inverse_max, 1.0 / farthest_m);
+  EXPECT_TRUE(std::isfinite(numbers.inverse_max));
 }
 
 TEST_F(PresetSettingsTest, FlagsAndFileOverrideThePreset) {

@@ -37,7 +37,7 @@ bool is_part_of_export(const fs::path& relative, bool is_folder) {
   constexpr std::array kFolders{kStations, "truth"};
   // Of the page's files and of those of the stations and truths.
   constexpr std::array kPageExtensions{".html", ".js", ".css", ".map", ".txt"};
-  constexpr std::array kDataExtensions{".jpg", ".omega"};
+  constexpr std::array kDataExtensions{".jpg", ".inverse"};
   const auto is_one_of = [](const auto& names, const fs::path& name) {
     return std::ranges::find(names, name) != names.end();
   };
@@ -167,7 +167,7 @@ std::string export_web(const Room& room, const WebExportOptions& options, const 
       {"an exported room", kManifestName, fmt::format("\"{}\"", kWebFormat), is_part_of_export});
   make_directories(folder.directory() / kStations);
   const Room part = room.subset(plan.kept);
-  content.omega_step_per_m =
+  content.inverse_step_per_m =
       write_stations(part, content.view, plan.distance_width, folder.directory() / kStations);
   if (!options.truth.empty()) {
     content.truths = write_truth_pairs(room, content.view, options.truth, folder.directory());

@@ -5,7 +5,7 @@
 //   manifest.json                      everything else that the page needs to know (web_manifest.h)
 //   stations/0000.jpg                  a station's panorama, complete (station_pictures.h)
 //   stations/0000-coarse.jpg           the same, small, shown while the other is loading
-//   stations/0000.omega                the distances seen from it (omega_file.h)
+//   stations/0000.inverse                the distances seen from it (inverse_file.h)
 //   truth/000.jpg, 000-engine.jpg      only with WebExportOptions::truth
 #pragma once
 

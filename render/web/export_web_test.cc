@@ -20,7 +20,7 @@
 #include "core/view/test_room.h"
 #include "render/web/station_distances.h"
 #include "render/web/station_pictures.h"
-#include "render/web/test_omega.h"
+#include "render/web/test_inverse.h"
 
 namespace raywalk::render {
 namespace {
@@ -53,11 +53,11 @@ class ExportWebTest : public ::testing::Test {
     return error_of([&] { run(); });
   }
   json manifest() const { return json::parse(read_file(out() / "manifest.json")); }
-  OmegaMap omega(const std::string& name) const {
+  InverseMap inverse(const std::string& name) const {
     const json distances = manifest()["distances"];
-    const std::string bytes = read_file(out() / "stations" / (name + ".omega"));
-    return decoded_omega(std::as_bytes(std::span(bytes)), distances["width_px"],
-                         distances["omega_step_per_m"]);
+    const std::string bytes = read_file(out() / "stations" / (name + ".inverse"));
+    return decoded_inverse(std::as_bytes(std::span(bytes)), distances["width_px"],
+                           distances["inverse_step_per_m"]);
   }
   cv::Mat picture(const std::string& name) const {
     return read_panorama(out() / "stations" / name);
@@ -68,7 +68,7 @@ class ExportWebTest : public ::testing::Test {
         {"format", kRequirementsFormat},
         {"format_version", kRequirementsVersion},
         {"distances_sha256", distances_sha256(captured().room())},
-        {"layers", {{"omega_max_per_m", 1.0}}},
+        {"layers", {{"inverse_max_per_m", 1.0}}},
         {"spacing", {{"needed_with_distances_m", spacing_m}}},
         {"storage", {{"worth_width_px", 1e3}, {"needed_distance_width_px", 64}}}};
     write_file_atomically(requirements_path(captured().room().directory()), required.dump());
@@ -116,7 +116,7 @@ TEST_F(ExportWebTest, TheManifestDescribesTheRoom) {
                 json({station.position_m.x(), station.position_m.y(), station.position_m.z()}));
       const std::string name = line["stations"][j]["name"];
       EXPECT_EQ(std::stoi(name), index);
-      for (const char* end : {".jpg", "-coarse.jpg", ".omega"}) {
+      for (const char* end : {".jpg", "-coarse.jpg", ".inverse"}) {
         EXPECT_TRUE(fs::exists(out() / "stations" / (name + end))) << name << end;
       }
     }
@@ -134,7 +134,7 @@ TEST_F(ExportWebTest, PicturesAndDistancesAreTheStations) {
   run();
   EXPECT_EQ(picture("0000-coarse.jpg").size(), cv::Size(96, 48));
   StationDistances distances(captured().room(), 192);
-  const double step_per_m = manifest()["distances"]["omega_step_per_m"];
+  const double step_per_m = manifest()["distances"]["inverse_step_per_m"];
   float largest = 0.0F;
   int index = 0;
   for (int line = 0; line < 4; ++line) {
@@ -142,8 +142,8 @@ TEST_F(ExportWebTest, PicturesAndDistancesAreTheStations) {
       const std::string name = fmt::format("{:04}", index);
       const cv::Mat expected = captured_picture_at(captured().room(), line, station, 192);
       EXPECT_GT(psnr_db(picture(name + ".jpg"), expected), 38.0) << name;
-      const OmegaMap seen = distances.seen_from(line, station);
-      const OmegaMap read = omega(name);
+      const InverseMap seen = distances.seen_from(line, station);
+      const InverseMap read = inverse(name);
       double off = 0.0;
       for (std::size_t i = 0; i < seen.values().size(); ++i) {
         off = std::max<double>(off, std::abs(seen.values()[i] - read.values()[i]));
@@ -256,8 +256,8 @@ TEST_F(ExportWebTest, ARoomWithoutDistancesIsExportedForInitialViews) {
   const json m = manifest();
   EXPECT_EQ(m["view"]["method"], "initial");
   EXPECT_EQ(m["vertical_range_m"], 0.0);
-  EXPECT_GT(m["distances"]["omega_step_per_m"], 0.0);
-  EXPECT_THAT(omega("0000").values(), ::testing::Each(0.0F));
+  EXPECT_GT(m["distances"]["inverse_step_per_m"], 0.0);
+  EXPECT_THAT(inverse("0000").values(), ::testing::Each(0.0F));
 }
 
 TEST_F(ExportWebTest, ALineWithoutCellsStartsInItsMiddle) {

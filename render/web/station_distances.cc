@@ -12,25 +12,25 @@
 namespace raywalk::render {
 namespace {
 
-OmegaMap map_at_width(OmegaMap map, int width) {
+InverseMap map_at_width(InverseMap map, int width) {
   return map.size().width == width ? std::move(map) : resized(map, width);
 }
 
-OmegaMap map_of(const DistanceView& view) {
-  OmegaMap map(view.size());
+InverseMap map_of(const DistanceView& view) {
+  InverseMap map(view.size());
   for (int theta = 0; theta < map.size().width; ++theta) {
-    const float* const omega = view.column(theta);
-    for (int row = 0; row < map.size().height; ++row) map.at(theta, row) = omega[row];
+    const float* const inverse = view.column(theta);
+    for (int row = 0; row < map.size().height; ++row) map.at(theta, row) = inverse[row];
   }
   return map;
 }
 
 // A station's own map; none where it has none.
-std::optional<OmegaMap> own_map(const DistanceVolume& volume, int station) {
+std::optional<InverseMap> own_map(const DistanceVolume& volume, int station) {
   const auto stations = volume.stations();
   const auto found = std::ranges::lower_bound(stations, station);
   if (found == stations.end() || *found != station) return std::nullopt;
-  return omega_map_of(volume, static_cast<int>(found - stations.begin()), kMinConfidence);
+  return inverse_map_of(volume, static_cast<int>(found - stations.begin()), kMinConfidence);
 }
 
 std::vector<MapStation> maps_around(const Room& room, const Eigen::Vector3d& position_m) {
@@ -43,24 +43,24 @@ std::vector<MapStation> maps_around(const Room& room, const Eigen::Vector3d& pos
 
 }  // namespace
 
-OmegaMap StationDistances::seen_from(int line, int station) {
+InverseMap StationDistances::seen_from(int line, int station) {
   const Eigen::Vector3d& position_m = room_.grid()
                                           .lines[static_cast<std::size_t>(line)]
                                           .stations[static_cast<std::size_t>(station)]
                                           .position_m;
   const std::vector<MapStation> maps = maps_around(room_, position_m);
   if (maps.empty()) {
-    OmegaMap far({width_, width_ / 2});
+    InverseMap far({width_, width_ / 2});
     for (int theta = 0; theta < width_; ++theta) {
       for (int row = 0; row < width_ / 2; ++row) far.at(theta, row) = 0.0F;
     }
     return far;
   }
   view_.compute(maps, position_m);
-  OmegaMap seen = map_at_width(map_of(view_), width_);
-  std::optional<OmegaMap> own = own_map(room_.distances(line), station);
+  InverseMap seen = map_at_width(map_of(view_), width_);
+  std::optional<InverseMap> own = own_map(room_.distances(line), station);
   if (!own) return seen;
-  const OmegaMap known = map_at_width(*std::move(own), width_);
+  const InverseMap known = map_at_width(*std::move(own), width_);
   const double scale = static_cast<double>(view_.size().width) / width_;
   for (int theta = 0; theta < width_; ++theta) {
     const float* const trust = view_.trust(static_cast<int>((theta + 0.5) * scale));

@@ -17,7 +17,7 @@ class StationDistances {
   // (kMinConfidence) and not doubted (smooth_distances.h); elsewhere what a view there is given:
   // gathered from the maps nearest to it and filled. All 0, infinitely far, in a room without maps.
   // Silhouettes stay sharp at any width: distances of two surfaces are never mixed.
-  OmegaMap seen_from(int line, int station);
+  InverseMap seen_from(int line, int station);
 
  private:
   const Room& room_;

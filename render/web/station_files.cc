@@ -9,7 +9,7 @@
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
-#include "render/web/omega_file.h"
+#include "render/web/inverse_file.h"
 #include "render/web/station_distances.h"
 #include "render/web/station_pictures.h"
 #include "render/web/web_jpeg.h"
@@ -29,19 +29,19 @@ void write_pictures(const fs::path& folder, const std::string& name, const cv::M
   write_jpeg(folder / (name + "-coarse.jpg"), coarse);
 }
 
-fs::path omega_path(const fs::path& folder, int index) {
-  return folder / (station_name(index) + ".omega");
+fs::path inverse_path(const fs::path& folder, int index) {
+  return folder / (station_name(index) + ".inverse");
 }
 
 // The distances wait in their files as they are, because the step of their values is that of the
 // largest of all.
-void write_whole(const fs::path& file, const OmegaMap& distances) {
+void write_whole(const fs::path& file, const InverseMap& distances) {
   write_file_atomically(file, std::as_bytes(distances.values()));
 }
 
-OmegaMap read_whole(const fs::path& file, int width) {
+InverseMap read_whole(const fs::path& file, int width) {
   const std::string bytes = read_file(file);
-  OmegaMap distances({width, width / 2});
+  InverseMap distances({width, width / 2});
   if (bytes.size() != distances.values().size_bytes()) {
     throw Error(file.string() + " was changed while the room was exported; export it again");
   }
@@ -54,8 +54,8 @@ void encode_distances(const fs::path& folder, int stations, int width, double st
   Progress progress("encoding", stations, "distance maps");
   for (int i = 0; i < stations; ++i) {
     throw_if_interrupted();
-    const fs::path file = omega_path(folder, i);
-    write_file_atomically(file, encode_omega(read_whole(file, width), step_per_m));
+    const fs::path file = inverse_path(folder, i);
+    write_file_atomically(file, encode_inverse(read_whole(file, width), step_per_m));
     progress.advance();
   }
 }
@@ -82,15 +82,15 @@ double write_stations(const Room& room, const ViewOptions& options, int distance
       for (int station = 0; station < of_line; ++station, ++done) {
         throw_if_interrupted();
         const auto index = static_cast<int>(line);
-        const OmegaMap seen = distances.seen_from(index, station);
+        const InverseMap seen = distances.seen_from(index, station);
         largest_per_m = std::max(largest_per_m, std::ranges::max(seen.values()));
-        write_whole(omega_path(folder, done), seen);
+        write_whole(inverse_path(folder, done), seen);
         write_pictures(folder, station_name(done), pictures.picture_of(index, station, seen));
         progress.advance();
       }
     }
     const double step_per_m =
-        (largest_per_m > 0.0F ? double{largest_per_m} : 1.0) / kLargestOmegaValue;
+        (largest_per_m > 0.0F ? double{largest_per_m} : 1.0) / kLargestInverseValue;
     encode_distances(folder, stations, distance_width, step_per_m);
     return step_per_m;
   } catch (const Interrupted&) {

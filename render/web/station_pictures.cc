@@ -56,7 +56,7 @@ PlanPoint nearest_viewpoint(const Grid& grid, const Eigen::Vector3d& position_m)
 // `view`, rendered `offset_m` away (the station from the viewpoint), as the station sees it; only
 // the marked pixels.
 cv::Mat seen_from_station(const cv::Mat& view, const Eigen::Vector3d& offset_m,
-                          const OmegaMap& distances, const cv::Mat& marked) {
+                          const InverseMap& distances, const cv::Mat& marked) {
   const PanoramaSize size{view.cols, view.rows};
   const double scale = static_cast<double>(distances.size().width) / size.width;
   cv::Mat places(view.size(), CV_32FC2, cv::Scalar(0.0, 0.0));
@@ -65,10 +65,10 @@ cv::Mat seen_from_station(const cv::Mat& view, const Eigen::Vector3d& offset_m,
       if (marked.at<std::uint8_t>(v, u) == 0) continue;
       const Eigen::Vector3d direction =
           direction_from_angles(angles_from_pixel({double(u), double(v)}, size));
-      const double omega =
+      const double inverse =
           distances.at(static_cast<int>((u + 0.5) * scale), static_cast<int>((v + 0.5) * scale));
       const PixelPosition place =
-          pixel_from_angles(angles_from_direction(direction + omega * offset_m), size);
+          pixel_from_angles(angles_from_direction(direction + inverse * offset_m), size);
       places.at<cv::Vec2f>(v, u) = {
           static_cast<float>(place.u),
           std::clamp(static_cast<float>(place.v), 0.0F, static_cast<float>(size.height - 1))};
@@ -106,7 +106,7 @@ cv::Mat hidden_in_views(const Room& room, int line, int station, int width) {
   return hidden > 0;  // also what is partly hidden
 }
 
-cv::Mat StationPictures::picture_of(int line, int station, const OmegaMap& distances) {
+cv::Mat StationPictures::picture_of(int line, int station, const InverseMap& distances) {
   cv::Mat picture = captured_picture_at(room_, line, station, options_.width);
   const cv::Mat hidden = hidden_in_views(room_, line, station, options_.width);
   if (hidden.empty()) return picture;

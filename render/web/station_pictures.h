@@ -27,7 +27,7 @@ class StationPictures {
   // The picture of a station, complete: what views do not show of it is taken from the view that
   // the engine renders there. Beyond the cells, where it renders none, from the nearest place in a
   // cell, moved by the distances seen from the station. Throws Error as the renderer does.
-  cv::Mat picture_of(int line, int station, const OmegaMap& distances);
+  cv::Mat picture_of(int line, int station, const InverseMap& distances);
 
  private:
   const Room& room_;

@@ -8,9 +8,9 @@
 
 #include "core/view/test_gains.h"
 #include "core/view/test_room.h"
-#include "render/web/omega_file.h"
+#include "render/web/inverse_file.h"
 #include "render/web/station_distances.h"
-#include "render/web/test_omega.h"
+#include "render/web/test_inverse.h"
 
 namespace raywalk::render {
 namespace {
@@ -134,36 +134,36 @@ const Eigen::Vector3d& position_m(const Room& room, int line, int station) {
   return room.grid().station({line, station}).position_m;
 }
 
-double true_omega(const TestRoom& room, int line, int station, const OmegaMap& map, int theta,
-                  int row) {
+double true_inverse(const TestRoom& room, int line, int station, const InverseMap& map, int theta,
+                    int row) {
   return 1.0 / distance_at(room.spec().scene, position_m(room.room(), line, station),
                            direction_from_angles(
                                angles_from_pixel({double(theta), double(row)}, map.size())));
 }
 
 // Share of the pixels within 3 % of the truth.
-double share_right(const TestRoom& room, int line, int station, const OmegaMap& map) {
+double share_right(const TestRoom& room, int line, int station, const InverseMap& map) {
   int right = 0;
   for (int theta = 0; theta < map.size().width; ++theta) {
     for (int row = 0; row < map.size().height; ++row) {
-      const double truth = true_omega(room, line, station, map, theta, row);
+      const double truth = true_inverse(room, line, station, map, theta, row);
       if (std::abs(map.at(theta, row) - truth) <= 0.03 * truth) ++right;
     }
   }
   return static_cast<double>(right) / static_cast<double>(map.values().size());
 }
 
-bool complete(const OmegaMap& map) {
-  return std::ranges::all_of(map.values(),
-                             [](float omega) { return std::isfinite(omega) && omega >= 0.0F; });
+bool complete(const InverseMap& map) {
+  return std::ranges::all_of(
+      map.values(), [](float inverse) { return std::isfinite(inverse) && inverse >= 0.0F; });
 }
 
 TEST(StationDistances, AreThoseOfTheStationsOwnMap) {
   const TestRoom room(box_room(64));
-  const OmegaMap map = StationDistances(room.room(), 64).seen_from(1, 5);
+  const InverseMap map = StationDistances(room.room(), 64).seen_from(1, 5);
   for (int theta = 0; theta < 64; ++theta) {
     for (int row = 0; row < 32; ++row) {
-      const double truth = true_omega(room, 1, 5, map, theta, row);
+      const double truth = true_inverse(room, 1, 5, map, theta, row);
       EXPECT_NEAR(map.at(theta, row), truth, 1e-6 * truth) << theta << ',' << row;
     }
   }
@@ -176,7 +176,7 @@ TEST(StationDistances, AreRightWithoutAnOwnMapAndAtOtherWidths) {
   for (const int width : {128, 64, 44}) {
     StationDistances distances(room.room(), width);
     for (const int station : {0, 1, 7, 12}) {
-      const OmegaMap map = distances.seen_from(2, station);
+      const InverseMap map = distances.seen_from(2, station);
       EXPECT_EQ(map.size().width, width);
       EXPECT_TRUE(complete(map));
       EXPECT_GT(share_right(room, 2, station, map), 0.93) << width << " at " << station;
@@ -188,11 +188,11 @@ TEST(StationDistances, DoNotMixSurfacesAtSilhouettes) {
   SyntheticRoomSpec spec = box_room(256);
   spec.scene.obstacle = SceneBox{{-0.15, -1.2, -0.15}, {0.15, 0.6, 0.15}};
   const TestRoom room(spec);
-  const OmegaMap map = StationDistances(room.room(), 64).seen_from(0, 6);
+  const InverseMap map = StationDistances(room.room(), 64).seen_from(0, 6);
   // In the middle row the obstacle is 0.35 m away or more than 0.7 m nearer than any wall.
   for (int theta = 0; theta < 64; ++theta) {
-    const float omega = map.at(theta, 16);
-    EXPECT_TRUE(omega > 1.8F || omega < 0.65F) << theta << ": " << 1.0F / omega << " m";
+    const float inverse = map.at(theta, 16);
+    EXPECT_TRUE(inverse > 1.8F || inverse < 0.65F) << theta << ": " << 1.0F / inverse << " m";
   }
 }
 
@@ -203,7 +203,7 @@ TEST(StationDistances, FillWhatTheMapsDoNotKnowAsViewsDo) {
     return v < 6 || (u > 20 && u < 40 && v > 10 && v < 20) ? 0 : 255;
   };
   const TestRoom room(spec);
-  const OmegaMap map = StationDistances(room.room(), 64).seen_from(3, 6);
+  const InverseMap map = StationDistances(room.room(), 64).seen_from(3, 6);
   EXPECT_TRUE(complete(map));
   EXPECT_GT(share_right(room, 3, 6, map), 0.6) << "of the 73 % that are known, most";
 
@@ -231,26 +231,26 @@ TEST(StationDistances, AreIgnoredBelowTheConfidenceOfViews) {
   EXPECT_LT(StationDistances(room.room(), 64).seen_from(0, 6).at(10, 16), 2.0F);
 }
 
-TEST(OmegaFile, HoldsFallsAndRisesOverTheWholeRange) {
-  OmegaMap map({16, 8});
+TEST(InverseFile, HoldsFallsAndRisesOverTheWholeRange) {
+  InverseMap map({16, 8});
   for (int theta = 0; theta < 16; ++theta) {
     for (int row = 0; row < 8; ++row) map.at(theta, row) = (theta + row) % 2 == 0 ? 0.0F : 2.0F;
   }
   map.at(3, 4) = 5.0F;  // too near, which becomes the nearest
-  const double step_per_m = 2.0 / kLargestOmegaValue;
-  const OmegaMap read = decoded_omega(encode_omega(map, step_per_m), 16, step_per_m);
+  const double step_per_m = 2.0 / kLargestInverseValue;
+  const InverseMap read = decoded_inverse(encode_inverse(map, step_per_m), 16, step_per_m);
   map.at(3, 4) = 2.0F;
   EXPECT_TRUE(std::ranges::equal(read.values(), map.values()));
 }
 
-TEST(OmegaFile, SmoothDistancesAreFewBytes) {
-  OmegaMap map({512, 256});
+TEST(InverseFile, SmoothDistancesAreFewBytes) {
+  InverseMap map({512, 256});
   for (int theta = 0; theta < 512; ++theta) {
     for (int row = 0; row < 256; ++row) {
       map.at(theta, row) = static_cast<float>(std::sin(0.01 * row) * std::cos(0.01 * theta) + 1.0);
     }
   }
-  EXPECT_LT(encode_omega(map, 2.0 / kLargestOmegaValue).size(), map.values().size_bytes() / 6);
+  EXPECT_LT(encode_inverse(map, 2.0 / kLargestInverseValue).size(), map.values().size_bytes() / 6);
 }
 
 }  // namespace

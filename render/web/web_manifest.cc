@@ -118,7 +118,7 @@ ordered_json web_manifest(const Room& room, const WebContent& content) {
           {"panorama", {{"width_px", content.width}, {"coarse_width_px", content.coarse_width}}},
           {"distances",
            {{"width_px", content.distance_width},
-            {"omega_step_per_m", content.omega_step_per_m},
+            {"inverse_step_per_m", content.inverse_step_per_m},
             {"surface_tolerance", surface_tolerance_of(content.distance_width)}}},
           {"view",
            {{"method", method_name(content.view.method)},

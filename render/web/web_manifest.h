@@ -27,11 +27,11 @@ std::string station_name(int index);
 // describes the keys.
 struct WebContent {
   std::string title{};
-  double budget_mb = 0.0;         // 10^6 bytes of GPU memory
-  int width = 0;                  // of the panoramas
-  int coarse_width = 0;           // of the coarse ones
-  int distance_width = 0;         // of the distances
-  double omega_step_per_m = 0.0;  // of inverse distances in files, > 0
+  double budget_mb = 0.0;           // 10^6 bytes of GPU memory
+  int width = 0;                    // of the panoramas
+  int coarse_width = 0;             // of the coarse ones
+  int distance_width = 0;           // of the distances
+  double inverse_step_per_m = 0.0;  // of inverse distances in files, > 0
   ViewOptions view{};
   PlanPoint start{};
   double vertical_range_m = 0.0;

@@ -131,7 +131,7 @@ std::string summary_of(const WebPlan& plan, const std::optional<RoomRequirements
   const std::string stations =
       required ? fmt::format("{} of {}, as gaps of up to {:.3g} m suffice", plan.stations,
                              plan.captured_stations, required->spacing_m)
-               : fmt::format("all {}; raywalk-build-lf require {} tells which suffice",
+               : fmt::format("all {}; raywalk-build-lf require {} reports which suffice",
                              plan.captured_stations, shell_word(room));
   return fmt::format(
       "  stations   {}\n"

@@ -28,11 +28,11 @@ float joint_share(float from_x, float half_x, float from_y, float half_y, float 
   return std::clamp(in_x + in_y - in_x * in_y, 0.0F, 1.0F);
 }
 
-// Hairline cracks: the zero crossings of a noise.
+// Hairline cracks: the zero intersections of a noise.
 float cracks(const Eigen::Vector2f& at, float footprint, std::uint32_t seed) {
   constexpr float kHalfWidth = 0.003F;  // room units
   const float field = fractal_noise(at, {0.7F, 4, 0.55F}, footprint, seed);
-  // The noise has a slope of about 3 per room unit at its zero crossings.
+  // The noise has a slope of about 3 per room unit at its zero intersections.
   return soft_stripe(field / 3.0F, kHalfWidth, std::max(footprint, kHalfWidth));
 }
 
@@ -206,7 +206,7 @@ Color tile_albedo(const Surface& surface, const Eigen::Vector2f& at, float footp
   const bool odd = (x.index + y.index) % 2 != 0;
   const Color ground = (odd ? surface.base : surface.accent) *
                        (0.8F + 0.35F * cell_value(x.index, y.index, surface.seed));
-  // Veins: the zero crossings of a noise, different for every tile.
+  // Veins: the zero intersections of a noise, different for every tile.
   const auto own = surface.seed + 31U * static_cast<std::uint32_t>(x.index) +
                    977U * static_cast<std::uint32_t>(y.index);
   const float field = fractal_noise(at, {0.35F, 6, 0.6F}, footprint, own);

@@ -22,7 +22,7 @@ SettingsSchema virtual_room_schema(VirtualRoomSettings* settings) {
       .integer("grid.cells_z", &grid->cells_z, 1, kMostCells)
       .number("grid.spacing_mm", &grid->spacing_mm, 0.0, 1e5)
       .number("grid.overhang_share", &grid->overhang_share, 0.0, 2.0)
-      .boolean("grid.shared_crossings", &grid->shared_crossings)
+      .boolean("grid.shared_intersections", &grid->shared_intersections)
       .number("sensor.noise_levels", &settings->sensor.noise_levels, 0.0, 64.0)
       .number("sensor.shot_noise", &settings->sensor.shot_noise, 0.0, 16.0)
       .number("sensor.gain_spread", &settings->sensor.gain_spread, 0.0, 0.5)

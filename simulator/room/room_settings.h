@@ -20,9 +20,9 @@ struct GridSettings {
   double cell_side_m = 1.0;
   int cells_x = 1;  // 0: a single line along z
   int cells_z = 1;
-  double spacing_mm = 0.0;        // between stations; 0 = a 40th of the cell's side
-  double overhang_share = 0.25;   // captured beyond the outer corners, relative to the cell's side
-  bool shared_crossings = false;  // a crossing's station is of the line along x only
+  double spacing_mm = 0.0;       // between stations; 0 = a 40th of the cell's side
+  double overhang_share = 0.25;  // captured beyond the outer corners, relative to the cell's side
+  bool shared_intersections = false;  // an intersection's station is of the line along x only
 };
 
 struct SensorSettings {

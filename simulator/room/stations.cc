@@ -23,10 +23,11 @@ int steps_per_cell(const GridSettings& grid) {
     throw UsageError(fmt::format("grid.spacing_mm is {}: more than {} stations on a line",
                                  grid.spacing_mm, kMostStationsPerLine));
   }
-  if (grid.shared_crossings && steps < 3.0) {
-    throw UsageError(fmt::format(
-        "grid.spacing_mm is {}: lines that share their crossings need at least three steps a cell",
-        grid.spacing_mm));
+  if (grid.shared_intersections && steps < 3.0) {
+    throw UsageError(
+        fmt::format("grid.spacing_mm is {}: lines that share their intersections need at least "
+                    "three steps a cell",
+                    grid.spacing_mm));
   }
   return std::max(static_cast<int>(steps), 1);
 }
@@ -35,7 +36,7 @@ PlannedLine planned_line(const GridSettings& grid, LineAxis axis, int number) {
   const bool along_x = axis == LineAxis::kX;
   const int cells_along = along_x ? grid.cells_x : grid.cells_z;
   const int cells_across = along_x ? grid.cells_z : grid.cells_x;
-  const bool with_crossings = along_x || !grid.shared_crossings || cells_across == 0;
+  const bool with_intersections = along_x || !grid.shared_intersections || cells_across == 0;
   const int steps = steps_per_cell(grid);
   // The tolerance keeps an exact number of steps from being rounded down.
   const int overhang_steps = static_cast<int>(std::floor(grid.overhang_share * steps + 1e-9));
@@ -45,7 +46,7 @@ PlannedLine planned_line(const GridSettings& grid, LineAxis axis, int number) {
   line.across_m = (number - 0.5 * cells_across) * grid.cell_side_m;
   for (int i = -overhang_steps; i <= cells_along * steps + overhang_steps; ++i) {
     const bool on_grid = i >= 0 && i <= cells_along * steps;
-    if (!with_crossings && on_grid && i % steps == 0) continue;
+    if (!with_intersections && on_grid && i % steps == 0) continue;
     line.along_m.push_back((static_cast<double>(i) / steps - 0.5 * cells_along) * grid.cell_side_m);
   }
   return line;

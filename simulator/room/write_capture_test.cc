@@ -379,8 +379,8 @@ TEST(PlanLinesTest, SpacingIsRoundedToWholeStepsAndDefaultsToAFortieth) {
   EXPECT_THROW(plan_lines(grid), UsageError);
 }
 
-TEST(PlanLinesTest, LinesMayShareTheirCrossingsOrBeASingleOne) {
-  GridSettings grid{.spacing_mm = 250.0, .overhang_share = 0.0, .shared_crossings = true};
+TEST(PlanLinesTest, LinesMayShareTheirIntersectionsOrBeASingleOne) {
+  GridSettings grid{.spacing_mm = 250.0, .overhang_share = 0.0, .shared_intersections = true};
   EXPECT_EQ(plan_lines(grid)[0].along_m.size(), 5U);
   EXPECT_EQ(plan_lines(grid)[2].along_m.size(), 3U);
   grid.cells_x = 0;

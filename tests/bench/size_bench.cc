@@ -34,8 +34,8 @@ namespace fs = std::filesystem;
 struct Hall {
   int columns = 1;   // cells along x
   int rows = 1;      // and along z
-  int steps = 50;    // between two crossings
-  int overhang = 0;  // steps of every line beyond the outermost crossings
+  int steps = 50;    // between two intersections
+  int overhang = 0;  // steps of every line beyond the outermost intersections
 };
 
 constexpr int kMapWidth = 64;
@@ -75,8 +75,8 @@ std::vector<StationPose> stations_of(const Hall& hall) {
   }
   for (int line = 0; line <= hall.columns; ++line) {
     for (int i = -hall.overhang; i <= hall.rows * hall.steps + hall.overhang; ++i) {
-      const bool crossing = i % hall.steps == 0 && i >= 0 && i <= hall.rows * hall.steps;
-      if (!crossing) add('z', line, i, line, i / static_cast<double>(hall.steps));
+      const bool intersection = i % hall.steps == 0 && i >= 0 && i <= hall.rows * hall.steps;
+      if (!intersection) add('z', line, i, line, i / static_cast<double>(hall.steps));
     }
   }
   return stations;
@@ -172,7 +172,8 @@ BENCHMARK(bench_plan_view)->Unit(benchmark::kMicrosecond);
 
 // A view of a hall of many cells relative to one of a single cell with the same pictures and
 // spacing (`ratio`): medians over views that alternate between the two. Lines go on for a cell
-// beyond their last crossings: without that a single cell would mix fewer lines near its corners.
+// beyond their last intersections: without that a single cell would mix fewer lines near its
+// corners.
 void bench_view_in_hall(benchmark::State& state, ViewMethod method) {
   constexpr int kSteps = 6, kWidth = 512, kWarmViews = 2;
   const Hall halls[] = {

@@ -258,19 +258,19 @@ TEST_F(CalibrateTest, AllStepsAlignTheLinesAndAreNotRepeated) {
   const CommandResult first = run("all", options);
   ASSERT_EQ(first.exit_code, 0) << first.errors;
   EXPECT_THAT(first.output, Not(HasSubstr("done earlier")));
-  EXPECT_THAT(first.output,
-              ::testing::ContainsRegex("poses: 32 of 32 stations posed.* largest error at "
-                                       "the 4 crossings [0-9.]+ mm and [0-9.]+ px .W = 4096., by "
-                                       "[0-9.]+ mm and [0-9.]+ degrees corrected"));
+  EXPECT_THAT(first.output, ::testing::ContainsRegex(
+                                "poses: 32 of 32 stations posed.* largest error at "
+                                "the 4 intersections [0-9.]+ mm and [0-9.]+ px .W = 4096., by "
+                                "[0-9.]+ mm and [0-9.]+ degrees corrected"));
   EXPECT_THAT(first.output, HasSubstr("rectify: 32 frames\n"));
   EXPECT_THAT(first.output, HasSubstr("\ntrustworthy; see " + (out() / "index.html").string()));
   EXPECT_THAT(first.errors, ::testing::ContainsRegex("matching features: [0-9]+ of [0-9]+ pairs"));
   const json calibration = json_of(out() / "calibration.json");
   EXPECT_EQ(calibration["trustworthy"], true);
-  EXPECT_EQ(calibration["poses"]["crossings"].size(), 4U);
-  for (const json& crossing : calibration["poses"]["crossings"]) {
-    EXPECT_GT(crossing["correction_deg"], 0.4);
-    EXPECT_LT(crossing["rotation_px"], 2.0);
+  EXPECT_EQ(calibration["poses"]["intersections"].size(), 4U);
+  for (const json& intersection : calibration["poses"]["intersections"]) {
+    EXPECT_GT(intersection["correction_deg"], 0.4);
+    EXPECT_LT(intersection["rotation_px"], 2.0);
   }
   // In truth all attitudes are equal. A common rotation is not observable.
   const auto spread = [&](const char* angle) {

@@ -177,7 +177,7 @@ TEST_F(WholeChainTest, FromTheFirstMoveToValidatedViews) {
   EXPECT_EQ(calibration()["trustworthy"], true);
   EXPECT_TRUE(calibration()["mask"]["automatic"]["reach_deg"].is_number());
 
-  // The two stations nearest to each crossing of the grid.
+  // The two stations nearest to each intersection of the grid.
   const auto estimated = estimated_poses(), truth = true_poses();
   ASSERT_EQ(truth.size(), 4U * 13U + 7U);
   double worst_mm = 0.0;

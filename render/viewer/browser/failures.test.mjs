@@ -34,13 +34,13 @@ pageTest("names damaged and missing files, and shows the rest", async (visit) =>
   visit.allowed.push(FAILED_TO_LOAD);
   const picture_file = await host.read("/stations/0003.jpg");
   host.replaced.set("/stations/0003.jpg", picture_file.subarray(0, 2000));
-  host.replaced.set("/stations/0005.omega", Buffer.from("this is no zlib stream"));
+  host.replaced.set("/stations/0005.inverse", Buffer.from("this is no zlib stream"));
   host.replaced.set("/stations/0007.jpg", null);
   const page = await visit.page();
   await openRoom(page, host.address, place({}));
   await drawn(page);
   const messages = page.getByTestId("messages");
-  for (const name of ["0003.jpg", "0005.omega", "0007.jpg"]) {
+  for (const name of ["0003.jpg", "0005.inverse", "0007.jpg"]) {
     await messages.getByText(name).waitFor({ state: "visible" });
   }
   const how = { size_px: page.viewportSize().width, method: "two-sided" };

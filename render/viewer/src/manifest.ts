@@ -82,7 +82,7 @@ export interface Manifest {
   title: string;
   budget_mb: number;
   panorama: { width_px: number; coarse_width_px: number };
-  distances: { width_px: number; omega_step_per_m: number; surface_tolerance: number };
+  distances: { width_px: number; inverse_step_per_m: number; surface_tolerance: number };
   view: ViewSettings & { distance_maps: number };
   lines: Line[];
   cells: Cell[];

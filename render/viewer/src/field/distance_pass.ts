@@ -43,7 +43,7 @@ export class DistancePass {
       distance_size: { value: new three.Vector2(width, rows) },
       tolerance: { value: distances.surface_tolerance },
       maps: { value: maps },
-      inverse_step_per_m: { value: distances.omega_step_per_m },
+      inverse_step_per_m: { value: distances.inverse_step_per_m },
       map_places: { value: this.places },
       gathered: { value: 0 },
     };

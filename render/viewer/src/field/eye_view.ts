@@ -30,7 +30,7 @@ export class EyeView {
     textures: StationTextures,
   ) {
     this.plan = new PlanTexture(manifest.panorama.width_px);
-    this.distances = new DistancePass(webgl, manifest, textures.omegaMaps);
+    this.distances = new DistancePass(webgl, manifest, textures.inverseMaps);
     const { distances, plan } = this;
     this.colours = new ColourPass(webgl, manifest, textures, distances, plan.texture);
   }
@@ -68,7 +68,7 @@ export class EyeView {
     const gatheredFrom = JSON.stringify([viewpoint_m, maps.map(({ station }) => station)]);
     if (gatheredFrom === this.gatheredFrom) return;
     this.gatheredFrom = gatheredFrom;
-    const layerOf = (station: number) => this.store.layerWith(station, "omega")!;
+    const layerOf = (station: number) => this.store.layerWith(station, "inverse")!;
     const placed = maps.map(({ station, position_m }) => ({ layer: layerOf(station), position_m }));
     this.distances.draw(placed, viewpoint_m);
   }
@@ -78,7 +78,7 @@ export class EyeView {
     const there = this.store.placed.filter(
       ({ station, line }) =>
         (!cell || cell.lines.includes(line)) &&
-        this.store.layerWith(station, "omega") !== undefined,
+        this.store.layerWith(station, "inverse") !== undefined,
     );
     return byDistance(there, viewpoint_m);
   }

@@ -43,7 +43,7 @@ export class Residency {
 }
 
 /** What is read of a station: its coarse picture, its distances, its fine picture. */
-export const PARTS = ["coarse", "omega", "fine"] as const;
+export const PARTS = ["coarse", "inverse", "fine"] as const;
 export type Part = (typeof PARTS)[number];
 
 /** Maps that a first picture needs at least, of the nearest stations. */
@@ -55,10 +55,10 @@ const FIRST_MAPS = 8;
  */
 export function readingOrder(wanted: readonly number[], hasMap: (station: number) => boolean) {
   const maps = new Set(wanted.filter(hasMap).slice(0, FIRST_MAPS));
-  const first = [...maps].map((station) => ({ station, part: "omega" as Part }));
+  const first = [...maps].map((station) => ({ station, part: "inverse" as Part }));
   const coarse = wanted.map((station) => ({ station, part: "coarse" as Part }));
   const rest = wanted.flatMap((station) => [
-    ...(maps.has(station) ? [] : [{ station, part: "omega" as Part }]),
+    ...(maps.has(station) ? [] : [{ station, part: "inverse" as Part }]),
     { station, part: "fine" as Part },
   ]);
   return [...first, ...coarse, ...rest];

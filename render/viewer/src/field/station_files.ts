@@ -52,8 +52,8 @@ export async function readPicture(
   return picture;
 }
 
-/** Inverse distances in steps, [row][column] (render/web/omega_file.h describes the file). */
-export async function readOmega(
+/** Inverse distances in steps, [row][column] (render/web/inverse_file.h describes the file). */
+export async function readInverse(
   url: URL,
   width_px: number,
   signal: AbortSignal,
@@ -69,11 +69,11 @@ export async function readOmega(
   }
   const pixels = (width_px * width_px) / 2;
   if (bytes.length !== 2 * pixels) throw damaged(url);
-  return decodeOmega(bytes, width_px);
+  return decodeInverse(bytes, width_px);
 }
 
 /** Low bytes, then high bytes, of the differences to the row above. */
-export function decodeOmega(bytes: Uint8Array, width_px: number): Uint16Array<ArrayBuffer> {
+export function decodeInverse(bytes: Uint8Array, width_px: number): Uint16Array<ArrayBuffer> {
   const pixels = bytes.length / 2;
   const values = new Uint16Array(pixels);
   for (let i = 0; i < pixels; ++i) {

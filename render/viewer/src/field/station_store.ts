@@ -1,7 +1,7 @@
 // Reads the stations that are wanted and hands them to the textures.
 import { RoomError, type Manifest } from "../manifest";
 import { PARTS, readingOrder, Residency, type Part } from "./residency";
-import { readOmega, readPicture, UnreachableError } from "./station_files";
+import { readInverse, readPicture, UnreachableError } from "./station_files";
 import type { StationTextures } from "./station_textures";
 import type { PlacedStation } from "./station_choice";
 
@@ -21,7 +21,7 @@ interface StationState {
 
 function nothingYet(): StationState {
   const part = (): PartState => ({ is: "missing", attempts: 0 });
-  return { parts: { coarse: part(), omega: part(), fine: part() }, abort: new AbortController() };
+  return { parts: { coarse: part(), inverse: part(), fine: part() }, abort: new AbortController() };
 }
 
 function problemKey(station: number, part: Part): string {
@@ -80,9 +80,9 @@ export class StationStore {
   }
 
   /** The layer of a station whose part is there. */
-  layerWith(station: number, part: "picture" | "omega"): number | undefined {
+  layerWith(station: number, part: "picture" | "inverse"): number | undefined {
     const parts = this.states.get(station)?.parts;
-    const of: Part[] = part === "omega" ? ["omega"] : ["coarse", "fine"];
+    const of: Part[] = part === "inverse" ? ["inverse"] : ["coarse", "fine"];
     const there = of.some((name) => parts?.[name].is === "there");
     return there ? this.residency.layer(station) : undefined;
   }
@@ -150,9 +150,9 @@ export class StationStore {
     const { panorama, distances } = this.manifest;
     const signal = state.abort.signal;
     const file = (suffix: string) => new URL(`stations/${this.names[station]}${suffix}`, this.base);
-    if (part === "omega") {
-      const values = await readOmega(file(".omega"), distances.width_px, signal);
-      if (!signal.aborted) this.textures.setOmega(this.residency.layer(station)!, values);
+    if (part === "inverse") {
+      const values = await readInverse(file(".inverse"), distances.width_px, signal);
+      if (!signal.aborted) this.textures.setInverse(this.residency.layer(station)!, values);
       return;
     }
     const fine = part === "fine";

@@ -4,7 +4,7 @@ import * as three from "three";
 import { RoomError, type Manifest } from "../manifest";
 
 const BYTES_PER_PIXEL = 4;
-const BYTES_PER_OMEGA = 2;
+const BYTES_PER_INVERSE = 2;
 const FLOATS_PER_TEXEL = 4;
 
 type Sizes = Pick<Manifest, "panorama" | "distances" | "budget_mb">;
@@ -16,7 +16,7 @@ function pixelsOf(width_px: number): number {
 export function bytesPerStation({ panorama, distances }: Sizes): number {
   return (
     BYTES_PER_PIXEL * (pixelsOf(panorama.width_px) + pixelsOf(panorama.coarse_width_px)) +
-    BYTES_PER_OMEGA * pixelsOf(distances.width_px)
+    BYTES_PER_INVERSE * pixelsOf(distances.width_px)
   );
 }
 
@@ -30,7 +30,7 @@ export class StationTextures {
   readonly layers: number;
   readonly pictures: three.DataArrayTexture;
   readonly coarsePictures: three.DataArrayTexture;
-  readonly omegaMaps: three.DataArrayTexture;
+  readonly inverseMaps: three.DataArrayTexture;
   /** [fact][layer]: position and picture (0 none, 1 coarse, 2 fine); whether distances are there. */
   readonly table: three.DataTexture;
   private readonly facts: Float32Array<ArrayBuffer>;
@@ -52,10 +52,10 @@ export class StationTextures {
     this.layers = layersWithin(sizes, stations, mostLayers);
     this.pictures = pictureArray(sizes.panorama.width_px, this.layers);
     this.coarsePictures = pictureArray(sizes.panorama.coarse_width_px, this.layers);
-    this.omegaMaps = emptyArray(sizes.distances.width_px, this.layers);
-    this.omegaMaps.format = three.RedIntegerFormat;
-    this.omegaMaps.type = three.UnsignedShortType;
-    this.omegaMaps.internalFormat = "R16UI";
+    this.inverseMaps = emptyArray(sizes.distances.width_px, this.layers);
+    this.inverseMaps.format = three.RedIntegerFormat;
+    this.inverseMaps.type = three.UnsignedShortType;
+    this.inverseMaps.internalFormat = "R16UI";
     this.facts = new Float32Array(2 * FLOATS_PER_TEXEL * this.layers);
     this.table = new three.DataTexture(
       this.facts,
@@ -74,7 +74,7 @@ export class StationTextures {
     this.setFact(layer, 0, 3, fine ? 2 : 1);
   }
 
-  setOmega(layer: number, values: Uint16Array<ArrayBuffer>): void {
+  setInverse(layer: number, values: Uint16Array<ArrayBuffer>): void {
     const width = this.sizes.distances.width_px;
     const source = new three.DataTexture(
       values,
@@ -84,7 +84,7 @@ export class StationTextures {
       three.UnsignedShortType,
     );
     source.internalFormat = "R16UI";
-    this.upload(source, this.omegaMaps, layer);
+    this.upload(source, this.inverseMaps, layer);
     source.dispose();
     this.setFact(layer, 1, 0, 1);
   }

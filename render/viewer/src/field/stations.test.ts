@@ -5,7 +5,7 @@ import { Grid } from "../geometry/grid";
 import type { Cell, Line } from "../manifest";
 import { byDistance, nearestMaps, wantedStations, type PlacedStation } from "./station_choice";
 import { readingOrder, Residency } from "./residency";
-import { decodeOmega } from "./station_files";
+import { decodeInverse } from "./station_files";
 import { bytesPerStation, layersWithin } from "./station_textures";
 
 function placed(line: number, points: [number, number][], from = 0): PlacedStation[] {
@@ -48,14 +48,14 @@ test("coarse pictures of all come before fine ones, and each part comes once", (
   const lastCoarse = order.map(({ part }) => part).lastIndexOf("coarse");
   assert.ok(lastCoarse < firstFine);
   const maps = order.slice(0, 5).map(({ station, part }) => `${station} ${part}`);
-  assert.deepEqual(maps, ["2 omega", "6 omega", "10 omega", "14 omega", "18 omega"]);
+  assert.deepEqual(maps, ["2 inverse", "6 inverse", "10 inverse", "14 inverse", "18 inverse"]);
 });
 
 test("distances are sums of differences down the columns, modulo 65536", () => {
   // Two columns, one row below the other: 1, 65535 and then 0 (one less), 2 (three more).
   const low = [1, 255, 255, 3];
   const high = [0, 255, 255, 0];
-  const values = decodeOmega(Uint8Array.from([...low, ...high]), 2);
+  const values = decodeInverse(Uint8Array.from([...low, ...high]), 2);
   assert.deepEqual([...values], [1, 65535, 0, 2]);
 });
 
@@ -79,7 +79,7 @@ test("the budget holds the layers, and a device's limit does", () => {
   const sizes = {
     budget_mb: 256,
     panorama: { width_px: 1024, coarse_width_px: 256 },
-    distances: { width_px: 512, omega_step_per_m: 1, surface_tolerance: 0.1 },
+    distances: { width_px: 512, inverse_step_per_m: 1, surface_tolerance: 0.1 },
   };
   assert.equal(bytesPerStation(sizes), 4 * (524288 + 32768) + 2 * 131072);
   const layers = layersWithin(sizes, 1000, 2048);

@@ -38,7 +38,7 @@ function sameSources(actual: RaySource[], expected: RaySource[], where: string):
   expected.forEach((source, i) => {
     const { line, station, fraction, d_p_m, weight } = actual[i]!;
     assert.equal(line, source.line, where);
-    // A crossing on a station may be told as the end of one gap or the beginning of the next.
+    // An intersection on a station may be told as the end of one gap or the beginning of the next.
     near(station + fraction, source.station + source.fraction, `${where} place on the line`);
     near(d_p_m, source.d_p_m, `${where} distance`);
     near(weight, source.weight, `${where} weight`);

@@ -23,7 +23,7 @@ export interface ColumnPlan {
   behind: RaySource[];
 }
 
-interface LineCrossing {
+interface LineIntersection {
   d_p_m: number;
   along_m: number;
 }
@@ -76,11 +76,11 @@ export class ViewPlan {
       const at = (side + which) % SIDES;
       const line = sides[at]!;
       // A ray along a line that the viewpoint is on: the acquisition point is the viewpoint.
-      const crossing = crossLine(line, this.viewpoint, theta) ?? {
+      const intersection = crossLine(line, this.viewpoint, theta) ?? {
         d_p_m: 0,
         along_m: alongLine(line, this.viewpoint),
       };
-      sources.push(sourceAt(line, this.sideLines[at]!, crossing, weight));
+      sources.push(sourceAt(line, this.sideLines[at]!, intersection, weight));
     }
     return sources;
   }
@@ -88,11 +88,11 @@ export class ViewPlan {
   private openSources(theta: number): RaySource[] {
     let nearest: RaySource | null = null;
     this.lines.forEach((line, index) => {
-      const crossing = crossLine(line, this.viewpoint, theta);
-      if (!crossing || crossing.d_p_m < 0) return;
-      if (crossing.along_m < firstOf(line) || crossing.along_m > lastOf(line)) return;
-      if (nearest && crossing.d_p_m >= nearest.d_p_m) return;
-      nearest = sourceAt(line, index, crossing, 1);
+      const intersection = crossLine(line, this.viewpoint, theta);
+      if (!intersection || intersection.d_p_m < 0) return;
+      if (intersection.along_m < firstOf(line) || intersection.along_m > lastOf(line)) return;
+      if (nearest && intersection.d_p_m >= nearest.d_p_m) return;
+      nearest = sourceAt(line, index, intersection, 1);
     });
     return nearest ? [nearest] : [];
   }
@@ -114,13 +114,17 @@ export class ViewPlan {
 }
 
 /** Where a ray from the viewpoint crosses a line; null if it runs parallel to one it is not on. */
-export function crossLine(line: Line, viewpoint: PlanPosition, theta: number): LineCrossing | null {
+export function crossLine(
+  line: Line,
+  viewpoint: PlanPosition,
+  theta: number,
+): LineIntersection | null {
   const [along_x, along_z] = line.direction;
   const ray_x = Math.sin(theta);
   const ray_z = Math.cos(theta);
   const to_x = line.origin_m[0] - viewpoint.x_m;
   const to_z = line.origin_m[1] - viewpoint.z_m;
-  // viewpoint + d_p ray = origin + along direction; crossing both sides with `direction` leaves d_p.
+  // viewpoint + d_p ray = origin + along direction; intersection both sides with `direction` leaves d_p.
   const numerator = to_x * along_z - to_z * along_x;
   const along_m = alongLine(line, viewpoint);
   if (numerator === 0) return { d_p_m: 0, along_m };
@@ -130,20 +134,25 @@ export function crossLine(line: Line, viewpoint: PlanPosition, theta: number): L
 }
 
 /** Positions outside the captured part are clamped to its end. */
-function sourceAt(line: Line, index: number, crossing: LineCrossing, weight: number): RaySource {
+function sourceAt(
+  line: Line,
+  index: number,
+  intersection: LineIntersection,
+  weight: number,
+): RaySource {
   const stations = line.stations;
   let low = 0;
   let high = stations.length;
   while (low < high) {
     const middle = (low + high) >> 1;
-    if (crossing.along_m < stations[middle]!.along_m) high = middle;
+    if (intersection.along_m < stations[middle]!.along_m) high = middle;
     else low = middle + 1;
   }
   const station = Math.min(Math.max(low - 1, 0), stations.length - 2);
   const from = stations[station]!.along_m;
   const to = stations[station + 1]!.along_m;
-  const fraction = Math.min(Math.max((crossing.along_m - from) / (to - from), 0), 1);
-  return { line: index, station, fraction, d_p_m: crossing.d_p_m, weight };
+  const fraction = Math.min(Math.max((intersection.along_m - from) / (to - from), 0), 1);
+  return { line: index, station, fraction, d_p_m: intersection.d_p_m, weight };
 }
 
 function distanceToSide(cell: Cell, side: number, at: PlanPosition): number {

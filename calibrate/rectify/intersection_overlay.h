@@ -1,5 +1,5 @@
-// Red-cyan overlays of the two lines' panoramas nearest to a crossing: grey and sharp where they
-// agree, with red and cyan edges where they do not.
+// Red-cyan overlays of the two lines' panoramas nearest to an intersection: grey and sharp where
+// they agree, with red and cyan edges where they do not.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -11,15 +11,16 @@
 namespace raywalk::calibrate {
 
 // Indices into CaptureSet::frames.
-struct CrossingPair {
+struct IntersectionPair {
   int along_x = 0;
   int along_z = 0;
 };
 
-// The frames of the two lines that are nearest to each other at the crossing; nullopt if a line has
-// no frame with a pose.
-std::optional<CrossingPair> nearest_pair(const CaptureSet& set, const LineCrossing& crossing,
-                                         const FramePoses& poses);
+// The frames of the two lines that are nearest to each other at the intersection; nullopt if a line
+// has no frame with a pose.
+std::optional<IntersectionPair> nearest_pair(const CaptureSet& set,
+                                             const LineIntersection& intersection,
+                                             const FramePoses& poses);
 
 // A window of a panorama around the horizon.
 struct HorizonWindow {

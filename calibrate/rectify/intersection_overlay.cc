@@ -1,4 +1,4 @@
-#include "calibrate/rectify/crossing_overlay.h"
+#include "calibrate/rectify/intersection_overlay.h"
 
 #include <cmath>
 #include <limits>
@@ -42,19 +42,20 @@ double texture_of(const cv::Mat& levels, const cv::Mat& valid) {
 
 }  // namespace
 
-std::optional<CrossingPair> nearest_pair(const CaptureSet& set, const LineCrossing& crossing,
-                                         const FramePoses& poses) {
-  std::optional<CrossingPair> nearest;
+std::optional<IntersectionPair> nearest_pair(const CaptureSet& set,
+                                             const LineIntersection& intersection,
+                                             const FramePoses& poses) {
+  std::optional<IntersectionPair> nearest;
   double least_m = std::numeric_limits<double>::infinity();
-  for (const int a : set.lines[static_cast<std::size_t>(crossing.along_x)].frames) {
-    for (const int b : set.lines[static_cast<std::size_t>(crossing.along_z)].frames) {
+  for (const int a : set.lines[static_cast<std::size_t>(intersection.along_x)].frames) {
+    for (const int b : set.lines[static_cast<std::size_t>(intersection.along_z)].frames) {
       const auto& first = poses[static_cast<std::size_t>(a)];
       const auto& second = poses[static_cast<std::size_t>(b)];
       if (!first || !second) continue;
       const double distance_m = (first->position_m - second->position_m).norm();
       if (distance_m >= least_m) continue;
       least_m = distance_m;
-      nearest = CrossingPair{a, b};
+      nearest = IntersectionPair{a, b};
     }
   }
   return nearest;

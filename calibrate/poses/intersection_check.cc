@@ -1,4 +1,4 @@
-#include "calibrate/poses/crossing_check.h"
+#include "calibrate/poses/intersection_check.h"
 
 #include <fmt/format.h>
 
@@ -29,7 +29,7 @@ constexpr double kPriorCells = 0.1;
 constexpr double kPrior_rad = 0.1;
 constexpr int kSteps = 5;  // of Gauss and Newton
 
-// By frame: whether it belongs to the line and lies within `reach_m` of the crossing.
+// By frame: whether it belongs to the line and lies within `reach_m` of the intersection.
 std::vector<bool> near_stations(const CaptureSet& set, int line, PlanPoint at, double reach_m) {
   const CaptureLine& of = set.lines[line];
   const double at_m = of.axis == LineAxis::kX ? at.x_m : at.z_m;
@@ -61,16 +61,16 @@ bool in_black_patch(const Eigen::Vector3d& direction) {
   return (patch(axis + 1) + patch(axis + 2)) % 2 == 0;
 }
 
-// The lines of a crossing as the check sees them.
+// The lines of an intersection as the check sees them.
 struct NearStations {
   std::vector<bool> along_x{}, along_z{};  // by frame
   Eigen::Vector3d pivot_m{0, 0, 0};        // their mean position
 };
 
-NearStations near_crossing(const CaptureSet& set, const LineCrossing& crossing,
-                           const FramePoses& poses, double reach_m) {
-  NearStations near{near_stations(set, crossing.along_x, crossing.at, reach_m),
-                    near_stations(set, crossing.along_z, crossing.at, reach_m)};
+NearStations near_intersection(const CaptureSet& set, const LineIntersection& intersection,
+                               const FramePoses& poses, double reach_m) {
+  NearStations near{near_stations(set, intersection.along_x, intersection.at, reach_m),
+                    near_stations(set, intersection.along_z, intersection.at, reach_m)};
   double count = 0.0;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (!poses[i]) near.along_x[i] = near.along_z[i] = false;
@@ -186,7 +186,7 @@ std::vector<double> errors_of(const Tracks& tracks, const FramePoses& poses,
 }
 
 void measure(const NearStations& near, const Tracks& tracks, FramePoses poses, double noise_px,
-             double cell_m, std::vector<Eigen::Vector3d> points_m, CrossingCheck* check) {
+             double cell_m, std::vector<Eigen::Vector3d> points_m, IntersectionCheck* check) {
   const Vector6 variance = pose_variance(near, poses);
   Vector6 prior;
   prior << Eigen::Vector3d::Constant(std::pow(kPriorCells * cell_m, -2)),
@@ -228,16 +228,16 @@ double sigmas_from_zero(const Eigen::Vector3d& difference, const Matrix6& covari
 
 }  // namespace
 
-DividedPoints divide_points(const CaptureSet& set, std::span<const LineCrossing> crossings,
+DividedPoints divide_points(const CaptureSet& set, std::span<const LineIntersection> intersections,
                             const SeenPoints& points) {
-  const double reach_m = 0.5 * cell_side_m(set, crossings);
+  const double reach_m = 0.5 * cell_side_m(set, intersections);
   std::vector<bool> held(points.points_m.size(), false);
-  for (const LineCrossing& crossing : crossings) {
+  for (const LineIntersection& intersection : intersections) {
     const auto seen = [&](int line) {
-      return seen_from(near_stations(set, line, crossing.at, reach_m), points);
+      return seen_from(near_stations(set, line, intersection.at, reach_m), points);
     };
-    const std::vector<bool> by_x = seen(crossing.along_x), by_z = seen(crossing.along_z);
-    const Eigen::Vector3d at_m(crossing.at.x_m, 0.0, crossing.at.z_m);
+    const std::vector<bool> by_x = seen(intersection.along_x), by_z = seen(intersection.along_z);
+    const Eigen::Vector3d at_m(intersection.at.x_m, 0.0, intersection.at.z_m);
     for (std::size_t i = 0; i < held.size(); ++i) {
       if (by_x[i] && by_z[i] && in_black_patch(points.points_m[i] - at_m)) held[i] = true;
     }
@@ -247,15 +247,15 @@ DividedPoints divide_points(const CaptureSet& set, std::span<const LineCrossing>
   return {.used = chosen_points(points, held), .held_out = chosen_points(points, chosen)};
 }
 
-std::vector<CrossingCheck> check_crossings(const CaptureSet& set,
-                                           std::span<const LineCrossing> crossings,
-                                           const FramePoses& poses, double noise_px,
-                                           const SeenPoints& held_out) {
-  const double cell_m = cell_side_m(set, crossings);
-  std::vector<CrossingCheck> checks;
-  for (const LineCrossing& crossing : crossings) {
-    CrossingCheck check{.crossing = crossing};
-    const NearStations near = near_crossing(set, crossing, poses, 0.5 * cell_m);
+std::vector<IntersectionCheck> check_intersections(const CaptureSet& set,
+                                                   std::span<const LineIntersection> intersections,
+                                                   const FramePoses& poses, double noise_px,
+                                                   const SeenPoints& held_out) {
+  const double cell_m = cell_side_m(set, intersections);
+  std::vector<IntersectionCheck> checks;
+  for (const LineIntersection& intersection : intersections) {
+    IntersectionCheck check{.intersection = intersection};
+    const NearStations near = near_intersection(set, intersection, poses, 0.5 * cell_m);
     const Tracks tracks = common_tracks(near, held_out);
     check.points = static_cast<int>(tracks.size());
     if (check.points >= kLeastCheckPoints) {
@@ -266,14 +266,15 @@ std::vector<CrossingCheck> check_crossings(const CaptureSet& set,
   return checks;
 }
 
-std::vector<std::string> crossing_faults(const CaptureSet& set, const CrossingCheck& check,
-                                         double spacing_m) {
-  const std::string lines = fmt::format("lines {} and {}", set.line_id(check.crossing.along_x),
-                                        set.line_id(check.crossing.along_z));
+std::vector<std::string> intersection_faults(const CaptureSet& set, const IntersectionCheck& check,
+                                             double spacing_m) {
+  const std::string lines = fmt::format("lines {} and {}", set.line_id(check.intersection.along_x),
+                                        set.line_id(check.intersection.along_z));
   if (check.points < kLeastCheckPoints) {
     return {fmt::format(
         "{} have only {} held-out scene points in common where they should cross, {} are needed: "
-        "they are connected only by other crossings; check that both were captured in this room "
+        "they are connected only by other intersections; check that both were captured in this "
+        "room "
         "and lie where they were planned",
         lines, check.points, kLeastCheckPoints)};
   }

@@ -1,4 +1,4 @@
-#include "render/web/omega_file.h"
+#include "render/web/inverse_file.h"
 
 #include <zlib.h>
 
@@ -10,9 +10,9 @@
 namespace raywalk::render {
 namespace {
 
-std::uint16_t value_of(float omega, double step_per_m) {
+std::uint16_t value_of(float inverse, double step_per_m) {
   return static_cast<std::uint16_t>(
-      std::lround(std::clamp(omega / step_per_m, 0.0, double{kLargestOmegaValue})));
+      std::lround(std::clamp(inverse / step_per_m, 0.0, double{kLargestInverseValue})));
 }
 
 std::vector<std::byte> deflated(const std::vector<std::uint8_t>& bytes) {
@@ -27,7 +27,7 @@ std::vector<std::byte> deflated(const std::vector<std::uint8_t>& bytes) {
 
 }  // namespace
 
-std::vector<std::byte> encode_omega(const OmegaMap& map, double step_per_m) {
+std::vector<std::byte> encode_inverse(const InverseMap& map, double step_per_m) {
   const PanoramaSize size = map.size();
   const auto pixels = static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
   std::vector<std::uint8_t> bytes(2 * pixels);

@@ -14,8 +14,8 @@
 namespace raywalk::render {
 
 // Throws std::runtime_error unless the stream holds exactly a map of that width.
-inline OmegaMap decoded_omega(std::span<const std::byte> stream, int width, double step_per_m) {
-  OmegaMap map({width, width / 2});
+inline InverseMap decoded_inverse(std::span<const std::byte> stream, int width, double step_per_m) {
+  InverseMap map({width, width / 2});
   const std::size_t pixels = map.values().size();
   std::vector<std::uint8_t> bytes(2 * pixels + 1);
   uLongf size = bytes.size();
