@@ -182,7 +182,7 @@ class WhiteRoomTest : public testing::Test {
 };
 TestDirectory* WhiteRoomTest::directory_ = nullptr;
 
-// Every fourth frame of the room at a quarter of its size, in a folder whose name has a space.
+// Every fourth frame of the room at an eighth of its size, in a folder whose name has a space.
 TEST_F(WhiteRoomTest, AllMakesARefinedRoomAndRepeatsNothing) {
   const fs::path hall = *directory_ / "my hall";
   make_directories(hall);
@@ -191,7 +191,7 @@ TEST_F(WhiteRoomTest, AllMakesARefinedRoomAndRepeatsNothing) {
     if (frame.path.stem().string().back() % 4 != 0) continue;
     rows.push_back({.file = frame.path.stem().string() + ".png", .position_m = frame.position_m});
     cv::Mat small;
-    cv::resize(read_panorama(frame.path), small, {256, 128}, 0.0, 0.0, cv::INTER_AREA);
+    cv::resize(read_panorama(frame.path), small, {128, 64}, 0.0, 0.0, cv::INTER_AREA);
     write_image(hall / rows.back().file, small);
   }
   write_file_atomically(hall / "poses.csv", frame_list_text(rows));
