@@ -41,8 +41,8 @@ class GpioCamera final : public Camera {
   // camera is free. exposed_at is when it became busy with the first exposure; without a busy line,
   // when the shutter was pressed.
   Shot shoot(SteadyTime settled_at) override;
-  // One press each, for a camera that is set to record video. The busy line, where wired, must become
-  // active at the start and inactive after the stop.
+  // One press each, for a camera that is set to record video. The busy line, where wired, must
+  // become active at the start and inactive after the stop.
   void start_video() override;
   void stop_video() override;
   bool keeps_pictures() const override { return true; }

@@ -129,7 +129,8 @@ std::vector<Rule> picture_rules(const CaptureConfig& config) {
       {is_video && different.size() > 1, "camera.exposure.bracket_ev",
        "holds more than one exposure, which a video cannot have; write [0]"},
       {is_video && camera.kind != CameraKind::kGpio, "run.mode",
-       fmt::format("is video, but the program cannot record video with the {} camera; record it with a gpio "
+       fmt::format("is video, but the program cannot record video with the {} camera; record it "
+                   "with a gpio "
                    "camera, or capture stations",
                    name_of(camera.kind))},
   };

@@ -188,7 +188,8 @@ TEST_F(CaptureConfigTest, MistakesNameFileLineAndKey) {
            {pictures("exposure: {bracket_ev: [0, 1]}", video),
             "capture.yaml:3: 'camera.exposure.bracket_ev' holds more than one exposure, which a "},
            {pictures("exposure: {bracket_ev: [0]}", video),
-            "capture.yaml:4: 'run.mode' is video, but the program cannot record video with the osc"}}) {
+            "capture.yaml:4: 'run.mode' is video, but the program cannot record video with the "
+            "osc"}}) {
     EXPECT_THAT(refusal(text), StartsWith(error));
   }
   for (const char* map : {"no.yaml", "."}) {

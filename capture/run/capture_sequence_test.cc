@@ -64,7 +64,7 @@ class CaptureSequenceTest : public SessionCase {
     const auto session = capture_.open();
     Carriage carriage(slider_->driver(), clock(), limits_, motion_);
     record_lines(capture_.plan, {&carriage, &camera_, session.get(), place_, clock()},
-                {.profile = {50.0, 200.0}, .approach_mm = 5.0, .still_ms = 1000.0});
+                 {.profile = {50.0, 200.0}, .approach_mm = 5.0, .still_ms = 1000.0});
   }
   std::string paused_message() {
     try {
