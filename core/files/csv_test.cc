@@ -188,6 +188,7 @@ TEST(NearestWord, IsTheClosestAndNoneOfDifferentWords) {
   EXPECT_EQ(nearest_word("rol", columns), "roll");
   EXPECT_EQ(nearest_word("files", columns), "file");
   EXPECT_EQ(nearest_word("yax", columns), "yaw");
+  EXPECT_EQ(nearest_word("--yaw", {"--at", "--yaw-deg"}), "--yaw-deg") << "the unit is missing";
   EXPECT_FALSE(nearest_word("temperature", columns));
   EXPECT_FALSE(nearest_word("q", columns)) << "a letter resembles no other letter";
   EXPECT_FALSE(nearest_word("", columns));
@@ -196,7 +197,9 @@ TEST(NearestWord, IsTheClosestAndNoneOfDifferentWords) {
 
 TEST(NearestWord, AKeyMayStandInTheWrongGroup) {
   const std::vector<std::string> keys = {"grid.k_deg", "slider.motion.speed_mm_s", "run.shots"};
-  EXPECT_EQ(nearest_word("speed_mm_s", keys), "slider.motion.speed_mm_s");
+  for (const char* word : {"speed_mm_s", "speed", "motion.speed"}) {
+    EXPECT_EQ(nearest_word(word, keys), "slider.motion.speed_mm_s") << word;
+  }
   EXPECT_EQ(nearest_word("camera.shots", keys), "run.shots");
   EXPECT_EQ(nearest_word("motion.sped_mm_s", keys), "slider.motion.speed_mm_s");
   EXPECT_FALSE(nearest_word("grid.temperature", keys));

@@ -52,9 +52,16 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
+// "yaw" is "yaw_deg" without its unit.
+bool is_without_end(const std::string& word, const std::string& candidate) {
+  return !word.empty() && candidate.starts_with(word) &&
+         std::string("-_").find(candidate.substr(word.size(), 1)) != std::string::npos;
+}
+
 // How little a candidate resembles the word: the fraction of the letters that differ, and 1 more
 // where that is no typing error.
 double unlikeness(const std::string& word, const std::string& candidate) {
+  if (is_without_end(word, candidate)) return 0.0;
   const std::size_t distance = edit_distance(word, candidate);
   const std::size_t longer = std::max({word.size(), candidate.size(), std::size_t{1}});
   // A typing error leaves most of the word intact: two swapped letters cost 2; more than a third of
