@@ -61,7 +61,6 @@ bool is_without_end(const std::string& word, const std::string& candidate) {
 // How little a candidate resembles the word: the fraction of the letters that differ, and 1 more
 // where that is no typing error.
 double unlikeness(const std::string& word, const std::string& candidate) {
-  if (is_without_end(word, candidate)) return 0.0;
   const std::size_t distance = edit_distance(word, candidate);
   const std::size_t longer = std::max({word.size(), candidate.size(), std::size_t{1}});
   // A typing error leaves most of the word intact: two swapped letters cost 2; more than a third of
@@ -85,6 +84,12 @@ std::vector<std::pair<double, std::string>> ranked(const std::string& long_word,
     ranked.emplace_back(
         std::min(unlikeness(word, candidate), unlikeness(last_part(word), last_part(candidate))),
         candidate);
+  }
+  const auto goes_on = [&](const std::pair<double, std::string>& candidate) {
+    return is_without_end(last_part(word), last_part(candidate.second));
+  };
+  if (std::ranges::count_if(ranked, goes_on) == 1) {
+    std::ranges::find_if(ranked, goes_on)->first = 0.0;
   }
   std::ranges::stable_sort(ranked, {}, &std::pair<double, std::string>::first);
   return ranked;

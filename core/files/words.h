@@ -19,9 +19,9 @@ std::optional<int> parse_whole_number(std::string_view text);
 std::optional<int> parse_whole_or_hexadecimal_number(std::string_view text);
 
 // The candidate closest to `word` in edit distance, the first of equally close ones; none if no
-// candidate is close enough to be a typing error. Its end may be missing, as "yaw" of "yaw-deg". A
-// dotted key may also stand in the wrong group or in none: its last part is then compared
-// ("speed_mm_s", "slider.motion.speed_mm_s").
+// candidate is close enough to be a typing error. The end of one may be missing, as "yaw" of
+// "yaw-deg". A dotted key may also stand in the wrong group or in none: its last part is then
+// compared ("speed_mm_s", "slider.motion.speed_mm_s").
 std::optional<std::string> nearest_word(const std::string& word,
                                         const std::vector<std::string>& candidates);
 
