@@ -102,12 +102,12 @@ std::vector<bool> blurred_frames(const VideoTrack& track) {
   // The variance halves when motion blurs edges over about two pixels.
   constexpr double kBlurredShare = 0.6;
   constexpr double kNeighbours_s = 0.5;
-  const std::vector<VideoFrame>& frames = track.frames;
+  const std::vector<TrackFrame>& frames = track.frames;
   std::vector<bool> blurred;
   blurred.reserve(frames.size());
-  for (const VideoFrame& frame : frames) {
+  for (const TrackFrame& frame : frames) {
     const auto first =
-        std::ranges::lower_bound(frames, frame.time_s - kNeighbours_s, {}, &VideoFrame::time_s);
+        std::ranges::lower_bound(frames, frame.time_s - kNeighbours_s, {}, &TrackFrame::time_s);
     std::vector<double> near;
     for (auto other = first; other != frames.end() && other->time_s <= frame.time_s + kNeighbours_s;
          ++other) {

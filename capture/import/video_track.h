@@ -21,14 +21,14 @@ struct DecodedFrame {
 void read_video(const std::filesystem::path& video,
                 const std::function<bool(const DecodedFrame&)>& visit);
 
-struct VideoFrame {
+struct TrackFrame {
   double time_s = 0.0;     // since the first frame
   double activity = 0.0;   // mean change since the frame before, grey levels; 0 for the first
   double sharpness = 0.0;  // variance of the picture's Laplacian; lower is more blurred
 };
 
 struct VideoTrack {
-  std::vector<VideoFrame> frames;
+  std::vector<TrackFrame> frames;
   cv::Size size{};
 };
 
