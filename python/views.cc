@@ -205,7 +205,7 @@ py::array view(const std::shared_ptr<Room>& room, double x_m, double z_m, std::o
     KeptRenderer taken = take_renderer(room, request.mode(*room).options);
     cv::Mat picture = rgb_view(taken.renderer.get(), {{x_m, z_m}, y_m}, request.frame);
     const std::lock_guard lock(kept().mutex);
-    kept().last = std::move(taken);
+    kept().last.emplace(std::move(taken));  // another one goes before its room
     return picture;
   }));
 }

@@ -56,13 +56,14 @@ std::string stereo_text(const ViewFrame& frame);
 // UsageError as viewport_of() does, Error as the renderer does.
 RenderedView render_framed(Renderer* renderer, const Viewpoint& viewpoint, const ViewFrame& frame);
 
-// Renders many frames. Calls `use` with the picture of each in their order, in another thread,
-// while the next one is rendered; on a card, two are, so that it draws one while the processor
-// plans and reads back the other. Throws as render_framed() and `use` do.
 struct PlacedFrame {
   Viewpoint viewpoint;
   ViewFrame frame;
 };
+
+// Renders many frames. Calls `use` with the picture of each in their order, in another thread,
+// while the next one is rendered; on a card, two are, so that it draws one while the processor
+// plans and reads back the other. Throws as render_framed() and `use` do.
 void render_frames(const Room& room, const ViewOptions& options,
                    std::span<const PlacedFrame> frames,
                    const std::function<void(std::size_t, const cv::Mat&)>& use);
