@@ -209,8 +209,9 @@ void add_run(CLI::App* app) {
   command->footer(
       "Example:\n  raywalk-capture run capture.yaml --session hall\n"
       "  raywalk-capture run capture.yaml --session monday --lines x0-x3\n"
-      "Ctrl-C stops the slider and keeps what is captured; the same command resumes.\n"
+      "Ctrl-C stops the slider and keeps what is captured.\n"
       "Exit code 3: paused; fix the reported problem, then resume.");
+  add_resumption(command);
   command->callback([arguments] {
     if (!arguments->options.dry_run && arguments->options.session.empty()) {
       throw CLI::RequiredError("--session (or --dry-run)");
