@@ -157,8 +157,8 @@ def test_a_graphics_card_or_what_stands_in_for_one_shows_the_same(room, method):
     cell = room.cells[0]
     places = [
         (cell.x_min_m + right * (cell.x_max_m - cell.x_min_m), cell.z_min_m + far * (cell.z_max_m - cell.z_min_m))
-        for right in (0.1, 0.35, 0.5, 0.95)
-        for far in (0.05, 0.4, 0.8)
+        for right in (0.1, 0.95)
+        for far in (0.05, 0.4)
     ]
 
     def views():

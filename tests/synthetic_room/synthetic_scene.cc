@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kMeanLevel = 128.0;
 constexpr double kAmplitude = 90.0;
+constexpr int kChannels = 3;
 constexpr int kWavesPerChannel = 3;
 constexpr double kSkyRadius_m = 2.0;  // of the sphere with the sky's texture
 constexpr int kRowsPerTask = 8;
@@ -47,40 +48,39 @@ std::optional<double> distance_to_obstacle(const SyntheticScene& scene,
   return within.enter;
 }
 
-// cos(wave . point + phase); `wave` has 2 pi / wavelength radians per metre.
-struct Wave {
-  Eigen::Vector3d wave{0, 0, 0};
-  double phase = 0.0;
-};
-
-// The texture of one seed, as a function of the position in space, without seams at edges.
+// The texture of one seed, as a function of the position in space, without seams at edges: each
+// channel is the mean of waves cos(wave . point + phase), whose `wave` has 2 pi / wavelength
+// radians per metre.
 class Paint {
  public:
   Paint(unsigned seed, double wavelength_m) {
     std::mt19937 random(seed);  // portable, unlike the distributions of <random>
     const auto unit = [&] { return random() / static_cast<double>(std::mt19937::max()); };
-    for (auto& channel : waves_) {
-      for (Wave& wave : channel) {
-        const SphereAngles heading{kTwoPi * unit() - kPi, std::asin(2.0 * unit() - 1.0)};
-        const double length_m = wavelength_m * (0.7 + 0.6 * unit());
-        wave = {direction_from_angles(heading) * (kTwoPi / length_m), kTwoPi * unit()};
-      }
+    for (int i = 0; i < waves_.rows(); ++i) {
+      const SphereAngles heading{kTwoPi * unit() - kPi, std::asin(2.0 * unit() - 1.0)};
+      const double length_m = wavelength_m * (0.7 + 0.6 * unit());
+      waves_.row(i) = direction_from_angles(heading) * (kTwoPi / length_m);
+      phases_[i] = kTwoPi * unit();
     }
   }
 
   // Red, green and blue in [-1, 1].
   Eigen::Vector3d at(const Eigen::Vector3d& point_m) const {
-    Eigen::Vector3d color(0, 0, 0);
-    for (int channel = 0; channel < 3; ++channel) {
-      for (const Wave& wave : waves_[static_cast<size_t>(channel)]) {
-        color[channel] += std::cos(wave.wave.dot(point_m) + wave.phase) / kWavesPerChannel;
-      }
-    }
-    return color;
+    // Eigen takes four cosines of single precision at once, where they are not converted as well.
+    const Radians radians = (waves_ * point_m + phases_).cast<float>();
+    const Radians cosines = radians.cos();
+    return cosines.reshaped(Eigen::fix<kWavesPerChannel>, Eigen::fix<kChannels>)
+        .colwise()
+        .mean()
+        .transpose()
+        .cast<double>();
   }
 
  private:
-  std::array<std::array<Wave, kWavesPerChannel>, 3> waves_;
+  static constexpr int kWaves = kChannels * kWavesPerChannel;
+  using Radians = Eigen::Array<float, kWaves, 1>;
+  Eigen::Matrix<double, kWaves, 3> waves_;
+  Eigen::Vector<double, kWaves> phases_;
 };
 
 // The textures of a scene.

@@ -111,12 +111,15 @@ TEST_P(GpuRoom, ViewsAreThoseOfTheProcessor) {
                    .interpolation = Interpolation::kCubic,
                    .stations_mixed = 8});
   }
-  for (const ViewOptions& options : all) {
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const ViewOptions& options = all[i];
     Renderer cpu(room_.room(), options);
     const OnDevice device(Device::kGpu);
     ASSERT_TRUE(on_graphics_card());
     Renderer gpu(room_.room(), options);
-    for (const PlanPoint at : kViewpoints) {
+    // Half of the places: each is seen by every method and with each of the three settings.
+    for (std::size_t place = i % 2; place < std::size(kViewpoints); place += 2) {
+      const PlanPoint at = kViewpoints[place];
       expect_agreement(gpu.render(at), cpu.render(at),
                        fmt::format("{} at {}, {}", text_of(options), at.x_m, at.z_m));
     }
