@@ -172,7 +172,7 @@ TEST_F(WholeChainTest, FromTheFirstMoveToValidatedViews) {
   }
   ASSERT_NO_FATAL_FAILURE(run(fmt::format(
       "{} all {} --out {} --lens-start {}/lenses/dual-fisheye.yaml --width 512 --auto-mask "
-      "--keyframes-mm 200 --face-px 192",
+      "--keyframes-mm 200 --face-px 192 --pairs 12",
       RAYWALK_CALIBRATE, path("session"), path("calibration"), RAYWALK_CONFIGS)));
   EXPECT_EQ(calibration()["trustworthy"], true);
   EXPECT_TRUE(calibration()["mask"]["automatic"]["reach_deg"].is_number());
