@@ -28,11 +28,11 @@
 namespace raywalk {
 namespace {
 
-using testing::AllOf;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::EndsWith;
-using testing::HasSubstr;
-using testing::StartsWith;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
 namespace fs = std::filesystem;
 
 CsvTable poses(const std::string& text) {
@@ -95,6 +95,10 @@ TEST(CsvTable, ARowThatLooksLikeACommentIsNotLeftOut) {
 }
 
 TEST(CsvTable, HeaderErrorsNameTheRequiredColumns) {
+  const std::string missing = error_of([] {
+    CsvTable::read("nowhere/walk.csv", {"name", "x", "z"}, {"y"});
+  });
+  EXPECT_EQ(missing, "nowhere/walk.csv: no such file; give a table with the columns name,x,z");
   EXPECT_EQ(table_error(""), "poses.csv: empty; a header line with file,x,y,z is needed");
   EXPECT_EQ(table_error("# nothing\n\n"), table_error(""));
   EXPECT_EQ(table_error("file,x,z\n"), "poses.csv:1: no column 'y'; the header needs file,x,y,z");
@@ -106,18 +110,15 @@ TEST(CsvTable, HeaderErrorsNameTheRequiredColumns) {
   EXPECT_THAT(table_error("file,x,y,z,\n"), StartsWith("poses.csv:1: unknown column ''"));
 }
 
-TEST(CsvTable, AMissingFileIsNamedWithTheColumnsItNeeds) {
-  EXPECT_EQ(error_of([] {
-              CsvTable::read("nowhere/walk.csv", {"name", "x", "z"}, {"y"});
-            }),
-            "nowhere/walk.csv: no such file; give a table with the columns name,x,z");
-}
-
-TEST(CsvTable, RowsOfAnotherLengthAndBinaryDataAreErrors) {
+TEST(CsvTable, RowsThatCannotBeReadAreErrorsWithTheirLine) {
   EXPECT_THAT(table_error(std::string("file,x,y,z\n\0\0", 13)), HasSubstr("binary data"));
   EXPECT_EQ(table_error("file,x,y,z\na.jpg,1,2,3\nb.jpg,1,2\n"),
             "poses.csv:3: 3 fields where the header has 4 (file,x,y,z)");
   EXPECT_THAT(table_error("file,x,y,z\nb.jpg,1,2,3,\n"), StartsWith("poses.csv:2: 5 fields"));
+  EXPECT_EQ(table_error("file,x,y,z\n\"a.jpg,1,2,3\nb.jpg,1,2,3\n"),
+            "poses.csv:2: a quoted field has no closing quote");
+  EXPECT_THAT(table_error("file,x,y,z\n\"a\" b,1,2,3\n"), StartsWith("poses.csv:2: text after"));
+  EXPECT_THAT(table_error("file,x,y,z\na\"b\",1,2,3\n"), StartsWith("poses.csv:2: a quote inside"));
 }
 
 TEST(CsvTable, OtherSeparatorsAreNamedWithWhatToDo) {
@@ -146,22 +147,12 @@ TEST(CsvTable, DecimalCommasAreNamedWithWhatToDo) {
   }
 }
 
-TEST(CsvTable, MalformedQuotesAreErrorsWithTheirLine) {
-  EXPECT_EQ(table_error("file,x,y,z\n\"a.jpg,1,2,3\nb.jpg,1,2,3\n"),
-            "poses.csv:2: a quoted field has no closing quote");
-  EXPECT_THAT(table_error("file,x,y,z\n\"a\" b,1,2,3\n"), StartsWith("poses.csv:2: text after"));
-  EXPECT_THAT(table_error("file,x,y,z\na\"b\",1,2,3\n"), StartsWith("poses.csv:2: a quote inside"));
-}
-
-TEST(CsvTable, OnlyFiniteNumbersAreNumbers) {
+TEST(CsvTable, OnlyFiniteNumbersAreNumbersAndErrorsStayOneLine) {
   for (const std::string bad : {"nan", "1e999", "", "1 2", "\"1,5\""}) {
     const std::string error = table_error("file,x,y,z\na.jpg," + bad + ",2,3\n");
     EXPECT_THAT(error, StartsWith("poses.csv:2: column 'x': '")) << bad;
     EXPECT_THAT(error, HasSubstr("is not a finite number")) << bad;
   }
-}
-
-TEST(CsvTable, ErrorsStayOneLineWhateverTheFieldHolds) {
   const std::string error = table_error("file,x,y,z\na.jpg,\"1\n\x1b[2J\",2,3\n");
   EXPECT_EQ(error.find_first_of("\n\x1b"), std::string::npos) << error;
 }
@@ -398,9 +389,7 @@ TEST_F(FrameListTest, TextRoundTrips) {
   EXPECT_NEAR(back[1].attitude.value().roll_rad, 3.0, 1e-9);
   EXPECT_FALSE(back[1].mask);
   EXPECT_EQ(back[2].file, "#x.png");
-}
-
-TEST(FrameListText, HasColumnsOnlyWhereTheyAreNeeded) {
+  // Columns are there only where they are needed.
   EXPECT_EQ(frame_list_text({{.file = "a.png", .position_m = {1, -1e-12, -2}}}),
             "file,x,y,z\na.png,1.000000000,0.000000000,-2.000000000\n");
 }
@@ -417,7 +406,7 @@ TEST(ListedFiles, NamesOfOtherSystemsAreFound) {
   const TestDirectory directory;
   const std::string composed = "K\u00fcche.jpg", decomposed = "Ku\u0308che.jpg";
   fs::create_directories(directory / "Hall/Front");
-  for (const std::string name : {"Hall/Front/a.JPG", "b.jpg", "B.jpg", "\xFFg.jpg"}) {
+  for (const std::string name : {"Hall/Front/a.JPG", "b.jpg", "B.jpg", "\xFFg.jpg", "a\\b.jpg"}) {
     write_file_atomically(directory / name, name);
   }
   write_file_atomically(directory / decomposed, "");
@@ -435,13 +424,8 @@ TEST(ListedFiles, NamesOfOtherSystemsAreFound) {
   EXPECT_EQ(found("b.jpg"), "b.jpg");
   EXPECT_EQ(found("b.JPG"), "b.JPG") << "two files have this name but for case";
   EXPECT_EQ(found("none\\c.jpg"), "none\\c.jpg");
+  EXPECT_EQ(found("a\\b.jpg"), "a\\b.jpg") << "a file has this very name";
   EXPECT_EQ(files.find((directory / "HALL/front/a.jpg").string()), directory / "Hall/Front/a.JPG");
-}
-
-TEST(ListedFiles, AFileWithABackslashInItsNameIsTakenAsWritten) {
-  const TestDirectory directory;
-  write_file_atomically(directory / "a\\b.jpg", "");
-  EXPECT_EQ(ListedFiles(directory.path()).find("a\\b.jpg"), directory / "a\\b.jpg");
 }
 
 // Examples of FIPS 180-2, appendix B, and the empty message.
