@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
-#include <filesystem>
 #include <limits>
 #include <numbers>
 #include <opencv2/core.hpp>
@@ -226,12 +225,10 @@ double ffmpeg_ssim(const cv::Mat& a, const cv::Mat& b, const std::string& option
   return ffmpeg_filter_value("ssim", "Y", grey(a), grey(b), options);
 }
 
-TEST(Ssim, AgreesWithFfmpeg) {
-  for (const auto& [a, b] : disturbed_images())
-    EXPECT_NEAR(ssim(a, b), ffmpeg_ssim(a, b), kTolerance);
-}
-
 TEST(Ssim, AgreesWithFfmpegAtEverySize) {
+  for (const auto& [a, b] : disturbed_images()) {
+    EXPECT_NEAR(ssim(a, b), ffmpeg_ssim(a, b), kTolerance);
+  }
   for (const cv::Size size : {cv::Size(8, 8), cv::Size(9, 31), cv::Size(24, 16), cv::Size(50, 11),
                               cv::Size(131, 77), cv::Size(200, 100)}) {
     const cv::Mat a = textured_image(size);
@@ -364,9 +361,7 @@ TEST(NearSilhouettes, AreWhereDistancesHaveARatioAbove1Point15) {
   EXPECT_EQ(near_pixels(two_distances(1150, 1000)), 0);
   EXPECT_EQ(near_pixels(two_distances(1000, 1151)), kTwoBands);
   EXPECT_EQ(near_pixels(two_distances(1151, 1000)), kTwoBands);
-}
-
-TEST(NearSilhouettes, NoSurfaceIsFarthest) {
+  // No surface counts as the farthest.
   EXPECT_EQ(near_pixels(two_distances(0, 65535)), 0);
   EXPECT_EQ(near_pixels(two_distances(0, 56988)), 0) << "65535 / 1.15 = 56987";
   EXPECT_EQ(near_pixels(two_distances(0, 56986)), kTwoBands);

@@ -9,7 +9,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,9 +26,9 @@ namespace raywalk {
 namespace {
 
 using nlohmann::json;
-using nlohmann::ordered_json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::IsSupersetOf;
 using ::testing::Not;
 using testing::SizeIs;
 
@@ -111,6 +110,26 @@ TEST_F(TradeTest, WritesTheDocumentedFiles) {
   ASSERT_NE(half, all["settings"].end());
   EXPECT_GT((*half)["psnr_db"], 10.0);
   EXPECT_LT((*half)["psnr_db"], all["settings"][1]["psnr_db"]);
+}
+
+// A parameter without effect would give the same image in the same time under another name.
+TEST_F(TradeTest, SettingsVaryEveryParameterThatHasAnEffectAndAreNamedByIt) {
+  sweep({ViewMethod::kInitial, ViewMethod::kHlfVd, ViewMethod::kTwoSided});
+  const json all = traded();
+  std::set<std::string> names, initial;
+  std::map<std::string, std::set<std::string>> values;
+  for (const json& setting : all["settings"]) {
+    EXPECT_TRUE(names.insert(setting["name"]).second) << setting["name"];
+    if (setting["method"] == "initial") initial.insert(setting["name"]);
+    for (const json& parameter : all["parameters"]) {
+      values[parameter["key"]].insert(setting[parameter["key"].get<std::string>()].dump());
+    }
+  }
+  for (const auto& [parameter, taken] : values) EXPECT_GE(taken.size(), 2U) << parameter;
+  EXPECT_THAT(initial, SizeIs(1));
+  EXPECT_THAT(names, IsSupersetOf({"hlf-vd", "two-sided", "hlf-vd, cubic", "hlf-vd, k 45°",
+                                   "hlf-vd, stations 16", "hlf-vd, 32 px wide",
+                                   "two-sided, cubic, stations 8, second side faded"}));
 }
 
 // On what stands in for a card, if this machine has none. Views are chosen by the processor's
@@ -294,65 +313,6 @@ TEST_F(TradeTest, StationsReplaceTrueViews) {
   EXPECT_EQ(last.options.stations_mixed, 7);
   EXPECT_EQ(last.psnr_db, settings.back()["psnr_db"]);
   EXPECT_EQ(last.ratio, settings.back()["ratio"]);
-}
-
-// Of an initial, an hlf-vd and a two-sided setting.
-std::vector<ViewOptions> centres() {
-  std::vector<ViewOptions> centres;
-  for (const ViewMethod method :
-       {ViewMethod::kInitial, ViewMethod::kHlfVd, ViewMethod::kTwoSided}) {
-    centres.push_back({.method = method, .k_deg = 80.0});
-  }
-  return centres;
-}
-
-std::set<std::string> names(const std::vector<TradeSetting>& settings) {
-  std::set<std::string> names;
-  for (const TradeSetting& setting : settings) names.insert(setting.name);
-  return names;
-}
-
-// The values that every parameter takes.
-std::map<std::string, std::set<std::string>> values(const std::vector<TradeSetting>& settings) {
-  std::map<std::string, std::set<std::string>> values;
-  for (const TradeSetting& setting : settings) {
-    const ordered_json parameters = parameters_of(setting);
-    for (const auto& [parameter, value] : parameters.items()) {
-      values[parameter].insert(value.dump());
-    }
-  }
-  return values;
-}
-
-TEST(TradeSweep, SettingsAreUniqueAndVaryEveryParameter) {
-  std::vector<TradeSetting> sweep = trade_sweep(centres(), 64, 2);
-  repeat_on(Device::kGpu, 2, &sweep);
-  std::set<std::string> parameters;
-  for (const TradeSetting& setting : sweep) parameters.insert(parameters_of(setting).dump());
-  EXPECT_EQ(parameters.size(), sweep.size());
-  EXPECT_EQ(names(sweep).size(), sweep.size());
-  const auto taken = values(sweep);
-  for (const auto& [parameter, all] : taken) EXPECT_GE(all.size(), 2U) << parameter;
-  EXPECT_THAT(taken.at("stations_mixed"), SizeIs(5));
-  EXPECT_THAT(taken.at("k_deg"), SizeIs(4));  // the central one too
-  EXPECT_THAT(taken.at("overlap_deg"), SizeIs(3));
-}
-
-// A parameter without effect would give the same image in the same time under another name.
-TEST(TradeSweep, ParametersWithoutEffectAreNotVaried) {
-  const std::vector<ViewOptions> all = centres();
-  EXPECT_THAT(trade_sweep(std::span(all).first(1), 64, 2), SizeIs(1)) << "initial views";
-  EXPECT_THAT(values(trade_sweep(std::span(all).subspan(1, 1), 64, 2)).at("second_side"),
-              SizeIs(1));
-}
-
-TEST(TradeSweep, NamesListDifferencesFromTheCentre) {
-  const std::set<std::string> sweep = names(trade_sweep(centres(), 64, 2));
-  for (const char* name : {"hlf-vd", "two-sided", "hlf-vd, cubic", "hlf-vd, k 45°",
-                           "hlf-vd, stations 16", "hlf-vd, threads 1", "hlf-vd, 32 px wide",
-                           "two-sided, cubic, stations 8, second side faded"}) {
-    EXPECT_TRUE(sweep.contains(name)) << name;
-  }
 }
 
 }  // namespace
