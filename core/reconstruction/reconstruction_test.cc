@@ -57,15 +57,21 @@ class ColmapTest : public ::testing::Test {
   TestDirectory directory_;
 };
 
+// Of the small model.
+void expect_poses_of_two(const std::vector<ColmapImage>& images) {
+  ASSERT_EQ(images.size(), 2U);
+  EXPECT_EQ(images[0].name, "front/a b.png");
+  EXPECT_EQ(images[0].pose.rotation.coeffs(), Eigen::Vector4d(-0.5, 0.5, 0.5, 0.5));
+  EXPECT_EQ(images[0].pose.translation, Eigen::Vector3d(0.1, -2, 3));
+  EXPECT_EQ(images[1].pose.translation.z(), 1.0 / 3.0);
+}
+
 TEST_F(ColmapTest, ReadsWhatItWrote) {
   write();
   const ColmapModel model = read_colmap_model(directory_.path());
-  ASSERT_EQ(model.images.size(), 2U);
+  expect_poses_of_two(model.images);
   EXPECT_EQ(model.images[0].id, 3U);
   EXPECT_EQ(model.images[0].camera, 1U);
-  EXPECT_EQ(model.images[0].name, "front/a b.png");
-  EXPECT_EQ(model.images[0].pose.rotation.coeffs(), Eigen::Vector4d(-0.5, 0.5, 0.5, 0.5));
-  EXPECT_EQ(model.images[0].pose.translation, Eigen::Vector3d(0.1, -2, 3));
   ASSERT_EQ(model.images[0].features.size(), 2U);
   EXPECT_EQ(model.images[0].features[0].pixel.y, 20.5);
   EXPECT_EQ(model.images[0].features[1].point, kNoPoint);
@@ -142,14 +148,6 @@ TEST_F(ColmapTest, RefusesTracksOfFeaturesThatDoNotExist) {
     write(model);
     EXPECT_THAT(reading_error(), HasSubstr("a feature that does not exist"));
   }
-}
-
-void expect_poses_of_two(const std::vector<ColmapImage>& images) {
-  ASSERT_EQ(images.size(), 2U);
-  EXPECT_EQ(images[0].name, "front/a b.png");
-  EXPECT_EQ(images[0].pose.rotation.coeffs(), Eigen::Vector4d(-0.5, 0.5, 0.5, 0.5));
-  EXPECT_EQ(images[0].pose.translation, Eigen::Vector3d(0.1, -2, 3));
-  EXPECT_EQ(images[1].pose.translation.z(), 1.0 / 3.0);
 }
 
 TEST_F(ColmapTest, ImagesAreReadExactlyFromBinaryAndText) {
