@@ -1,8 +1,6 @@
 // For tests: capture grids in closed form.
 #pragma once
 
-#include <algorithm>
-#include <string>
 #include <vector>
 
 #include "core/geometry/grid.h"
