@@ -7,7 +7,6 @@
 #include <cmath>
 #include <random>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "core/view/column_geometry.h"

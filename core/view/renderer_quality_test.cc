@@ -1,11 +1,10 @@
-// Accuracy of views in rooms whose truth is known in closed form, also with poor or absurd
-// distances and stations beside their lines.
+// The accuracy of views: against the true picture, with any distances, and with gains.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <limits>
 #include <map>
@@ -17,6 +16,7 @@
 
 #include "core/room/room.h"
 #include "core/view/renderer.h"
+#include "core/view/test_gains.h"
 #include "core/view/test_room.h"
 #include "core/view/test_viewport.h"
 #include "core/view/view_plan.h"
@@ -27,9 +27,9 @@ namespace {
 // A pillar beyond the front right corner, which hides different parts of the walls from every
 // viewpoint.
 SyntheticRoomSpec room_with_pillar() {
-  SyntheticRoomSpec spec = box_room();
-  spec.scene.obstacle = SceneBox{{0.7, -1.2, 0.8}, {1.2, 0.3, 1.3}};
-  return spec;
+  return {.scene = {.obstacle = SceneBox{{0.7, -1.2, 0.8}, {1.2, 0.3, 1.3}}},
+          .overhang_m = 0.25,
+          .width = 192};
 }
 
 // In the middle, anywhere, on a line, on a corner, and 1 nm inside a line.
@@ -38,9 +38,7 @@ const std::vector<PlanPoint> kQualityViewpoints = {{0.0, 0.0},  {0.23, 0.31},   
                                                    {0.5, -0.5}, {-0.5 + 1e-9, 0.2}};
 
 TEST(RendererQuality, CorrectedViewsMatchTheTruthWhereInitialOnesDoNot) {
-  SyntheticRoomSpec spec = box_room();
-  spec.height_m = 0.6;
-  const TestRoom room(spec);
+  const TestRoom room({.overhang_m = 0.25, .height_m = 0.6, .width = 192});
   for (const PlanPoint at : kQualityViewpoints) {
     EXPECT_LT(room.psnr({.method = ViewMethod::kInitial}, at), 25.0);
     for (const ViewMethod method : kCorrected) {
@@ -53,9 +51,7 @@ TEST(RendererQuality, CorrectedViewsMatchTheTruthWhereInitialOnesDoNot) {
 }
 
 TEST(RendererQuality, SoDoThoseOnTheBordersOfSeveralCells) {
-  SyntheticRoomSpec spec = box_room(96);
-  spec.cells_x = spec.cells_z = 2;
-  const TestRoom room(spec);
+  const TestRoom room({.cells_x = 2, .cells_z = 2, .overhang_m = 0.25, .width = 96});
   for (const PlanPoint at : {PlanPoint{0.0, 0.0}, {1.0, 1.0}, {0.0, -0.7}, {0.3, -1e-9}}) {
     for (const ViewMethod method : kCorrected) {
       EXPECT_GT(room.psnr({.method = method, .k_deg = 76.0}, at), 35.0)
@@ -87,21 +83,16 @@ TEST(RendererQuality, CellsOfMicrometresAndKilometresRenderAsOneOfAMetreDoes) {
       EXPECT_NEAR(psnr(scale), at_one_metre, 0.1) << scale;
     }
     // In a room of fixed size a cell of micrometres sees it from one point.
-    SyntheticRoomSpec tiny = box_room(96);
-    tiny.side_m = 8e-6;
-    tiny.spacing_m = 1e-6;
-    tiny.overhang_m = 0.0;
-    EXPECT_GT(TestRoom(tiny).psnr({.method = method}, {1.3e-6, -2.1e-6}), 45.0);
+    const TestRoom tiny({.side_m = 8e-6, .spacing_m = 1e-6, .width = 96});
+    EXPECT_GT(tiny.psnr({.method = method}, {1.3e-6, -2.1e-6}), 45.0);
   }
 }
 
 TEST(RendererQuality, SparseAndSmallDistanceMapsSuffice) {
   // Whole fractions of the panoramas' size, another one, and larger ones.
   for (const int width : {96, 48, 64, 240}) {
-    SyntheticRoomSpec spec = box_room();
-    spec.distance_every = 5;
-    spec.distance_width = width;
-    const TestRoom room(spec);
+    const TestRoom room(
+        {.overhang_m = 0.25, .width = 192, .distance_every = 5, .distance_width = width});
     for (const ViewMethod method : kCorrected) {
       for (const PlanPoint at : kQualityViewpoints) {
         EXPECT_GT(room.psnr({.method = method}, at), 34.0)
@@ -164,14 +155,11 @@ TEST(RendererQuality, NothingIsLeftBlackWhereStationsSeeDifferentThings) {
 }
 
 // Texture with a wavelength of a few pixels, whose crests linear interpolation flattens.
-SyntheticRoomSpec textured_room(int width = 192) {
-  SyntheticRoomSpec spec = box_room(width);
-  spec.scene.texture_wavelength_m = 0.5;
-  return spec;
-}
+const SyntheticRoomSpec kTextured{
+    .scene = {.texture_wavelength_m = 0.5}, .overhang_m = 0.25, .width = 192};
 
 TEST(RendererInterpolation, CubicIsCloserToTheTruthThanLinear) {
-  const TestRoom room(textured_room());
+  const TestRoom room(kTextured);
   for (const ViewMethod method : kCorrected) {
     for (const PlanPoint at : {PlanPoint{0.13, -0.21}, {-0.31, 0.17}}) {
       const ViewOptions linear{.method = method};
@@ -182,7 +170,7 @@ TEST(RendererInterpolation, CubicIsCloserToTheTruthThanLinear) {
 }
 
 TEST(RendererInterpolation, InitialViewsAndFlatPicturesAreResampledWithIt) {
-  SyntheticRoomSpec spec = textured_room();
+  SyntheticRoomSpec spec = kTextured;
   spec.scene.infinitely_far = true;
   const TestRoom room(spec);
   const ViewOptions linear{.method = ViewMethod::kInitial, .width = 300};
@@ -208,7 +196,7 @@ TEST(RendererInterpolation, InitialViewsAndFlatPicturesAreResampledWithIt) {
 }
 
 TEST(RendererStations, AnyNumberOfThemStaysCloseToTheTruth) {
-  const TestRoom room(textured_room());
+  const TestRoom room(kTextured);
   const PlanPoint at{0.13, -0.21};
   for (const ViewMethod method : kCorrected) {
     const double one_db = room.psnr({.method = method}, at);
@@ -375,10 +363,8 @@ cv::Point2d levels_of(const cv::Mat& picture) {
 TEST(RendererExtremes, WrongDistancesNeverGiveInvalidPictures) {
   const cv::Point2d captured{38.0, 218.0};  // range of the walls' levels
   for (const auto& [name, stored] : extreme_distances()) {
-    SyntheticRoomSpec spec = box_room(64);
-    spec.distance_width = 48;
-    spec.stored_distance = stored;
-    const TestRoom room(spec);
+    const TestRoom room(
+        {.overhang_m = 0.25, .width = 64, .distance_width = 48, .stored_distance = stored});
     for (const ViewMethod method : kCorrected) {
       for (const int stations : {1, 3, 16}) {
         for (const int width : {0, 20, 100}) {
@@ -406,9 +392,10 @@ TEST(RendererExtremes, WrongDistancesNeverGiveInvalidPictures) {
 // known the two neighbours are mixed, as in an initial view.
 TEST(RendererExtremes, UnknownEverywhereIsInfinitelyFar) {
   const auto view_of = [](float stored, ViewMethod method) {
-    SyntheticRoomSpec spec = box_room(96);
-    spec.stored_distance = [stored](int, int, double) { return stored; };
-    return TestRoom(spec).image({.method = method}, {0.13, -0.21});
+    return TestRoom({.overhang_m = 0.25,
+                     .width = 96,
+                     .stored_distance = [stored](int, int, double) { return stored; }})
+        .image({.method = method}, {0.13, -0.21});
   };
   for (const ViewMethod method : kCorrected) {
     const cv::Mat infinite = view_of(std::numeric_limits<float>::infinity(), method);
@@ -417,6 +404,71 @@ TEST(RendererExtremes, UnknownEverywhereIsInfinitelyFar) {
   EXPECT_LE(
       largest_difference(view_of(0.0f, ViewMethod::kHlfVd), view_of(0.0f, ViewMethod::kInitial)),
       1.0);
+}
+
+// Linear between the middles of the patches, around the seam, and constant beyond them at a pole.
+double gain_at(const cv::Mat& local, double u, double v, PanoramaSize size) {
+  const double x = (u + 0.5) / size.width * local.rows - 0.5;
+  const double y = std::clamp((v + 0.5) / size.height * local.cols - 0.5, 0.0, local.cols - 1.0);
+  double sum = 0.0;
+  for (const int right : {0, 1}) {
+    for (const int lower : {0, 1}) {
+      const auto column = static_cast<int>(std::floor(x)) + right;
+      const auto row = std::min(static_cast<int>(y) + lower, local.cols - 1);
+      const double across = x - std::floor(x), down = y - std::floor(y);
+      sum += (right == 1 ? across : 1 - across) * (lower == 1 ? down : 1 - down) *
+             local.at<cv::Vec3f>((column + 2 * local.rows) % local.rows, row)[0];
+    }
+  }
+  return sum;
+}
+
+// All lines with another exposure, and gains that undo it: the room but for rounded positions.
+TEST(Exposure, GainsUndoWhatLinesWereExposedBy) {
+  SyntheticRoomSpec spec = box_room(96);
+  const TestRoom plain(spec);
+  spec.line_gain = {{"x0", 0.8}, {"x1", 1.1}, {"z0", 0.7}, {"z1", 0.95}};
+  const RoomWithGains room(spec, [](int line, int) {
+    const float exposed = std::array{0.8f, 1.1f, 0.7f, 0.95f}[static_cast<std::size_t>(line)];
+    return GainField{.whole = ColourGain::all(1.0f / exposed)};
+  });
+  for (const ViewMethod method : kViewMethods) {
+    for (const bool gains : {true, false}) {
+      const ViewOptions options{.method = method, .gains = gains};
+      const cv::Mat view = Renderer(room.room(), options).render(PlanPoint{0.1, -0.2}).image;
+      const cv::Mat expected = plain.image(options, {0.1, -0.2});
+      cv::Mat difference;
+      cv::absdiff(view, expected, difference);
+      const int differ = cv::countNonZero(difference.reshape(1) > 4);
+      EXPECT_EQ(differ <= 3, gains) << method_name(method) << ": " << differ;
+    }
+  }
+}
+
+// A grey sky shows the gains themselves, also across the seam of the panoramas.
+TEST(Exposure, ViewsOfASkyShowTheGainsOfEveryDirection) {
+  SyntheticRoomSpec spec = box_room(96);
+  spec.scene.contrast = 0.0;
+  spec.scene.infinitely_far = true;
+  GainField field;
+  field.local.create(48, 24, CV_32FC3);
+  for (int theta = 0; theta < 48; ++theta) {
+    for (int phi = 0; phi < 24; ++phi) {
+      field.local.at<cv::Vec3f>(theta, phi) = cv::Vec3f::all(
+          static_cast<float>(0.7 + 0.2 * std::cos((theta + 0.5) / 48 * kTwoPi) + 0.015 * phi));
+    }
+  }
+  const RoomWithGains room(spec, [&](int, int) { return field; });
+  for (const ViewMethod method : kViewMethods) {
+    const cv::Mat view =
+        Renderer(room.room(), {.method = method}).render(PlanPoint{0.3, 0.31}).image;
+    for (int u = 0; u < view.cols; ++u) {
+      for (int v = 4; v < view.rows - 4; ++v) {  // not beside a pole, where they are constant
+        ASSERT_NEAR(view.at<cv::Vec3b>(v, u)[1], 128.0 * gain_at(field.local, u, v, {96, 48}), 1.0)
+            << method_name(method) << ' ' << u << ", " << v;
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -13,7 +13,6 @@
 #include <filesystem>
 #include <limits>
 #include <opencv2/imgproc.hpp>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -56,9 +55,7 @@ TEST_F(RendererTest, RefusesOptionsOutOfRangeAndViewpointsOutsideTheRoom) {
 }
 
 TEST_F(RendererTest, RefusesCorrectionWithoutDistancesAndNamesTheRemedy) {
-  SyntheticRoomSpec bare = box_room(64);
-  bare.distances = false;
-  const TestRoom room(bare);
+  const TestRoom room({.width = 64, .distances = false});
   for (const ViewMethod method : kCorrected) {
     EXPECT_THAT(error_of([&] { Renderer(room.room(), {.method = method}); }),
                 HasSubstr("raywalk-build-lf depth"));
@@ -97,9 +94,7 @@ TEST_F(RendererTest, InitialViewBetweenStationsIsTheirMean) {
 SyntheticRoomSpec room_of_everything() {
   SyntheticRoomSpec spec = pillar_spec(96);
   spec.distance_width = 64;
-  spec.companion.emplace().hides = [](const std::string&, int, const Eigen::Vector3d& direction) {
-    return direction.y() < -0.8;
-  };
+  spec.companion = masked_below(-0.8);
   return spec;
 }
 
@@ -174,10 +169,10 @@ TEST_F(RendererTest, SmallerPictureIsTheFullOneAveragedAndALargerOneShowsTheSame
 
 TEST(RendererSizes, TinyMapsPanoramasAndPicturesRender) {
   for (const int width : {4, 8, 12, 20}) {
-    SyntheticRoomSpec spec = box_room(width);
-    spec.scene.contrast = 0.0;
-    spec.distance_width = width / 2;
-    const TestRoom room(spec);
+    const TestRoom room({.scene = {.contrast = 0.0},
+                         .overhang_m = 0.25,
+                         .width = width,
+                         .distance_width = width / 2});
     for (const ViewMethod method : kViewMethods) {
       for (const Interpolation interpolation : {Interpolation::kLinear, Interpolation::kCubic}) {
         for (const int out : {4, 8, 40}) {
@@ -198,13 +193,7 @@ TEST(RendererSizes, TinyMapsPanoramasAndPicturesRender) {
 // A single line through the origin along x, 1.5 m long, and no cell: the paper's 3D360.
 class SingleLineRoom : public testing::Test {
  protected:
-  static SyntheticRoomSpec spec() {
-    SyntheticRoomSpec spec;
-    spec.cells_z = 0;
-    spec.overhang_m = 0.25;
-    return spec;
-  }
-  TestRoom room_{spec()};
+  TestRoom room_{{.cells_z = 0, .overhang_m = 0.25}};
 };
 
 // From 0.5 m before its middle the line is seen under +- atan(0.75 / 0.5) around the centre. The
@@ -246,14 +235,8 @@ class CacheLimit {
 };
 
 SyntheticRoomSpec spec_of(RayForm::Kind kind, bool masked) {
-  SyntheticRoomSpec spec = box_room(96);
-  spec.form = {kind, 0};
-  spec.distance_width = spec.width / 2;
-  if (masked) {
-    spec.companion.emplace().hides = [](const std::string&, int, const Eigen::Vector3d& d) {
-      return d.y() < -0.8;
-    };
-  }
+  SyntheticRoomSpec spec{.overhang_m = 0.25, .width = 96, .distance_width = 48, .form = {kind, 0}};
+  if (masked) spec.companion = masked_below(-0.8);
   return spec;
 }
 
@@ -324,10 +307,7 @@ void write_last(Hdf5File* file, const char* name, ElementType type, const Shape&
 
 // One line of seven stations that see an infinitely far scene.
 Room write_large_room(const std::filesystem::path& directory) {
-  SyntheticRoomSpec spec;
-  spec.cells_z = 0;
-  spec.spacing_m = 1.0 / 6.0;
-  const Grid grid = synthetic_grid(spec);
+  const Grid grid = synthetic_grid({.cells_z = 0, .spacing_m = 1.0 / 6.0});
   std::filesystem::create_directories(directory / "lines");
   std::filesystem::create_directories(distances_directory(directory, DistanceKind::kGiven));
   {

@@ -17,20 +17,20 @@ inline constexpr ViewMethod kViewMethods[] = {ViewMethod::kInitial, ViewMethod::
 inline constexpr ViewMethod kCorrected[] = {ViewMethod::kHlfVd, ViewMethod::kTwoSided};
 
 // The synthetic scene's own room with stations beyond the corners.
-inline SyntheticRoomSpec box_room(int width = 192) {
-  SyntheticRoomSpec spec;
-  spec.overhang_m = 0.25;
-  spec.width = width;
-  return spec;
-}
+inline SyntheticRoomSpec box_room(int width = 192) { return {.overhang_m = 0.25, .width = width}; }
 
 // A room with a pillar in the cell, up to above the stations: lines do not see its far side nor
 // what is behind it.
 inline SyntheticRoomSpec pillar_spec(int width = 128) {
-  SyntheticRoomSpec spec = box_room(width);
-  spec.distance_width = 128;
-  spec.scene.obstacle = SceneBox{{0.1, -1.2, 0.12}, {0.3, 0.4, 0.32}};
-  return spec;
+  return {.scene = {.obstacle = SceneBox{{0.1, -1.2, 0.12}, {0.3, 0.4, 0.32}}},
+          .overhang_m = 0.25,
+          .width = width,
+          .distance_width = 128};
+}
+
+// Masked: every camera's directions with a y below `y`.
+inline CameraCompanion masked_below(double y) {
+  return {.hides = [y](const std::string&, int, const Eigen::Vector3d& d) { return d.y() < y; }};
 }
 
 class TestRoom {
