@@ -44,9 +44,8 @@ TEST(WebQuality, ComparesStationsLeftOutInTheCells) {
 }
 
 TEST(WebQuality, FallsWithTheStations) {
-  SyntheticRoomSpec spec = box_room(128);
-  spec.scene.obstacle = SceneBox{{-0.2, -1.2, -0.2}, {0.2, 0.4, 0.2}};
-  const TestRoom room(spec);
+  const TestRoom room(
+      {.scene = {.obstacle = SceneBox{{-0.2, -1.2, -0.2}, {0.2, 0.4, 0.2}}}, .overhang_m = 0.25});
   const auto of_stride = [&](int stride) {
     return measure_web_quality(room.room(), every(stride, room), options_of(128))->psnr_db;
   };
@@ -54,12 +53,8 @@ TEST(WebQuality, FallsWithTheStations) {
 }
 
 TEST(WebQuality, DoesNotCompareWhatIsMasked) {
-  SyntheticRoomSpec spec = box_room(128);
-  const TestRoom plain(spec);
-  spec.companion = {.hides = [](const std::string&, int, const Eigen::Vector3d& direction) {
-    return direction.y() < -0.9;
-  }};
-  const TestRoom masked(spec);
+  const TestRoom plain(box_room(128));
+  const TestRoom masked({.overhang_m = 0.25, .companion = masked_below(-0.9)});
   const auto of = [](const TestRoom& room) {
     return measure_web_quality(room.room(), every(2, room), options_of(128))->worst_psnr_db;
   };

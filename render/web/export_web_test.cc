@@ -3,24 +3,30 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <zlib.h>
 
+#include <cmath>
 #include <csignal>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
+#include <span>
+#include <stdexcept>
+#include <vector>
 
 #include "core/base/interrupt.h"
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/files/json.h"
+#include "core/room/distance_maps.h"
 #include "core/room/requirements.h"
 #include "core/view/distance_view.h"
 #include "core/view/renderer.h"
 #include "core/view/test_room.h"
+#include "render/web/inverse_file.h"
 #include "render/web/station_distances.h"
 #include "render/web/station_pictures.h"
-#include "render/web/test_inverse.h"
 
 namespace raywalk::render {
 namespace {
@@ -29,6 +35,49 @@ using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
+
+// As the page reads it. Throws std::runtime_error unless the stream holds exactly a map of that
+// width.
+InverseMap decoded_inverse(std::span<const std::byte> stream, int width, double step_per_m) {
+  InverseMap map({width, width / 2});
+  const std::size_t pixels = map.values().size();
+  std::vector<std::uint8_t> bytes(2 * pixels + 1);
+  uLongf size = bytes.size();
+  const int result =
+      uncompress(bytes.data(), &size, reinterpret_cast<const Bytef*>(stream.data()), stream.size());
+  if (result != Z_OK || size != 2 * pixels) throw std::runtime_error("not a map of this width");
+  for (int theta = 0; theta < width; ++theta) {
+    std::uint16_t value = 0;
+    for (int row = 0; row < width / 2; ++row) {
+      const auto i = static_cast<std::size_t>(row * width + theta);
+      value = static_cast<std::uint16_t>(value + bytes[i] + (bytes[pixels + i] << 8));
+      map.at(theta, row) = static_cast<float>(value * step_per_m);
+    }
+  }
+  return map;
+}
+
+TEST(InverseFile, HoldsFallsAndRisesOverTheWholeRange) {
+  InverseMap map({16, 8});
+  for (int theta = 0; theta < 16; ++theta) {
+    for (int row = 0; row < 8; ++row) map.at(theta, row) = (theta + row) % 2 == 0 ? 0.0F : 2.0F;
+  }
+  map.at(3, 4) = 5.0F;  // too near, which becomes the nearest
+  const double step_per_m = 2.0 / kLargestInverseValue;
+  const InverseMap read = decoded_inverse(encode_inverse(map, step_per_m), 16, step_per_m);
+  map.at(3, 4) = 2.0F;
+  EXPECT_TRUE(std::ranges::equal(read.values(), map.values()));
+}
+
+TEST(InverseFile, SmoothDistancesAreFewBytes) {
+  InverseMap map({512, 256});
+  for (int theta = 0; theta < 512; ++theta) {
+    for (int row = 0; row < 256; ++row) {
+      map.at(theta, row) = static_cast<float>(std::sin(0.01 * row) * std::cos(0.01 * theta) + 1.0);
+    }
+  }
+  EXPECT_LT(encode_inverse(map, 2.0 / kLargestInverseValue).size(), map.values().size_bytes() / 6);
+}
 
 class ExportWebTest : public ::testing::Test {
  protected:
@@ -125,8 +174,8 @@ TEST_F(ExportWebTest, TheManifestDescribesTheRoom) {
   EXPECT_EQ(m["cells"][0]["lines"], json(grid.cells[0].line));
   EXPECT_EQ(m["cells"][0]["x_max_m"], grid.cells[0].x_max_m);
   EXPECT_EQ(read_file(out() / "viewer.js"), "viewer.js");
-  EXPECT_THAT(summary, AllOf(HasSubstr("all 52"), HasSubstr("192 pixels wide"),
-                             HasSubstr("all stations are exported")));
+  EXPECT_THAT(summary, AllOf(HasSubstr("all 52; raywalk-build-lf require"),
+                             HasSubstr("192 pixels wide"), HasSubstr("all stations are exported")));
   EXPECT_EQ(directory_.entries(), 2U) << "page and web";
 }
 
@@ -249,9 +298,7 @@ TEST_F(ExportWebTest, ReplacesAnEarlierExport) {
 }
 
 TEST_F(ExportWebTest, ARoomWithoutDistancesIsExportedForInitialViews) {
-  SyntheticRoomSpec spec = box_room(64);
-  spec.distances = false;
-  const TestRoom bare(spec);
+  const TestRoom bare({.width = 64, .distances = false});
   export_web(bare.room(), options_, out(), false);
   const json m = manifest();
   EXPECT_EQ(m["view"]["method"], "initial");
@@ -269,10 +316,10 @@ TEST_F(ExportWebTest, ALineWithoutCellsStartsInItsMiddle) {
 }
 
 TEST_F(ExportWebTest, WhatIsHiddenLimitsTheEyesHeight) {
-  SyntheticRoomSpec spec = box_room(192);
   // The floor behind a low block shows only from above.
-  spec.scene.obstacle = SceneBox{{-0.3, -1.2, -0.3}, {0.3, -0.05, 0.3}};
-  const TestRoom blocked(spec);
+  const TestRoom blocked({.scene = {.obstacle = SceneBox{{-0.3, -1.2, -0.3}, {0.3, -0.05, 0.3}}},
+                          .overhang_m = 0.25,
+                          .width = 192});
   export_web(blocked.room(), options_, out(), false);
   EXPECT_LT(manifest()["vertical_range_m"], 0.5);
 }

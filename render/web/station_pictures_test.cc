@@ -1,28 +1,35 @@
+// What stations hold of an export: their pictures and distances, and which of them are exported.
 #include "render/web/station_pictures.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/test_error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
 #include "core/view/test_gains.h"
 #include "core/view/test_room.h"
-#include "render/web/inverse_file.h"
+#include "render/web/hotspots.h"
 #include "render/web/station_distances.h"
-#include "render/web/test_inverse.h"
+#include "render/web/web_plan.h"
 
 namespace raywalk::render {
 namespace {
 
-constexpr double kConeDeg = 22.0;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
-CameraCompanion dolly(bool masked) {
-  return {.hides =
-              [](const std::string&, int, const Eigen::Vector3d& direction) {
-                return -direction.y() > std::cos(radians_from_degrees(kConeDeg));
-              },
-          .masked = masked};
+SyntheticRoomSpec room_with_dolly(int width, bool masked) {
+  SyntheticRoomSpec spec = box_room(width);
+  spec.companion = masked_below(-std::cos(radians_from_degrees(22.0)));
+  spec.companion->masked = masked;
+  return spec;
 }
 
 // In front of every fourth station.
@@ -41,8 +48,12 @@ cv::Mat picture_of(const Room& room, int line, int station, int width) {
   return pictures.picture_of(line, station, distances.seen_from(line, station));
 }
 
+const Eigen::Vector3d& position_m(const Room& room, int line, int station) {
+  return room.grid().station({line, station}).position_m;
+}
+
 cv::Mat truth_at(const TestRoom& room, int line, int station, int width) {
-  const Eigen::Vector3d& at_m = room.room().grid().station({line, station}).position_m;
+  const Eigen::Vector3d& at_m = position_m(room.room(), line, station);
   return room.truth({at_m.x(), at_m.z()}, width);
 }
 
@@ -73,12 +84,8 @@ TEST(StationPictures, AreTheCapturedOnesWhereAllIsShown) {
 }
 
 TEST(StationPictures, MaskedOnesAreCompletedFromOtherStations) {
-  SyntheticRoomSpec spec = box_room(192);
-  spec.companion = dolly(false);
-  const TestRoom shown(spec);
+  const TestRoom shown(room_with_dolly(192, false)), room(room_with_dolly(192, true));
   ASSERT_GT(companion_pixels(picture_of(shown.room(), 0, 6, 192)), 1000);
-  spec.companion = dolly(true);
-  const TestRoom room(spec);
   // In the middle of a line, at a corner, and beyond the cells, where no view can be rendered.
   for (const int station : {6, 10, 0, 12}) {
     const cv::Mat picture = picture_of(room.room(), 0, station, 192);
@@ -91,9 +98,7 @@ TEST(StationPictures, MaskedOnesAreCompletedFromOtherStations) {
 }
 
 TEST(StationPictures, WhatViewsLeaveOutIsCompletedToo) {
-  SyntheticRoomSpec spec = box_room(96);
-  spec.companion = visitor();
-  const TestRoom room(spec);
+  const TestRoom room({.overhang_m = 0.25, .width = 96, .companion = visitor()});
   ASSERT_GT(companion_pixels(captured_picture_at(room.room(), 0, 5, 96)), 100);
   for (const int width : {96, 64}) {
     const cv::Mat picture = picture_of(room.room(), 0, 5, width);
@@ -104,9 +109,7 @@ TEST(StationPictures, WhatViewsLeaveOutIsCompletedToo) {
 }
 
 TEST(StationPictures, MarksWhatIsHiddenInPart) {
-  SyntheticRoomSpec spec = box_room(96);
-  spec.companion = dolly(true);
-  const TestRoom room(spec);
+  const TestRoom room(room_with_dolly(96, true));
   // At 40 pixels the dolly's edge runs through pixels: nothing of the dolly may be mixed into a
   // pixel that is kept.
   cv::Mat picture = captured_picture_at(room.room(), 0, 6, 40);
@@ -128,10 +131,6 @@ TEST(StationPictures, HaveTheirGainsApplied) {
   const cv::Mat truth = truth_at(even, 0, 6, 96);
   EXPECT_GT(psnr_db(captured_picture_at(room.room(), 0, 6, 96), truth), 50.0);
   EXPECT_LT(psnr_db(captured_picture_at(bare, 0, 6, 96), truth), 25.0);
-}
-
-const Eigen::Vector3d& position_m(const Room& room, int line, int station) {
-  return room.grid().station({line, station}).position_m;
 }
 
 double true_inverse(const TestRoom& room, int line, int station, const InverseMap& map, int theta,
@@ -170,9 +169,7 @@ TEST(StationDistances, AreThoseOfTheStationsOwnMap) {
 }
 
 TEST(StationDistances, AreRightWithoutAnOwnMapAndAtOtherWidths) {
-  SyntheticRoomSpec spec = box_room(128);
-  spec.distance_every = 3;
-  const TestRoom room(spec);
+  const TestRoom room({.overhang_m = 0.25, .distance_every = 3});
   for (const int width : {128, 64, 44}) {
     StationDistances distances(room.room(), width);
     for (const int station : {0, 1, 7, 12}) {
@@ -185,9 +182,9 @@ TEST(StationDistances, AreRightWithoutAnOwnMapAndAtOtherWidths) {
 }
 
 TEST(StationDistances, DoNotMixSurfacesAtSilhouettes) {
-  SyntheticRoomSpec spec = box_room(256);
-  spec.scene.obstacle = SceneBox{{-0.15, -1.2, -0.15}, {0.15, 0.6, 0.15}};
-  const TestRoom room(spec);
+  const TestRoom room({.scene = {.obstacle = SceneBox{{-0.15, -1.2, -0.15}, {0.15, 0.6, 0.15}}},
+                       .overhang_m = 0.25,
+                       .width = 256});
   const InverseMap map = StationDistances(room.room(), 64).seen_from(0, 6);
   // In the middle row the obstacle is 0.35 m away or more than 0.7 m nearer than any wall.
   for (int theta = 0; theta < 64; ++theta) {
@@ -231,26 +228,157 @@ TEST(StationDistances, AreIgnoredBelowTheConfidenceOfViews) {
   EXPECT_LT(StationDistances(room.room(), 64).seen_from(0, 6).at(10, 16), 2.0F);
 }
 
-TEST(InverseFile, HoldsFallsAndRisesOverTheWholeRange) {
-  InverseMap map({16, 8});
-  for (int theta = 0; theta < 16; ++theta) {
-    for (int row = 0; row < 8; ++row) map.at(theta, row) = (theta + row) % 2 == 0 ? 0.0F : 2.0F;
-  }
-  map.at(3, 4) = 5.0F;  // too near, which becomes the nearest
-  const double step_per_m = 2.0 / kLargestInverseValue;
-  const InverseMap read = decoded_inverse(encode_inverse(map, step_per_m), 16, step_per_m);
-  map.at(3, 4) = 2.0F;
-  EXPECT_TRUE(std::ranges::equal(read.values(), map.values()));
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+ConnectionRule rule(double k_deg) {
+  return {radians_from_degrees(k_deg), radians_from_degrees(5.0)};
 }
 
-TEST(InverseFile, SmoothDistancesAreFewBytes) {
-  InverseMap map({512, 256});
-  for (int theta = 0; theta < 512; ++theta) {
-    for (int row = 0; row < 256; ++row) {
-      map.at(theta, row) = static_cast<float>(std::sin(0.01 * row) * std::cos(0.01 * theta) + 1.0);
-    }
+RoomRequirements requirements(double spacing_m, double worth_width_px, int distance_width_px) {
+  return {.spacing_m = spacing_m,
+          .worth_width_px = worth_width_px,
+          .distance_width_px = distance_width_px};
+}
+
+WebPlan plan(const Room& room, const std::optional<RoomRequirements>& required = {},
+             double budget_mb = 256.0, int width_px = 0) {
+  return plan_export(room, required, {budget_mb, width_px, rule(90.0)});
+}
+
+TEST(WebPlan, CountsMemoryOfPanoramasCoarseOnesAndDistances) {
+  EXPECT_NEAR(gpu_mb(250, 1024, 0), 524.288 + 250 * 0.131072, 1e-9);
+  EXPECT_NEAR(gpu_mb(1, 1024, 512), 2.097152 + 0.131072 + 0.262144, 1e-9);
+}
+
+TEST(WebPlan, HoldsWhatTheSceneRequires) {
+  const TestRoom room(box_room(96));
+  const WebPlan thin = plan(room.room(), requirements(0.25, 62.5, 20));
+  EXPECT_THAT(thin.kept[0], ElementsAre(0, 2, 4, 6, 8, 10, 12));
+  EXPECT_EQ(thin.stations, 28);
+  EXPECT_EQ(thin.width, 64) << "62.5, rounded up to a multiple of 4";
+  EXPECT_EQ(thin.distance_width, 20);
+  EXPECT_EQ(plan(room.room(), requirements(0.25, kInfinity, 96)).width, 96);
+  EXPECT_EQ(plan(room.room(), requirements(0.25, 1e9, 96)).distance_width, 96);
+  EXPECT_EQ(plan(room.room(), {}, 256.0, 70).width, 68) << "asked for";
+  EXPECT_EQ(plan(room.room(), {}, 256.0, 4096).width, 96) << "no more than captured";
+  EXPECT_EQ(plan(TestRoom({.width = 96, .distance_width = 24}).room()).distance_width, 24);
+}
+
+TEST(WebPlan, PrefersStationsWithDistances) {
+  const TestRoom room({.overhang_m = 0.25, .width = 32, .distance_every = 3});
+  // The ends and the corners of the cell (2 and 10) are always kept.
+  EXPECT_THAT(plan(room.room(), requirements(0.4, kInfinity, 32)).kept[0],
+              ElementsAre(0, 2, 3, 6, 9, 10, 12));
+}
+
+// Written once.
+const TestRoom& wide_room() {
+  static const TestRoom room(box_room(512));
+  return room;
+}
+
+TEST(WebPlan, TheBudgetReducesBothWidths) {
+  const TestRoom& room = wide_room();
+  const WebPlan all = plan(room.room());
+  ASSERT_EQ(all.width, 512);
+  const double needed_mb = gpu_mb(all.resident_stations, 512, 512);
+  EXPECT_EQ(plan(room.room(), {}, 1.001 * needed_mb).width, 512);
+  const WebPlan less = plan(room.room(), {}, 0.5 * needed_mb);
+  EXPECT_LT(less.width, 370);
+  EXPECT_GT(less.width, 310);
+  EXPECT_NEAR(less.distance_width, less.width, 4);
+  EXPECT_LE(gpu_mb(less.resident_stations, less.width, less.distance_width), 0.5 * needed_mb);
+  EXPECT_EQ(less.stations, all.stations);
+  EXPECT_THAT(less.summary, HasSubstr("hold the stations of one cell"));
+}
+
+TEST(WebPlan, ATooSmallBudgetIsToldTheLeast) {
+  const TestRoom& room = wide_room();
+  const std::string error = error_of([&] { plan(room.room(), {}, 1.0); });
+  const auto at = error.find("need ");
+  ASSERT_NE(at, std::string::npos) << error;
+  const double least_mb = std::stod(error.substr(at + 5));
+  EXPECT_EQ(plan(room.room(), {}, least_mb).width, 256);
+  EXPECT_THAT(error_of([&] { plan(room.room(), {}, least_mb - 1.0); }), HasSubstr("--budget-mb"));
+}
+
+TEST(WebPlan, OneCellReadsOnlyTheStationsAroundIt) {
+  const Grid grid = synthetic_grid({.cells_x = 3, .cells_z = 3, .overhang_m = 0.25});
+  // Each of the four lines of a cell has 29 stations, 9 of them along its sides.
+  const int at_90 = most_stations_of_a_cell(grid, rule(90.0));
+  EXPECT_GE(at_90, 4 * 9);
+  EXPECT_LE(at_90, 4 * 19) << "connected near the corners";
+  EXPECT_GT(most_stations_of_a_cell(grid, rule(45.0)), at_90) << "connected beyond them";
+}
+
+TEST(WebPlan, AllStationsServeALineWithoutCells) {
+  const TestRoom room({.cells_z = 0, .width = 32});
+  EXPECT_EQ(plan(room.room()).resident_stations, plan(room.room()).stations);
+}
+
+class HotspotsTest : public ::testing::Test {
+ protected:
+  std::vector<Hotspot> read(const std::string& text) const {
+    write_file_atomically(directory_ / "spots.json", text);
+    return read_hotspots(directory_ / "spots.json");
   }
-  EXPECT_LT(encode_inverse(map, 2.0 / kLargestInverseValue).size(), map.values().size_bytes() / 6);
+  std::string error(const std::string& text) const {
+    return error_of([&] { read(text); });
+  }
+  static std::string with_link(const std::string& link) {
+    return R"([{"x_m": 0, "y_m": 0, "z_m": 0, "text": "a", "link": ")" + link + R"("}])";
+  }
+
+  TestDirectory directory_;
+};
+
+TEST_F(HotspotsTest, ReadsPointsWithAndWithoutLinks) {
+  const auto spots = read(R"([
+    {"x_m": 0.5, "y_m": -1, "z_m": 2e-1, "text": "A chair", "link": "https://example.org/a?b#c"},
+    {"x_m": 0, "y_m": 0, "z_m": 0, "text": "Nothing"}])");
+  ASSERT_EQ(spots.size(), 2U);
+  EXPECT_EQ(spots[0].position_m, Eigen::Vector3d(0.5, -1.0, 0.2));
+  EXPECT_EQ(spots[0].text, "A chair");
+  EXPECT_EQ(spots[0].link, "https://example.org/a?b#c");
+  EXPECT_EQ(spots[1].link, "");
+  EXPECT_TRUE(read("[]").empty());
+}
+
+TEST_F(HotspotsTest, TakesRelativeLinks) {
+  for (const char* link :
+       {"about.html", "../more/chair.html#top", "/rooms/2", "a?at=1:2", "HTTP://x"}) {
+    EXPECT_EQ(error(with_link(link)), "no error") << link;
+  }
+}
+
+TEST_F(HotspotsTest, RefusesLinksThatRunSomethingOrLeadElsewhere) {
+  for (const char* link :
+       {"javascript:alert(1)", "JavaScript:x", " javascript:x", "java\\tscript:x",
+        "data:text/html,x", "//host/a", "\\\\\\\\host", "mailto:a@b", ""}) {
+    EXPECT_THAT(error(with_link(link)),
+                AllOf(HasSubstr("spots.json"), HasSubstr("[0]"), HasSubstr("relative path")))
+        << link;
+  }
+}
+
+TEST_F(HotspotsTest, ErrorsNameFileAndEntry) {
+  const std::string good = R"({"x_m": 0, "y_m": 0, "z_m": 0, "text": "a"})";
+  const std::vector<std::pair<std::string, std::vector<std::string>>> wrong{
+      {R"({"x_m": 0, "y_m": 0, "z_m": 0, "text": "a", "colour": 1})",
+       {"spots.json", "[1]", "colour", "unknown key"}},
+      {R"({"x_m": 0, "y_m": 0, "text": "a"})", {"[1]", "z_m"}},
+      {R"({"x_m": "0", "y_m": 0, "z_m": 0, "text": "a"})", {"[1]", "x_m"}},
+      {R"({"x_m": 1e400, "y_m": 0, "z_m": 0, "text": "a"})", {"spots.json"}},
+      {R"({"x_m": 1e9, "y_m": 0, "z_m": 0, "text": "a"})", {"[1]", "x_m"}},
+      {R"({"x_m": 0, "y_m": 0, "z_m": 0, "text": ""})", {"[1]", "empty"}},
+      {"3", {"[1]"}}};
+  for (const auto& [entry, said] : wrong) {
+    const std::string message = error("[" + good + "," + entry + "]");
+    for (const std::string& part : said) EXPECT_THAT(message, HasSubstr(part)) << entry;
+  }
+  EXPECT_THAT(error("{}"), HasSubstr("spots.json"));
+  EXPECT_THAT(error("[,]"), HasSubstr("spots.json"));
+  EXPECT_THAT(error_of([&] { read_hotspots(directory_ / "none.json"); }), HasSubstr("none.json"));
 }
 
 }  // namespace
