@@ -1,6 +1,5 @@
 // Writes what the engine computes for random grids and viewpoints, for the page's unit tests to
 // compare with: viewer_geometry_cases FILE
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <fstream>
@@ -88,9 +87,9 @@ class Cases {
             std::lerp(cell.z_min_m, cell.z_max_m, share())};
   }
 
-  static ordered_json sources_json(std::span<const RaySource> sources) {
+  static ordered_json sources_json(std::span<const RaySource> sources, int count) {
     ordered_json list = ordered_json::array();
-    for (const RaySource& source : sources) {
+    for (const RaySource& source : sources.first(static_cast<std::size_t>(count))) {
       list.push_back({{"line", source.line},
                       {"station", source.station},
                       {"fraction", source.fraction},
@@ -109,14 +108,9 @@ class Cases {
     for (int i = 0; i < kColumns; ++i) {
       const double theta_rad = (i + 0.5) * kTwoPi / kColumns - kPi;
       const ColumnPlan column = plan.column(theta_rad);
-      columns.push_back(
-          {{"theta_rad", theta_rad},
-           {"front",
-            sources_json(
-                std::span(column.front).first(static_cast<std::size_t>(column.front_count)))},
-           {"behind",
-            sources_json(
-                std::span(column.behind).first(static_cast<std::size_t>(column.behind_count)))}});
+      columns.push_back({{"theta_rad", theta_rad},
+                         {"front", sources_json(column.front, column.front_count)},
+                         {"behind", sources_json(column.behind, column.behind_count)}});
     }
     return {{"x_m", at.x_m},
             {"z_m", at.z_m},
