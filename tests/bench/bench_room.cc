@@ -166,6 +166,15 @@ void drop_from_cache(const fs::path& directory) {
   });
 }
 
+double number_of_process(const std::string& file, const std::string& key) {
+  std::ifstream stream("/proc/self/" + file);
+  for (std::string word; stream >> word;) {
+    double number = 0.0;
+    if (word == key + ":" && stream >> number) return number;
+  }
+  throw Error("/proc/self/" + file + " has no " + key + "; the benchmark needs Linux");
+}
+
 double bytes_under(const fs::path& directory) {
   double bytes = 0.0;
   for (const auto& entry : fs::recursive_directory_iterator(directory)) {

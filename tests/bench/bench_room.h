@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "build_lf/pack/pack_plan.h"
@@ -28,6 +29,9 @@ std::vector<PlanPoint> viewpoints_in(const Cell& cell);
 
 // Bytes of all files under a directory.
 double bytes_under(const std::filesystem::path& directory);
+
+// Of this process: the number behind "KEY:" in a file of /proc/self.
+double number_of_process(const std::string& file, const std::string& key);
 
 // Flushes the files under a directory to the disk.
 void flush_to_disk(const std::filesystem::path& directory);

@@ -21,15 +21,8 @@ namespace fs = std::filesystem;
 
 constexpr int kRounds = 5;
 
-// Bytes read from the disk by this process so far.
-double bytes_read_from_disk() {
-  std::ifstream counts("/proc/self/io");
-  for (std::string word; counts >> word;) {
-    double bytes = 0.0;
-    if (word == "read_bytes:" && counts >> bytes) return bytes;
-  }
-  throw Error("/proc/self/io has no read_bytes; the benchmark needs Linux");
-}
+// By this process so far.
+double bytes_read_from_disk() { return number_of_process("io", "read_bytes"); }
 
 // As far as memory permits.
 void read_room_into_cache(const fs::path& room) {
@@ -118,11 +111,7 @@ void rounds(benchmark::internal::Benchmark* benchmark) {
 }
 
 BENCHMARK(bench_first_view_of_form)->ArgsProduct({{0, 1, 2, 3}, {0, 1}})->Apply(rounds);
-BENCHMARK(bench_decoded_view)
-    ->DenseRange(0, 3)
-    ->Iterations(2)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
+BENCHMARK(bench_decoded_view)->DenseRange(0, 3)->Apply(rounds)->Iterations(2);
 BENCHMARK_CAPTURE(bench_first_view, cold_initial, ViewMethod::kInitial, true)->Apply(rounds);
 BENCHMARK_CAPTURE(bench_first_view, cold_hlf_vd, ViewMethod::kHlfVd, true)->Apply(rounds);
 BENCHMARK_CAPTURE(bench_first_view, cold_two_sided, ViewMethod::kTwoSided, true)->Apply(rounds);

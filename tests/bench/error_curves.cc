@@ -1,12 +1,12 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <cmath>
 #include <filesystem>
 #include <functional>
 #include <string>
-#include <vector>
 
 #include "core/files/atomic_output.h"
 #include "core/geometry/error_model.h"
@@ -39,32 +39,32 @@ class RandomArguments {
   unsigned long long state_ = 1;
 };
 
-struct ErrorCurves {
-  std::vector<std::string> names{};
-  double least = 1e-6;  // range of the arguments
-  double most = 1.0;
-  // The error of each curve for one random case near an argument.
-  std::function<std::vector<double>(double argument, RandomArguments& random)> errors{};
-};
+constexpr int kForms = 4;
+// The error of each form for one random case near an argument.
+using Errors = std::array<double, kForms>;
+using ErrorsNear = std::function<Errors(double argument, RandomArguments& random)>;
 
 constexpr double kNoError = 1e-20;
+constexpr double kLeastArgument = 1e-6;
 constexpr int kPerDecade = 8;
 constexpr int kCasesPerPoint = 150;
 
-// Writes a table of the arguments and the largest error of every curve that is found near each. An
+// Writes a table of the arguments and the largest error of every form that is found near each. An
 // error of exactly 0 counts as `kNoError`, below the resolution of long double.
-void write_error_curves(const ErrorCurves& curves, const std::filesystem::path& file) {
+void write_error_curves(double most, const ErrorsNear& errors_near,
+                        const std::filesystem::path& file) {
   RandomArguments random;
-  std::string table = "argument";
-  for (const std::string& name : curves.names) table += "," + name;
-  const double decades = std::log10(curves.most / curves.least);
+  std::string table =
+      "argument,printed float,printed double,printed long double,closed form in double";
+  const double decades = std::log10(most / kLeastArgument);
   const int points = static_cast<int>(std::lround(decades * kPerDecade));
-  const double step = std::pow(curves.most / curves.least, 1.0 / points);
+  const double step = std::pow(most / kLeastArgument, 1.0 / points);
   for (int i = 0; i < points; ++i) {
-    const double low = curves.least * std::pow(step, i);
-    std::vector<double> worst(curves.names.size(), kNoError);
+    const double low = kLeastArgument * std::pow(step, i);
+    Errors worst;
+    worst.fill(kNoError);
     for (int n = 0; n < kCasesPerPoint; ++n) {
-      const auto errors = curves.errors(random.log_uniform(low, low * step), random);
+      const Errors errors = errors_near(random.log_uniform(low, low * step), random);
       for (size_t c = 0; c < worst.size(); ++c) worst[c] = std::max(worst[c], errors[c]);
     }
     table += fmt::format("\n{:.6g}", low * std::sqrt(step));
@@ -98,10 +98,7 @@ double relative_error(const Exact& value, const Exact& exact) {
   return std::fabs(static_cast<double>(Exact((value - exact) / exact)));
 }
 
-const std::vector<std::string> kForms{"printed float", "printed double", "printed long double",
-                                      "closed form in double"};
-
-std::vector<double> shift_errors(double d_src_m, double phi_rad, double apart_m) {
+Errors shift_errors(double d_src_m, double phi_rad, double apart_m) {
   const Exact exact = printed_shift<Exact>(d_src_m, phi_rad, apart_m);
   return {relative_error(printed_shift<float>(d_src_m, phi_rad, apart_m), exact),
           relative_error(printed_shift<double>(d_src_m, phi_rad, apart_m), exact),
@@ -109,8 +106,7 @@ std::vector<double> shift_errors(double d_src_m, double phi_rad, double apart_m)
           relative_error(latitude_shift(d_src_m, phi_rad, apart_m), exact)};
 }
 
-std::vector<double> bending_errors(double d_src_m, double phi_rad, double theta_rad,
-                                   double step_m) {
+Errors bending_errors(double d_src_m, double phi_rad, double theta_rad, double step_m) {
   const Exact exact = printed_bending<Exact>(d_src_m, phi_rad, theta_rad, step_m);
   return {relative_error(printed_bending<float>(d_src_m, phi_rad, theta_rad, step_m), exact),
           relative_error(printed_bending<double>(d_src_m, phi_rad, theta_rad, step_m), exact),
@@ -122,26 +118,23 @@ std::vector<double> bending_errors(double d_src_m, double phi_rad, double theta_
 
 void write_model_errors(const std::filesystem::path& directory) {
   // (4) with 0.1 m between acquisition points, over the distance of the source in m.
-  ErrorCurves distance{.names = kForms, .most = 1e8};
-  distance.errors = [](double d_src_m, RandomArguments& random) {
+  const ErrorsNear distance = [](double d_src_m, RandomArguments& random) {
     return shift_errors(d_src_m, random.uniform(0.2, 1.4), 0.1);
   };
-  write_error_curves(distance, directory / "model-distance.csv");
+  write_error_curves(1e8, distance, directory / "model-distance.csv");
 
   // (3) at 1 to 10 m, over the step between stations in m.
-  ErrorCurves step{.names = kForms, .most = 10.0};
-  step.errors = [](double step_m, RandomArguments& random) {
+  const ErrorsNear step = [](double step_m, RandomArguments& random) {
     return bending_errors(random.log_uniform(1.0, 10.0), random.uniform(-1.4, 1.4),
                           random.uniform(0.2, 1.4), step_m);
   };
-  write_error_curves(step, directory / "model-step.csv");
+  write_error_curves(10.0, step, directory / "model-step.csv");
 
   // (4) at 1 to 10 m with 0.1 m between acquisition points, over the latitude in degrees.
-  ErrorCurves latitude{.names = kForms, .most = 90.0};
-  latitude.errors = [](double phi_deg, RandomArguments& random) {
+  const ErrorsNear latitude = [](double phi_deg, RandomArguments& random) {
     return shift_errors(random.log_uniform(1.0, 10.0), radians_from_degrees(phi_deg), 0.1);
   };
-  write_error_curves(latitude, directory / "model-phi.csv");
+  write_error_curves(90.0, latitude, directory / "model-phi.csv");
 }
 
 }  // namespace raywalk::bench

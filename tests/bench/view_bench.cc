@@ -7,9 +7,9 @@
 #include <limits>
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/parallel.h"
 #include "core/base/timing.h"
@@ -125,14 +125,7 @@ constexpr double kWalkStep_m = 0.03;
 // Of this process: VmRSS, its resident memory; VmHWM, the most since the last reset; RssFile, the
 // resident pages of mapped files, of which Linux also maps up to 16 cached ones around each
 // touched.
-double status_bytes(const std::string& key) {
-  std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;) {
-    double kilobytes = 0.0;
-    if (word == key + ":" && status >> kilobytes) return kilobytes * 1024.0;
-  }
-  throw Error("/proc/self/status has no " + key + "; measuring memory needs Linux");
-}
+double status_bytes(const std::string& key) { return 1024.0 * number_of_process("status", key); }
 
 // Growth of the resident set caused by one view of a room of which nothing has been read.
 struct ResidentGrowth {
@@ -150,32 +143,25 @@ ResidentGrowth resident_growth(const ViewOptions& options) {
   return {status_bytes("VmHWM") - before, status_bytes("RssFile") - mapped_before};
 }
 
-// A 4096x2048 view of a method, at viewpoints distributed over the cell, relative to a
-// cv::remap of the same size with the same number of threads. The two alternate, so that other load
-// affects both, and each reuses the memory of its picture; `ratio` is the median over the pairs,
-// `cpu_ratio` the same for processor time. `checked` is relative to render_plainly at the same
-// viewpoint, which waits for the room's memory as a view does.
-// `peak_MB` and `mapped_MB` are the ResidentGrowth, `room_MB` the size of the room.
-void bench_options(benchmark::State& state, ViewOptions options) {
-  options.k_deg = 76.0;
-  options.width = kBenchWidth;
-  const ResidentGrowth growth = resident_growth(options);
-  const Room room = Room::open(bench_room());
+// Views, `render(i, viewpoint)`, at viewpoints distributed over the cell, relative to a cv::remap
+// of 4096x2048 with the same number of threads. The two alternate, so that other load affects both,
+// and each reuses the memory of its picture; `ratio` is the median over the pairs, `cpu_ratio` the
+// same for processor time. `checked` is relative to render_plainly at the same viewpoint, which
+// waits for the room's memory as a view does.
+template <typename Render>
+void compare(benchmark::State& state, const Room& room, const Render& render) {
   const std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
-  Renderer renderer(room, options);
-  RenderedView view;
-  for (const PlanPoint& viewpoint : viewpoints) view = renderer.render(viewpoint, std::move(view));
+  const auto viewpoint_of = [&](std::size_t i) { return viewpoints[i % viewpoints.size()]; };
+  for (std::size_t i = 0; i < kPairs; ++i) render(i, viewpoint_of(i));
   PitchRemap remap(kBenchWidth);
   remap.run();
-
   std::vector<double> view_s, remap_s, ratios, cpu_ratios, checked;
   cv::Mat3b plain;
   for (auto _ : state) {
-    const PlanPoint viewpoint = viewpoints[view_s.size() % viewpoints.size()];
-    const Times plain_times = times_of([&] { render_plainly(room, viewpoint, plain); });
+    const std::size_t i = view_s.size();
+    const Times plain_times = times_of([&] { render_plainly(room, viewpoint_of(i), plain); });
     const Times yardstick = times_of([&] { remap.run(); });
-    const Times times = times_of([&] { view = renderer.render(viewpoint, std::move(view)); });
-    benchmark::DoNotOptimize(view.image.data);
+    const Times times = times_of([&] { render(i, viewpoint_of(i)); });
     view_s.push_back(times.wall_s);
     remap_s.push_back(yardstick.wall_s);
     ratios.push_back(times.wall_s / yardstick.wall_s);
@@ -188,6 +174,21 @@ void bench_options(benchmark::State& state, ViewOptions options) {
   state.counters["checked"] = median(checked);
   state.counters["view_ms"] = 1e3 * median(view_s);
   state.counters["remap_ms"] = 1e3 * median(remap_s);
+}
+
+// 4096x2048 views. `peak_MB` and `mapped_MB` are the ResidentGrowth, `room_MB` the size of the
+// room.
+void bench_options(benchmark::State& state, ViewOptions options) {
+  options.k_deg = 76.0;
+  options.width = kBenchWidth;
+  const ResidentGrowth growth = resident_growth(options);
+  const Room room = Room::open(bench_room());
+  Renderer renderer(room, options);
+  RenderedView view;
+  compare(state, room, [&](std::size_t, PlanPoint viewpoint) {
+    view = renderer.render(viewpoint, std::move(view));
+    benchmark::DoNotOptimize(view.image.data);
+  });
   state.counters["peak_MB"] = 1e-6 * growth.peak_bytes;
   state.counters["mapped_MB"] = 1e-6 * growth.mapped_bytes;
   state.counters["room_MB"] = 1e-6 * bytes_under(bench_room());
@@ -234,42 +235,21 @@ void bench_stereo(benchmark::State& state, ViewMethod method) {
   state.counters["view_ms"] = 1e3 * median(both_s);
 }
 
-// A perspective picture with a field of view of 90 degrees, 1440 x 1600 pixels, relative to the
-// same remap, and render_plainly, of a whole panorama. It looks straight ahead, up, down and
-// tilted.
+// Perspective pictures with a field of view of 90 degrees, 1440 x 1600 pixels, that look straight
+// ahead, up, down and tilted. Remap and render_plainly are of a whole panorama.
 void bench_flat(benchmark::State& state, ViewMethod method) {
-  const ViewOptions options{.method = method, .k_deg = 76.0, .width = kBenchWidth};
   const Room room = Room::open(bench_room());
-  const std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
-  const std::vector<Attitude> looks = {{},
+  const std::array<Attitude, 4> looks{{{},
                                        {.yaw_rad = 2.0, .pitch_rad = -0.4, .roll_rad = 0.1},
                                        {.yaw_rad = -1.0, .pitch_rad = 0.2},
-                                       {.yaw_rad = 3.1, .pitch_rad = -1.0}};
-  Renderer renderer(room, options);
+                                       {.yaw_rad = 3.1, .pitch_rad = -1.0}}};
+  Renderer renderer(room, {.method = method, .k_deg = 76.0, .width = kBenchWidth});
   RenderedView flat;
-  const auto render = [&](size_t i) {
-    renderer.render(viewpoints[i % viewpoints.size()],
-                    {.attitude = looks[i % looks.size()], .width = 1440, .height = 1600}, flat);
+  compare(state, room, [&](std::size_t i, PlanPoint viewpoint) {
+    renderer.render(viewpoint, {.attitude = looks[i % looks.size()], .width = 1440, .height = 1600},
+                    flat);
     benchmark::DoNotOptimize(flat.image.data);
-  };
-  for (size_t i = 0; i < kPairs; ++i) render(i);
-  PitchRemap remap(kBenchWidth);
-  remap.run();
-  std::vector<double> flat_s, ratios, checked;
-  cv::Mat3b plain;
-  for (auto _ : state) {
-    const PlanPoint viewpoint = viewpoints[flat_s.size() % viewpoints.size()];
-    const Times plain_times = times_of([&] { render_plainly(room, viewpoint, plain); });
-    const Times yardstick = times_of([&] { remap.run(); });
-    const Times times = times_of([&] { render(flat_s.size()); });
-    flat_s.push_back(times.wall_s);
-    ratios.push_back(times.wall_s / yardstick.wall_s);
-    checked.push_back(times.wall_s / plain_times.wall_s);
-    state.SetIterationTime(times.wall_s);
-  }
-  state.counters["ratio"] = median(ratios);
-  state.counters["checked"] = median(checked);
-  state.counters["view_ms"] = 1e3 * median(flat_s);
+  });
 }
 
 // A walk around the middle of the cell, kWalkSteps views kWalkStep_m apart, 2048 x 1024 each. `fps`
@@ -304,14 +284,8 @@ void pairs(benchmark::internal::Benchmark* benchmark) {
   benchmark->Iterations(kPairs)->UseManualTime()->Unit(benchmark::kMillisecond);
 }
 
-BENCHMARK_CAPTURE(bench_walk, hlf_vd, ViewMethod::kHlfVd)
-    ->Iterations(kWalks)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_walk, two_sided, ViewMethod::kTwoSided)
-    ->Iterations(kWalks)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_walk, hlf_vd, ViewMethod::kHlfVd)->Apply(pairs)->Iterations(kWalks);
+BENCHMARK_CAPTURE(bench_walk, two_sided, ViewMethod::kTwoSided)->Apply(pairs)->Iterations(kWalks);
 
 BENCHMARK_CAPTURE(bench_flat, initial, ViewMethod::kInitial)->Apply(pairs);
 BENCHMARK_CAPTURE(bench_flat, hlf_vd, ViewMethod::kHlfVd)->Apply(pairs);
