@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
-#include <array>
 #include <cmath>
 #include <fstream>
 #include <limits>

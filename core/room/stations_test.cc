@@ -90,28 +90,6 @@ TEST(InverseMap, SamplesDoNotMixSurfaces) {
   EXPECT_LT(map.sample({31.4, 10.0}), 0.0f);
 }
 
-// The plane two metres below the map. Near the horizon its rows are too far apart to be one
-// surface.
-TEST(InverseMap, ResizedPlaneIsTheSamePlane) {
-  const auto inverse_below = [](int row, int rows) {
-    return std::max(
-        0.0, -0.5 * std::sin(angles_from_pixel({0.0, double(row)}, {2 * rows, rows}).phi_rad));
-  };
-  InverseMap fine({512, 256});
-  for (int theta = 0; theta < 512; ++theta) {
-    for (int row = 0; row < 256; ++row) {
-      fine.at(theta, row) = static_cast<float>(inverse_below(row, 256));
-    }
-  }
-  const InverseMap coarse = resized(fine, 128);
-  for (int theta = 0; theta < 128; theta += 7) {
-    for (int row = 44; row < 64; ++row) {
-      EXPECT_NEAR(coarse.at(theta, row), inverse_below(row, 64), 2e-3 * inverse_below(row, 64))
-          << row;
-    }
-  }
-}
-
 class DistanceSamplesTest : public ::testing::Test {
  protected:
   Room room_of(const SyntheticRoomSpec& spec) const {
