@@ -67,18 +67,6 @@ TEST(ViewFrame, TwoEyesSeePanoramasThatAreTurnedInThePlanOnly) {
   }
 }
 
-TEST(ViewFrame, EnlargementIsThatOfTheMiddle) {
-  // 720 pixels per tangent of one, against 512 pixels per turn.
-  EXPECT_NEAR(enlargement_of({.fov_deg = 90.0, .size = "1440x1600"}, 1440, 512),
-              720.0 / (512.0 / kTwoPi), 1e-9);
-  EXPECT_EQ(enlargement_of({}, 1024, 512), 2.0);
-  EXPECT_EQ(enlargement_of({.yaw_deg = 30.0}, 512, 512), 1.0);
-  EXPECT_EQ(enlargement_text(8.836, 512), "enlarged 8.8 times from panoramas 512 pixels wide");
-  EXPECT_EQ(enlargement_text(17.67, 512), "enlarged 18 times from panoramas 512 pixels wide");
-  EXPECT_EQ(enlargement_text(1.0, 512), "");
-  EXPECT_EQ(enlargement_text(0.3, 4096), "");
-}
-
 class WriteView : public testing::Test {
  protected:
   cv::Mat written(const ViewFrame& frame) {

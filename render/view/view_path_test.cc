@@ -65,6 +65,9 @@ class ViewPathTest : public ::testing::Test {
   std::string run_error(double k_deg = 80.0, const ViewFrame& frame = {}) const {
     return error_of([&] { run(k_deg, frame); });
   }
+  void expect_b(const cv::Mat& picture) const {
+    EXPECT_EQ(cv::norm(read_picture(out() / "b.png"), picture, cv::NORM_INF), 0.0);
+  }
   nlohmann::json record() const { return nlohmann::json::parse(read_file(out() / "views.json")); }
 
   TestDirectory directory_;
@@ -75,8 +78,7 @@ class ViewPathTest : public ::testing::Test {
 TEST_F(ViewPathTest, WritesEveryViewAndItsSettings) {
   EXPECT_THAT(run(), HasSubstr("2 views, 2 of them rendered now"));
   Renderer renderer(room_, {.k_deg = 80.0});
-  const cv::Mat expected = renderer.render({0.25, -0.25}).image;
-  EXPECT_EQ(cv::norm(read_panorama(out() / "b.png"), expected, cv::NORM_INF), 0.0);
+  expect_b(renderer.render({0.25, -0.25}).image);
   const nlohmann::json written = record();
   EXPECT_EQ(written["method"], "hlf-vd");
   EXPECT_EQ(written["k_deg"], 80.0);
@@ -116,8 +118,7 @@ TEST_F(ViewPathTest, RendersForTwoEyesAtTheHeightsOfTheTable) {
   const ViewFrame both{.stereo = Stereo::kOds};
   run(80.0, both);
   Renderer renderer(room_, {.k_deg = 80.0});
-  const cv::Mat expected = renderer.render_stereo({{0.25, -0.25}, -0.2}, 0.063).image;
-  EXPECT_EQ(cv::norm(read_picture(out() / "b.png"), expected, cv::NORM_INF), 0.0);
+  expect_b(renderer.render_stereo({{0.25, -0.25}, -0.2}, 0.063).image);
   const nlohmann::json written = record();
   EXPECT_EQ(written["stereo"], "ods");
   EXPECT_EQ(written["ipd_mm"], 63.0);
@@ -138,8 +139,7 @@ TEST_F(ViewPathTest, TurnsViewsAsTheTableSays) {
   ViewFrame turned = flat;
   turned.yaw_deg = -20.0;
   turned.pitch_deg = 30.0;
-  const cv::Mat expected = render_framed(&renderer, {0.25, -0.25}, turned).image;
-  EXPECT_EQ(cv::norm(read_picture(out() / "b.png"), expected, cv::NORM_INF), 0.0);
+  expect_b(render_framed(&renderer, {0.25, -0.25}, turned).image);
   const nlohmann::json written = record();
   EXPECT_EQ(written["fov_deg"], 60.0);
   EXPECT_EQ(written["size_px"], "40x30");

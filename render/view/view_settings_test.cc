@@ -25,6 +25,8 @@ namespace raywalk::render {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::ElementsAreArray;
 using ::testing::HasSubstr;
 
 std::string message_of(const ViewFlags& flags) {
@@ -41,11 +43,8 @@ class ViewSettingsTest : public ::testing::Test {
   TestDirectory directory_;
 };
 
-TEST_F(ViewSettingsTest, TheShippedFileHoldsTheDefaults) {
+TEST_F(ViewSettingsTest, TheShippedFileHoldsTheDefaultOfEveryParameter) {
   EXPECT_TRUE(view_settings({.settings = RAYWALK_CONFIGS "/view.yaml"}) == ViewSettings());
-}
-
-TEST_F(ViewSettingsTest, TheShippedFileExplainsEveryParameter) {
   std::set<std::string> keys{"preset", "connection"};
   for (const ViewParameter& parameter : kViewParameters) keys.insert(parameter.key);
   EXPECT_EQ(keys_of_yaml(RAYWALK_CONFIGS "/view.yaml"), keys);
@@ -91,56 +90,47 @@ TEST_F(ViewSettingsTest, AConnectionOnTheCommandLineDoesNotInheritTheFilesK) {
 }
 
 TEST_F(ViewSettingsTest, MistakesInTheFileNameTheFile) {
-  EXPECT_THAT(message_of(file_flags("overlap_dge: 5\n")),
-              AllOf(HasSubstr("view.yaml:1"), HasSubstr("did you mean 'overlap_deg'")));
-  EXPECT_THAT(message_of(file_flags("method: perfect\n")), HasSubstr("view.yaml:1"));
-  EXPECT_THAT(message_of(file_flags("k_deg: 30\n")),
-              AllOf(HasSubstr("view.yaml"), HasSubstr("45..90")));
-  EXPECT_THAT(message_of(file_flags("connection: lfu\nk_deg: 60\n")),
-              AllOf(HasSubstr("view.yaml"), HasSubstr("k = 45")));
+  for (const auto& [yaml, message] : {std::pair("overlap_dge: 5\n", "did you mean 'overlap_deg'"),
+                                      {"method: perfect\n", ":1"},
+                                      {"k_deg: 30\n", "45..90"},
+                                      {"connection: lfu\nk_deg: 60\n", "k = 45"}}) {
+    EXPECT_THAT(message_of(file_flags(yaml)), AllOf(HasSubstr("view.yaml"), HasSubstr(message)));
+  }
 }
 
 TEST_F(ViewSettingsTest, RejectsAKThatContradictsTheConnection) {
-  EXPECT_THAT(message_of({.connection = "lfu", .parameters = {{"k_deg", "76"}}}),
-              HasSubstr("k = 45"));
-  EXPECT_THAT(message_of({.connection = "rayspace360", .parameters = {{"k_deg", "45"}}}),
-              HasSubstr("k = 90"));
-  EXPECT_EQ(message_of({.connection = "lfu", .parameters = {{"k_deg", "45"}}}), "no error");
-  EXPECT_EQ(message_of({.connection = "rayspace360", .parameters = {{"k_deg", "90.0"}}}),
-            "no error");
-  EXPECT_THAT(message_of({.parameters = {{"k_deg", "44.9"}}}), HasSubstr("45..90"));
-  EXPECT_THAT(message_of({.parameters = {{"k_deg", "nan"}}}), HasSubstr("45..90"));
-  EXPECT_THAT(message_of({.parameters = {{"k_deg", "80x"}}}), HasSubstr("45..90"));
+  const struct {
+    std::string connection, k_deg, message;
+  } cases[] = {{"lfu", "76", "k = 45"},      {"rayspace360", "45", "k = 90"},
+               {"lfu", "45", "no error"},    {"rayspace360", "90.0", "no error"},
+               {"hybrid", "44.9", "45..90"}, {"hybrid", "nan", "45..90"},
+               {"hybrid", "80x", "45..90"}};
+  for (const auto& [connection, k_deg, message] : cases) {
+    EXPECT_THAT(message_of({.connection = connection, .parameters = {{"k_deg", k_deg}}}),
+                HasSubstr(message));
+  }
 }
 
-class ViewModeTest : public ViewSettingsTest {
- protected:
-  Room room_of(bool distances) const {
-    write_synthetic_room({.width = 32, .distances = distances}, path_);
-    return Room::open(path_);
-  }
-
-  std::filesystem::path path_ = directory_ / "room.lf";
-};
-
-TEST_F(ViewModeTest, TheThreeConnectionsAreOneRuleWithTheirOwnK) {
+TEST(ViewModeTest, TheThreeConnectionsAreOneRuleWithTheirOwnK) {
   EXPECT_EQ(view_mode({.connection = "lfu"}).options.k_deg, 45.0);
   EXPECT_EQ(view_mode({.connection = "rayspace360"}).options.k_deg, 90.0);
   EXPECT_EQ(view_mode(view_settings({.parameters = {{"k_deg", "76"}}})).options.k_deg, 76.0);
   EXPECT_EQ(view_mode({}).options.k_deg, 90.0);
 }
 
-TEST_F(ViewModeTest, AllMethodsThatTheRoomSupports) {
-  EXPECT_EQ(view_modes({}, {}, room_of(false)).size(), 1U);
-  const std::vector<ViewMode> all = view_modes({}, {}, room_of(true));
-  ASSERT_EQ(all.size(), 3U);
-  EXPECT_EQ(all[0].options.method, ViewMethod::kInitial);
-  EXPECT_EQ(all[1].options.method, ViewMethod::kHlfVd);
-  EXPECT_EQ(all[2].options.method, ViewMethod::kTwoSided);
-  const std::vector<ViewMode> named = view_modes({}, {"two-sided"}, room_of(true));
-  ASSERT_EQ(named.size(), 1U);
-  EXPECT_EQ(named[0].options.method, ViewMethod::kTwoSided);
-  EXPECT_THROW(view_modes({}, {"initial", "initial"}, room_of(true)), UsageError);
+TEST(ViewModeTest, AllMethodsThatTheRoomSupports) {
+  const auto methods = [](const std::vector<std::string>& names, const TestRoom& room) {
+    std::vector<ViewMethod> found;
+    for (const ViewMode& mode : view_modes({}, names, room.room())) {
+      found.push_back(mode.options.method);
+    }
+    return found;
+  };
+  const TestRoom bare({.width = 32, .distances = false}), full({.width = 32});
+  EXPECT_THAT(methods({}, bare), ElementsAre(ViewMethod::kInitial));
+  EXPECT_THAT(methods({}, full), ElementsAreArray(kViewMethods));
+  EXPECT_THAT(methods({"two-sided"}, full), ElementsAre(ViewMethod::kTwoSided));
+  EXPECT_THROW(methods({"initial", "initial"}, full), UsageError);
 }
 
 constexpr const char* kNames[] = {"fast", "balanced", "accurate"};
