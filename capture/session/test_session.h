@@ -87,6 +87,7 @@ struct TestCapture {
   CaptureConfig config{};
   ManualClock clock{};
   double off_mm = 0.0;  // difference of the feedback from the planned position
+  double own_ms = 6.5;  // of the program at each station
 
   std::unique_ptr<Session> open() {
     return Session::open_or_create(directory, plan, config, "camera:\n  kind: osc\n", &clock);
@@ -123,7 +124,7 @@ struct TestCapture {
       frames.push_back(session->store_frame(attempt, static_cast<int>(frames.size()), picture));
     }
     session->complete_attempt(attempt, settled_at(station.rail_mm, station.rail_mm + off_mm), shot,
-                              frames, 6.5);
+                              frames, own_ms);
   }
 
   // Captures the missing stations, at most `at_most`.

@@ -46,7 +46,7 @@ RailSettings perfect() {
 
 // Writes a capture's configuration of one cell of 1 m with five stations to a line, at 100, 350,
 // ... 1100 mm on the rail, without overhang; returns a rig for it.
-RigConfig small_rig(const std::filesystem::path& directory) {
+RigConfig small_rig(const fs::path& directory) {
   write_file_atomically(directory / "capture.yaml",
                         "grid:\n  spacing_mm: 250\n  overhang_mm: 0\n"
                         "slider:\n  device: unused\n"
@@ -86,11 +86,21 @@ class RigTest : public ::testing::Test {
     const json id = run("/osc/commands/execute", {{"name", "camera.takePicture"}})["id"];
     clock_.sleep(std::chrono::seconds(1));
     const json url = run("/osc/commands/status", {{"id", id}})["results"]["fileUrl"];
-    return std::filesystem::path(url.get<std::string>()).filename().string();
+    return fs::path(url.get<std::string>()).filename().string();
   }
   CsvTable true_poses() const {
     return CsvTable::read(directory_ / "rig/truth/true_poses.csv",
                           {"file", "line", "x", "y", "z", "yaw", "pitch", "roll"}, {});
+  }
+  cv::Mat picture(const std::string& name) const {
+    return read_panorama(directory_ / "rig/card" / name);
+  }
+  // From a new rig, at 600 mm.
+  cv::Mat picture_at_600_mm() {
+    const auto rig = this->rig();
+    home(rig.get());
+    go(rig.get(), 600.0);
+    return picture(shoot(rig.get()));
   }
   static json get(const Rig& rig, const std::string& path) {
     const auto reply = httplib::Client(rig.camera_url()).Get(path);
@@ -129,24 +139,17 @@ TEST_F(RigTest, CameraSeesTheRoomFromTheTruePoseOfTheCarriage) {
     EXPECT_NEAR(poses.number(i, "x"), expected[i][0], 1e-6);
     EXPECT_NEAR(poses.number(i, "y"), 0.0, 1e-6);
     EXPECT_NEAR(poses.number(i, "z"), expected[i][1], 1e-6);
-    const auto stem = std::filesystem::path(names[i]).stem().string();
-    EXPECT_EQ(std::filesystem::exists(directory_ / ("rig/truth/dist/" + stem + ".png")),
-              i % 2 == 0);
-    EXPECT_EQ(read_panorama(directory_ / ("rig/card/" + names[i])).cols, 64);
+    const fs::path distances = fs::path(names[i]).replace_extension(".png");
+    EXPECT_EQ(fs::exists(directory_ / "rig/truth/dist" / distances), i % 2 == 0);
+    EXPECT_EQ(picture(names[i]).cols, 64);
   }
 }
 
 TEST_F(RigTest, DisplacedRailShowsInTruthAndPicture) {
   config_.rail = perfect();
-  cv::Mat straight, displaced;
-  for (const double spread_mm : {0.0, 30.0}) {
-    config_.rail.placing_spread_mm = spread_mm;
-    const auto rig = this->rig();
-    home(rig.get());
-    go(rig.get(), 600.0);
-    (spread_mm == 0.0 ? straight : displaced) =
-        read_panorama(directory_ / ("rig/card/" + shoot(rig.get())));
-  }
+  const cv::Mat straight = picture_at_600_mm();
+  config_.rail.placing_spread_mm = 30.0;
+  const cv::Mat displaced = picture_at_600_mm();
   EXPECT_GT(cv::norm(straight, displaced, cv::NORM_INF), 5.0);
   // The second rig appended to the first one's card and table.
   const CsvTable poses = true_poses();
@@ -160,10 +163,7 @@ TEST_F(RigTest, PicturesRenderedAheadAreThoseOfTheRecordedPose) {
   std::vector<cv::Mat> pictures;
   for (const double within_mm : {0.0, 0.1, 0.04}) {
     config_.camera.render_ahead_within_mm = within_mm;
-    const auto rig = this->rig();
-    home(rig.get());
-    go(rig.get(), 600.0);
-    pictures.push_back(read_panorama(directory_ / ("rig/card/" + shoot(rig.get()))));
+    pictures.push_back(picture_at_600_mm());
   }
   EXPECT_LT(cv::norm(pictures[0], pictures[1], cv::NORM_L1) / pictures[0].total(), 1.0);
   const CsvTable poses = true_poses();
@@ -279,31 +279,35 @@ constexpr Duration kLong = std::chrono::hours(1);
 
 // Two lines of 1 m through the origin, stations at 100 to 1100 mm on the rail.
 CapturePlan cross_plan() {
-  CapturePlan plan;
-  for (const LineAxis axis : {LineAxis::kX, LineAxis::kZ}) {
-    CaptureLine line{axis == LineAxis::kX ? "x0" : "z0", axis, 0.0, false, {}};
+  CapturePlan plan{
+      .lines = {{"x0", LineAxis::kX, 0.0, false, {}}, {"z0", LineAxis::kZ, 0.0, false, {}}}};
+  for (CaptureLine& line : plan.lines) {
     for (int i = 0; i <= 10; ++i) {
       const double along_m = -0.5 + 0.1 * i;
-      CaptureStation station;
-      station.position_m = axis == LineAxis::kX ? PlanPoint{along_m, 0.0} : PlanPoint{0.0, along_m};
-      station.rail_mm = 100.0 + 100.0 * i;
-      line.stations.push_back(station);
+      const bool along_x = line.axis == LineAxis::kX;
+      line.stations.push_back(
+          {"", along_x ? PlanPoint{along_m, 0.0} : PlanPoint{0.0, along_m}, 100.0 + 100.0 * i});
     }
-    plan.lines.push_back(line);
   }
   return plan;
 }
 
-constexpr RailSpan kSpan{0.0, 1200.0};
+class RailTest : public ::testing::Test {
+ protected:
+  Rail rail() const { return {settings_, plan_, {0.0, 1200.0}}; }
+  // Long after the carriage came to rest.
+  CameraPose pose(const std::string& line, double mm) const {
+    return rail().carriage_pose(line, mm, kLong);
+  }
 
-TEST(RailTest, SagsBetweenItsSupportsAndBowsToTheLeft) {
-  RailSettings settings = perfect();
-  settings.sag_mm = 2.0;
-  settings.bow_mm = 1.0;
-  const Rail rail(settings, cross_plan(), kSpan);
-  const auto at = [&](const char* line, double mm) {
-    return rail.carriage_pose(line, mm, kLong).position_m;
-  };
+  const CapturePlan plan_ = cross_plan();
+  RailSettings settings_ = perfect();
+};
+
+TEST_F(RailTest, SagsBetweenItsSupportsAndBowsToTheLeft) {
+  settings_.sag_mm = 2.0;
+  settings_.bow_mm = 1.0;
+  const auto at = [&](const char* line, double mm) { return pose(line, mm).position_m; };
   EXPECT_NEAR(at("x0", 0.0).y(), 0.0, 1e-12);
   EXPECT_NEAR(at("x0", 600.0).y(), -0.002, 1e-12);
   EXPECT_NEAR(at("x0", 300.0).y(), -0.0015, 1e-12) << "(1 - 0.5^2) of it at a quarter of the span";
@@ -312,57 +316,46 @@ TEST(RailTest, SagsBetweenItsSupportsAndBowsToTheLeft) {
 }
 
 // Along x the camera's right side points along the rail, along z its front does.
-TEST(RailTest, CameraTurnsWithTheRail) {
-  RailSettings settings = perfect();
-  settings.direction_spread_deg = settings.tilt_spread_deg = 1.0;
-  settings.sag_mm = 4.0;
-  settings.bow_mm = 3.0;
-  const Rail rail(settings, cross_plan(), kSpan);
+TEST_F(RailTest, CameraTurnsWithTheRail) {
+  settings_.direction_spread_deg = settings_.tilt_spread_deg = 1.0;
+  settings_.sag_mm = 4.0;
+  settings_.bow_mm = 3.0;
   for (const double mm : {50.0, 300.0, 600.0, 1100.0}) {
     for (const std::string line : {"x0", "z0"}) {
-      const CameraPose pose = rail.carriage_pose(line, mm, kLong);
-      const Eigen::Vector3d tangent = (rail.carriage_pose(line, mm + 0.01, kLong).position_m -
-                                       rail.carriage_pose(line, mm - 0.01, kLong).position_m)
-                                          .normalized();
+      const Eigen::Vector3d tangent =
+          (pose(line, mm + 0.01).position_m - pose(line, mm - 0.01).position_m).normalized();
       const Eigen::Vector3d own =
           line == "x0" ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitZ();
-      EXPECT_LT((world_from_camera(pose.attitude) * own - tangent).norm(), 2e-5) << line << mm;
+      const Eigen::Vector3d turned = world_from_camera(pose(line, mm).attitude) * own;
+      EXPECT_LT((turned - tangent).norm(), 2e-5) << line << mm;
     }
   }
 }
 
-TEST(RailTest, PlacingsHaveTheGivenSpreadAndAreRepeatable) {
-  RailSettings settings = perfect();
-  settings.placing_spread_mm = 3.0;
-  settings.attitude_spread_deg = 0.5;
-  const CapturePlan plan = cross_plan();
+TEST_F(RailTest, PlacingsHaveTheGivenSpreadAndAreRepeatable) {
+  settings_.placing_spread_mm = 3.0;
+  settings_.attitude_spread_deg = 0.5;
   double position = 0.0, yaw = 0.0;
   constexpr int kSeeds = 1000;
-  for (settings.seed = 1; settings.seed <= kSeeds; ++settings.seed) {
-    const CameraPose pose = Rail(settings, plan, kSpan).carriage_pose("z0", 600.0, kLong);
-    position += pose.position_m.squaredNorm() / 3.0 / kSeeds;
-    yaw += pose.attitude.yaw_rad * pose.attitude.yaw_rad / kSeeds;
+  for (settings_.seed = 1; settings_.seed <= kSeeds; ++settings_.seed) {
+    const CameraPose placed = pose("z0", 600.0);
+    position += placed.position_m.squaredNorm() / 3.0 / kSeeds;
+    yaw += placed.attitude.yaw_rad * placed.attitude.yaw_rad / kSeeds;
   }
   EXPECT_NEAR(std::sqrt(position), 0.003, 0.0002);
   EXPECT_NEAR(degrees_from_radians(std::sqrt(yaw)), 0.5, 0.05);
-  settings.seed = 7;
-  const Rail rail(settings, plan, kSpan), again(settings, plan, kSpan);
-  EXPECT_EQ(rail.carriage_pose("x0", 600.0, kLong).position_m,
-            again.carriage_pose("x0", 600.0, kLong).position_m);
-  EXPECT_NE(rail.carriage_pose("x0", 600.0, kLong).position_m,
-            rail.carriage_pose("z0", 600.0, kLong).position_m);
+  EXPECT_EQ(pose("x0", 600.0).position_m, pose("x0", 600.0).position_m);
+  EXPECT_NE(pose("x0", 600.0).position_m, pose("z0", 600.0).position_m);
 }
 
 // The ends are turned by half the twist, in opposite directions.
-TEST(RailTest, TwistTurnsTheCameraAroundTheRail) {
-  RailSettings settings = perfect();
-  settings.twist_deg = 2.0;
-  const Rail rail(settings, cross_plan(), kSpan);
+TEST_F(RailTest, TwistTurnsTheCameraAroundTheRail) {
+  settings_.twist_deg = 2.0;
   for (const double share : {-1.0, -0.5, 0.0, 1.0}) {
     for (const std::string line : {"x0", "z0"}) {
-      const CameraPose pose = rail.carriage_pose(line, 600.0 + 600.0 * share, kLong);
       // Clockwise along x takes the top to the back, along z to the right.
-      const Eigen::Vector3d up = world_from_camera(pose.attitude) * Eigen::Vector3d::UnitY();
+      const Eigen::Vector3d up =
+          world_from_camera(pose(line, 600.0 + 600.0 * share).attitude) * Eigen::Vector3d::UnitY();
       const double turned_rad = radians_from_degrees(share);
       const Eigen::Vector3d expected =
           line == "x0" ? Eigen::Vector3d(0, std::cos(turned_rad), -std::sin(turned_rad))
@@ -372,27 +365,23 @@ TEST(RailTest, TwistTurnsTheCameraAroundTheRail) {
   }
 }
 
-TEST(RailTest, JitterHasTheGivenSpreadAndIsFixedPerStation) {
-  RailSettings settings = perfect();
-  settings.jitter_mm = 0.7;
-  settings.jitter_deg = 0.1;
+TEST_F(RailTest, JitterHasTheGivenSpreadAndIsFixedPerStation) {
+  settings_.jitter_mm = 0.7;
+  settings_.jitter_deg = 0.1;
   double squared_m2 = 0.0, squared_rad2 = 0.0;
   int stations = 0;
-  for (settings.seed = 1; settings.seed <= 100; ++settings.seed) {
-    const CapturePlan plan = cross_plan();
-    const Rail rail(settings, plan, kSpan);
-    for (const CaptureLine& line : plan.lines) {
+  for (settings_.seed = 1; settings_.seed <= 100; ++settings_.seed) {
+    for (const CaptureLine& line : plan_.lines) {
       for (const CaptureStation& station : line.stations) {
-        const CameraPose pose = rail.carriage_pose(line.id, station.rail_mm, kLong);
+        const auto& [position_m, turned] = pose(line.id, station.rail_mm);
         const Eigen::Vector3d planned_m(station.position_m.x_m, 0.0, station.position_m.z_m);
-        squared_m2 += (pose.position_m - planned_m).squaredNorm();
-        const Attitude& turned = pose.attitude;
+        squared_m2 += (position_m - planned_m).squaredNorm();
         squared_rad2 += turned.yaw_rad * turned.yaw_rad + turned.pitch_rad * turned.pitch_rad +
                         turned.roll_rad * turned.roll_rad;
         ++stations;
         // A second picture, offset by the backlash, has the same jitter.
-        const CameraPose again = rail.carriage_pose(line.id, station.rail_mm + 0.02, kLong);
-        EXPECT_NEAR((again.position_m - pose.position_m).norm(), 2e-5, 1e-12);
+        const CameraPose again = pose(line.id, station.rail_mm + 0.02);
+        EXPECT_NEAR((again.position_m - position_m).norm(), 2e-5, 1e-12);
         EXPECT_EQ(again.attitude.yaw_rad, turned.yaw_rad);
       }
     }
@@ -402,17 +391,14 @@ TEST(RailTest, JitterHasTheGivenSpreadAndIsFixedPerStation) {
   EXPECT_NEAR(degrees_from_radians(std::sqrt(squared_rad2 / (3 * stations))), 0.1, 3.5e-3);
 }
 
-TEST(RailTest, VibrationDecays) {
-  RailSettings settings = perfect();
-  settings.vibration_mm = 1.0;
-  settings.vibration_decay_ms = 100.0;
-  const Rail rail(settings, cross_plan(), kSpan);
+TEST_F(RailTest, VibrationDecays) {
+  settings_.vibration_mm = 1.0;
+  settings_.vibration_decay_ms = 100.0;
   double largest_at_once = 0.0;
-  for (int i = 0; i <= 10; ++i) {
-    const double mm = 100.0 + 100.0 * i;
-    const Eigen::Vector3d rest_m = rail.carriage_pose("x0", mm, kLong).position_m;
+  for (double mm = 100.0; mm <= 1100.0; mm += 100.0) {
     const auto off_mm = [&](std::optional<Duration> still_for) {
-      return 1e3 * (rail.carriage_pose("x0", mm, still_for).position_m - rest_m).norm();
+      const Eigen::Vector3d shaken_m = rail().carriage_pose("x0", mm, still_for).position_m;
+      return 1e3 * (shaken_m - pose("x0", mm).position_m).norm();
     };
     largest_at_once = std::max(largest_at_once, off_mm(Duration::zero()));
     EXPECT_LE(off_mm(duration_from_ms(300.0)), std::sqrt(2.0) * std::exp(-3.0));
@@ -422,12 +408,11 @@ TEST(RailTest, VibrationDecays) {
   EXPECT_GT(largest_at_once, 0.7);
 }
 
-TEST(RailTest, UnknownLineAndEmptySpanAreErrors) {
-  const Rail rail(perfect(), cross_plan(), kSpan);
-  EXPECT_TRUE(rail.has_line("x0"));
-  EXPECT_FALSE(rail.has_line("x1"));
-  EXPECT_THROW(rail.carriage_pose("x1", 0.0, kLong), Error);
-  EXPECT_THROW(Rail(perfect(), cross_plan(), {5.0, 5.0}), Error);
+TEST_F(RailTest, UnknownLineAndEmptySpanAreErrors) {
+  EXPECT_TRUE(rail().has_line("x0"));
+  EXPECT_FALSE(rail().has_line("x1"));
+  EXPECT_THROW(pose("x1", 0.0), Error);
+  EXPECT_THROW(Rail(settings_, plan_, {5.0, 5.0}), Error);
 }
 
 // --- The configuration ---------------------------------------------------------------------------
@@ -454,7 +439,7 @@ TEST(RigConfigTest, ShippedFileHoldsEveryKeyWithItsDefault) {
   EXPECT_EQ(held, known);
   RigConfig shipped = read_rig_config(kShipped);
   EXPECT_EQ(shipped.capture_config.filename(), "capture-osc.yaml");
-  EXPECT_TRUE(std::filesystem::exists(shipped.capture_config));
+  EXPECT_TRUE(fs::exists(shipped.capture_config));
   shipped.capture_config.clear();
   EXPECT_EQ(rig_schema(&shipped).values(), values);
 }
