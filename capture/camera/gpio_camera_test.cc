@@ -225,13 +225,11 @@ TEST(GpioCamera, NeverPressesBeforeTheCarriageSettled) {
 }
 
 TEST(GpioCamera, BracketIsAPressPerExposureOrOneForAll) {
-  ExposureSettings bracket;
-  bracket.bracket_ev = {-2.0, 0.0, 2.0};
   for (const bool per_exposure : {true, false}) {
     TriggerConfig config = wired();
     config.press_per_exposure = per_exposure;
     CableRig rig({}, config);
-    rig.camera.prepare(bracket, "");
+    rig.camera.prepare({.bracket_ev = {-2.0, 0.0, 2.0}}, "");
     for (int station = 0; station < 100; ++station) rig.shoot();
     EXPECT_EQ(rig.gpio.presses, per_exposure ? 300 : 100);
   }
@@ -239,9 +237,7 @@ TEST(GpioCamera, BracketIsAPressPerExposureOrOneForAll) {
 
 TEST(GpioCamera, RefusesExposureSettings) {
   CableRig rig({});
-  ExposureSettings settings;
-  settings.shutter_s = 0.01;
-  EXPECT_THROW(rig.camera.prepare(settings, ""), UsageError);
+  EXPECT_THROW(rig.camera.prepare({.shutter_s = 0.01}, ""), UsageError);
   EXPECT_EQ(rig.camera.prepare({}, ""), "");
 }
 

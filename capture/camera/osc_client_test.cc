@@ -29,11 +29,14 @@ namespace {
 
 using std::chrono::milliseconds;
 using Json = nlohmann::json;
+using testing::AllOf;
 using testing::ElementsAre;
+using testing::Property;
+using testing::Throws;
 
 // --- HTTP ----------------------------------------------------------------------------------------
 
-// A TCP server that sends `head`, and then `part` again and again where there is an interval.
+// What a TCP server sends: `head`, and then `part` again and again where there is an interval.
 struct Script {
   std::string head;
   std::string part{};
@@ -166,13 +169,8 @@ TEST(OscHttpDeathTest, InterruptEndsADownload) {
         {"HTTP/1.1 200 OK\r\nContent-Length: 100000000\r\n\r\n", "y", milliseconds(5), SIGTERM});
     ManualClock clock;
     server.config.picture_timeout_ms = 60000.0;
-    OscClient client(server.config, clock);
-    try {
-      client.fetch("/files/R0010001.JPG");
-    } catch (const Interrupted&) {
-      std::_Exit(42);
-    }
-    std::_Exit(1);
+    EXPECT_THROW(OscClient(server.config, clock).fetch("/files/R0010001.JPG"), Interrupted);
+    std::_Exit(testing::Test::HasFailure() ? 1 : 42);
   };
   EXPECT_EXIT(interrupted_download(), testing::ExitedWithCode(42), "");
 }
@@ -248,15 +246,6 @@ class OscClientTest : public testing::Test {
   std::string header(const std::string& name) const {
     const std::lock_guard lock(mutex_);
     return headers_.find(name)->second;
-  }
-  // The refusal of a call, and whether it is temporary.
-  static std::pair<std::string, bool> refusal_of(const std::function<void()>& call) {
-    try {
-      call();
-    } catch (const OscRefusal& refusal) {
-      return {refusal.in_parentheses(), refusal.is_temporary()};
-    }
-    return {"accepted", false};
   }
 
   Json info = {{"model", "Scripted"}, {"apiLevel", {2}}};
@@ -341,9 +330,7 @@ TEST_F(OscClientTest, ACameraInStandbyIsWokenAndAskedForPanoramas) {
   cv::imencode(".jpg", cv::Mat(32, 64, CV_8UC3, cv::Scalar::all(90)), bytes);
   picture.assign(bytes.begin(), bytes.end());
   OscCamera camera(config, clock_);
-  ExposureSettings automatic;
-  automatic.lock = false;
-  camera.prepare(automatic, "");
+  camera.prepare({.lock = false}, "");
   const Shot shot = camera.shoot(clock_.now());
   ASSERT_EQ(shot.pictures.size(), 1U);
   EXPECT_EQ(shot.pictures[0].camera_name, "IMG_20260101_051113_00_042.jpg");
@@ -416,8 +403,9 @@ TEST_F(OscClientTest, RefusalsCarryCodeAndMessage) {
             true},
            {{{"state", "error"}, {"error", "unknown"}}, " (: )", false}}) {
     answer("camera.takePicture", each.reply);
-    EXPECT_EQ(refusal_of([&] { client_->begin_picture(); }),
-              std::pair(each.said, each.is_temporary));
+    EXPECT_THAT([&] { client_->begin_picture(); },
+                Throws<OscRefusal>(AllOf(Property(&OscRefusal::in_parentheses, each.said),
+                                         Property(&OscRefusal::is_temporary, each.is_temporary))));
   }
 }
 

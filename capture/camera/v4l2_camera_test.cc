@@ -251,13 +251,6 @@ CameraConfig streaming(PixelFormat pixel_format = PixelFormat::kMjpg) {
   return config;
 }
 
-ExposureSettings exposure_of(double shutter_s, std::vector<double> bracket_ev = {0.0}) {
-  ExposureSettings settings;
-  settings.shutter_s = shutter_s;
-  settings.bracket_ev = std::move(bracket_ev);
-  return settings;
-}
-
 struct VideoRig {
   explicit VideoRig(const FakeVideo& fake = {}, const CameraConfig& config = streaming())
       : device(new FakeVideoDevice(fake, &clock)),
@@ -310,7 +303,7 @@ TEST(V4l2Camera, NoFrameIsStampedBeforeSettlingAndExposure) {
   for (const double shutter_s : {0.0, 0.25}) {
     for (int offset_ms = 0; offset_ms < 90; offset_ms += 7) {
       VideoRig rig;
-      rig.camera.prepare(exposure_of(shutter_s), "");
+      rig.camera.prepare({.shutter_s = shutter_s}, "");
       rig.clock.sleep(milliseconds(500 + offset_ms));
       const SteadyTime settled = rig.clock.now();
       EXPECT_GE(rig.camera.shoot(settled).exposed_at,
@@ -410,7 +403,7 @@ TEST(V4l2Camera, FaultsAreNoticedBeforeAnyMoveOrDuringTheSession) {
 // The brightness of each picture shows that the sensor had changed before it was exposed.
 TEST(V4l2Camera, BracketIsOnePictureOfEachExposure) {
   VideoRig rig({.sensor_exposure = 200, .exposure_delay_frames = 3});
-  rig.lock(exposure_of(0.0, {-2.0, 0.0, 1.5}));
+  rig.lock({.bracket_ev = {-2.0, 0.0, 1.5}});
   for (int station = 0; station < 3; ++station) {
     rig.clock.sleep(milliseconds(1000));
     const Shot shot = rig.shoot();
@@ -456,9 +449,9 @@ TEST(V4l2Exposure, LocksWhatIsGivenAndTheRestAsTheCameraMeasuredIt) {
   const Picture picture = rig.shoot().pictures.at(0);
   EXPECT_EQ(picture.exposure, locked);
   EXPECT_NEAR(colour_of(picture)[1], 60.0, 2.0);
-  ExposureSettings given = exposure_of(0.02);
-  given.white_balance_k = 5003;  // the camera has steps of 10
-  EXPECT_EQ(rig.lock(given), R"({"exposure_100us":200,"gain":8,"white_balance_k":5000})");
+  // The camera has steps of 10.
+  EXPECT_EQ(rig.lock({.shutter_s = 0.02, .white_balance_k = 5003}),
+            R"({"exposure_100us":200,"gain":8,"white_balance_k":5000})");
 }
 
 TEST(V4l2Exposure, ResumedSessionIsSetAgainAndNotMeasured) {
@@ -476,30 +469,26 @@ TEST(V4l2Exposure, CameraWithoutControlsIsLeftAlone) {
   VideoRig rig({.controls = false});
   EXPECT_EQ(rig.lock({}), "");
   EXPECT_EQ(rig.shoot().pictures.at(0).exposure, "");
-  expect_exposure_fault("has no control for exposure_100us", [&] { rig.lock(exposure_of(0.02)); });
+  expect_exposure_fault("has no control for exposure_100us",
+                        [&] { rig.lock({.shutter_s = 0.02}); });
 }
 
 TEST(V4l2Exposure, NothingIsLockedIfTheLockIsOff) {
   VideoRig rig;
-  ExposureSettings settings;
-  settings.lock = false;
-  EXPECT_EQ(rig.lock(settings), "");
+  EXPECT_EQ(rig.lock({.lock = false}), "");
   EXPECT_EQ(rig.device->control(VideoControl::kExposureMode), 3);
-  settings.bracket_ev = {-1.0, 0.0};
-  EXPECT_THROW(rig.lock(settings), UsageError);
+  EXPECT_THROW(rig.lock({.lock = false, .bracket_ev = {-1.0, 0.0}}), UsageError);
 }
 
 TEST(V4l2Exposure, NamesUnsupportedSettings) {
   VideoRig rig({.sensor_exposure = 200});
   expect_exposure_fault("takes exposure_100us from 1 to 5000, not 20000",
-                        [&] { rig.lock(exposure_of(2.0)); });
+                        [&] { rig.lock({.shutter_s = 2.0}); });
   // Of a bracket too, at the start.
   for (const double ev : {-9.0, 5.0, 1e300}) {
-    expect_exposure_fault("cannot expose by", [&] { rig.lock(exposure_of(0.0, {0.0, ev})); });
+    expect_exposure_fault("cannot expose by", [&] { rig.lock({.bracket_ev = {0.0, ev}}); });
   }
-  ExposureSettings settings;
-  settings.iso = 100;
-  EXPECT_THROW(rig.lock(settings), UsageError);
+  EXPECT_THROW(rig.lock({.iso = 100}), UsageError);
   for (const std::string control : {"exposure_mode", "auto_gain", "gain", "white_balance_k"}) {
     VideoRig stubborn({.refused_control = control});
     expect_exposure_fault("refuses", [&] { stubborn.lock({}); });

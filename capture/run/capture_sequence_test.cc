@@ -67,12 +67,7 @@ class CaptureSequenceTest : public SessionCase {
                  {.profile = {50.0, 200.0}, .approach_mm = 5.0, .still_ms = 1000.0});
   }
   std::string paused_message() {
-    try {
-      run();
-    } catch (const Paused& paused) {
-      return paused.what();
-    }
-    return "was not paused";
+    return error_of([this] { run(); });
   }
   // That the session holds exactly the pictures of these shots, in this order: each frame under its
   // station, attempt and exposure, taken and located there, with the size and checksum of its file;
@@ -303,14 +298,12 @@ TEST(RunSession, OfASessionThatIsRecordedNeedsNoDevice) {
   config.slider.high_limit_mm = 2000.0;
   config.file = directory / "capture.yaml";
   write_file_atomically(config.file, "");
-  config.camera.kind = CameraKind::kGpio;
   config.run.mode = CaptureMode::kVideo;
-  const CapturePlan plan = plan_capture(config);
-  {
-    ManualClock clock;
-    const auto session = Session::open_or_create(directory / "hall", plan, config, "", &clock);
-    const JournalSample sample{clock.wall_now(), 50.0};
-    for (const CaptureLine& line : plan.lines) session->record_journal(line.id, {&sample, 1});
+  TestCapture recorded{
+      .directory = directory / "hall", .plan = plan_capture(config), .config = config};
+  const JournalSample sample{recorded.clock.wall_now(), 50.0};
+  for (const CaptureLine& line : recorded.plan.lines) {
+    recorded.open()->record_journal(line.id, {&sample, 1});
   }
   EXPECT_THAT(run_session(config, {.session = directory / "hall"}),
               AllOf(HasSubstr("all 4 lines are recorded"), HasSubstr("--video")));
@@ -350,17 +343,11 @@ TEST(PlacementText, SaysWhereBothEndsOfTheLineBelong) {
             HasSubstr("towards +z"), HasSubstr("z = +0.750 m at 1550.0 mm")));
 }
 
-TEST(PlaceRail, SendsTheLineToARigThatPlacesItself) {
+TEST(PlaceRail, SendsTheLineToARigThatPlacesItselfAndShowsItsRefusal) {
   const Placing placing = placing_at_rig(200);
   EXPECT_EQ(placing.error, "no error");
-  const auto request = nlohmann::json::parse(placing.request);
-  EXPECT_EQ(request["line"], "z1");
-  EXPECT_EQ(request["placement"], 1);
-  EXPECT_EQ(request["start_m"], nlohmann::json({0.5, -0.75}));
-  EXPECT_EQ(request["end_m"], nlohmann::json({0.5, 0.75}));
-}
-
-TEST(PlaceRail, ARefusalOfTheRigIsAnErrorWithItsAnswer) {
+  EXPECT_EQ(nlohmann::json::parse(placing.request), nlohmann::json::parse(R"(
+      {"line": "z1", "placement": 1, "start_m": [0.5, -0.75], "end_m": [0.5, 0.75]})"));
   EXPECT_THAT(placing_at_rig(404).error,
               AllOf(HasSubstr("z1"), HasSubstr("404"), HasSubstr("no such line")));
 }
