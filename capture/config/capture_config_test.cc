@@ -8,7 +8,6 @@
 #include <set>
 #include <sstream>
 #include <string>
-#include <vector>
 
 #include "capture/config/capture_schema.h"
 #include "core/base/test_error.h"
@@ -46,27 +45,17 @@ class CaptureConfigTest : public testing::Test {
     return config;
   }
 
-  // What is wrong, from "capture.yaml:" on; "no error" if nothing is.
+  // What is wrong, from behind "capture.yaml" on; "no error" if nothing is.
   std::string refusal(const ConfigText& text) {
     const std::string error = error_of([&] { read(text); });
     EXPECT_EQ(error.find('\n'), std::string::npos) << error;
-    const std::size_t file = error.find("capture.yaml");
-    return file == std::string::npos ? error : error.substr(file);
+    const std::string file = "capture.yaml";
+    const std::size_t at = error.find(file);
+    return at == std::string::npos ? error : error.substr(at + file.size());
   }
 
   TestDirectory directory_;
 };
-
-TEST_F(CaptureConfigTest, AMinimalFileLeavesTheRestAtTheDefaults) {
-  const CaptureConfig config = read({});
-  EXPECT_EQ(config.grid.spacing_mm, 25.0);
-  EXPECT_EQ(config.grid.overhang_mm, -1.0);
-  EXPECT_TRUE(config.validation.empty());
-  EXPECT_EQ(config.camera.kind, CameraKind::kOsc);
-  EXPECT_THAT(config.camera.exposure.bracket_ev, ElementsAre(0.0));
-  EXPECT_EQ(config.run.mode, CaptureMode::kStations);
-  EXPECT_EQ(config.file, directory_ / "capture.yaml");
-}
 
 TEST_F(CaptureConfigTest, EveryGroupIsRead) {
   const CaptureConfig config = read(
@@ -97,12 +86,10 @@ TEST_F(CaptureConfigTest, APlanNeedsNoDevices) {
 }
 
 TEST_F(CaptureConfigTest, PathsAreRelativeToTheFile) {
-  EXPECT_EQ(read({}).slider.register_map, directory_ / "map.yaml");
-  const std::string absolute = (directory_ / "map.yaml").string();
-  EXPECT_EQ(
-      read({.slider = "slider: {device: a, high_limit_mm: 9, register_map: " + absolute + "}\n"})
-          .slider.register_map,
-      absolute);
+  const std::filesystem::path map = directory_ / "map.yaml";
+  EXPECT_EQ(read({}).slider.register_map, map);
+  const std::string slider = "slider: {device: a, high_limit_mm: 9, register_map: ";
+  EXPECT_EQ(read({.slider = slider + map.string() + "}\n"}).slider.register_map, map);
 }
 
 TEST_F(CaptureConfigTest, MistakesNameFileLineAndKey) {
@@ -128,74 +115,66 @@ TEST_F(CaptureConfigTest, MistakesNameFileLineAndKey) {
   const std::string video = "run: {mode: video}\n";
   struct Case {
     ConfigText text;
-    std::string error;  // or its beginning
+    std::string error;  // from the line on, or its beginning
   };
-  for (const auto& [text, error] : std::vector<Case>{
-           // Keys and ranges.
-           {{.rest = "speed_mm_s: 5\n"},
-            "capture.yaml:4: unknown key 'speed_mm_s'; did you mean 'slider.motion.speed_mm_s'?"},
-           {{.grid = "grid: {cell_side_m: 0}\n"},
-            "capture.yaml:1: 'grid.cell_side_m' is '0'; it must lie between 0.01 and 100"},
-           // The plan.
-           {{.grid = "grid: {overhang_mm: -0.5}\n"}, "capture.yaml:1: 'grid.overhang_mm' is -0.5"},
-           {{.rest = "validation:\n- axis: x\n  from_m: 1\n  to_m: 1\n"},
-            "capture.yaml:7: 'validation[0].to_m' is 1; it must be larger than from_m, which is 1"},
-           {{.rest = "scene: {nearest_m: 2, farthest_m: 1}\n"},
-            "capture.yaml:4: 'scene.farthest_m' is 1"},
-           {{.rest = "run: {place_url: rig}\n"}, "capture.yaml:4: 'run.place_url' is 'rig'"},
-           // The slider.
-           {slider("high_limit_mm: 9"), "capture.yaml: 'slider.device' is missing"},
-           {slider("connection: tcp, device: a, high_limit_mm: 9"),
-            "capture.yaml: 'slider.host' is missing"},
-           {on_line("rtu", 247), "no error"},
-           {on_line("tcp", 255), "no error"},
-           {on_line("rtu", 255), "capture.yaml:2: 'slider.unit' is 255; it must lie between"},
-           {on_line("tcp", 248), "capture.yaml:2: 'slider.unit' is 248; it must lie between"},
-           {slider("device: a"),
-            "capture.yaml: 'slider.high_limit_mm' is 0; it must be above low_limit_mm, which is 0"},
-           {slider("device: a, low_limit_mm: 90, high_limit_mm: 10"),
-            "capture.yaml:2: 'slider.high_limit_mm' is 10; it must be above low_limit_mm"},
-           {motion("following_error_mm: 0.05"),
-            "capture.yaml:2: 'slider.motion.following_error_mm' is 0.05"},
-           {motion("stall_ms: 5"), "capture.yaml: 'slider.motion.poll_ms' is 10; it must not exc"},
-           {{.slider = "slider: {device: a, high_limit_mm: 9}\n"},
-            "capture.yaml: 'slider.register_map' is missing"},
-           // The camera.
-           {{.camera = ""}, "capture.yaml: 'camera.osc.url' is ''"},
-           {camera("osc: {url: 192.168.1.1}"), "capture.yaml:3: 'camera.osc.url' is '192.168.1.1'"},
-           {camera("osc: {url: \"https://a\"}"), "capture.yaml:3: 'camera.osc.url' is 'https://a'"},
-           {camera("osc: {url: \"http://\"}"), "capture.yaml:3: 'camera.osc.url' is 'http://'"},
-           {camera("kind: v4l2"), "capture.yaml: 'camera.v4l2.device' is missing"},
-           {camera("kind: gpio"), "capture.yaml: 'trigger.shutter_line' is -1"},
-           {gpio("shutter_line: 4, chip: \"\""), "capture.yaml:4: 'trigger.chip' is empty"},
-           {gpio("shutter_line: 4, focus_line: 4"),
-            "capture.yaml:4: 'trigger.shutter_line' is 4, as is another line"},
-           {gpio("shutter_line: 4, focus_line: 5, busy_line: 5"),
-            "capture.yaml:4: 'trigger.busy_line' is 5, as is another line"},
-           // Its pictures.
-           {pictures("width_px: 4096"), "capture.yaml: 'camera.height_px' is 0"},
-           {pictures("height_px: 4096"), "capture.yaml: 'camera.width_px' is 0"},
-           {pictures("width_px: 4096, height_px: 2000"),
-            "capture.yaml:3: 'camera.width_px' is 4096 at a height of 2000"},
-           {pictures("frames: dual-fisheye, width_px: 4096, height_px: 2000"), "no error"},
-           {pictures("width_px: 4096, height_px: 2048"), "no error"},
-           {pictures("exposure: {lock: false, iso: 100}"),
-            "capture.yaml:3: 'camera.exposure.lock' is false"},
-           {pictures("exposure: {bracket_ev: []}"),
-            "capture.yaml:3: 'camera.exposure.bracket_ev' is empty"},
-           {pictures("exposure: {bracket_ev: [0, 1, 0]}"),
-            "capture.yaml:3: 'camera.exposure.bracket_ev' holds an exposure twice"},
-           {pictures("exposure: {bracket_ev: [0, 1]}", video),
-            "capture.yaml:3: 'camera.exposure.bracket_ev' holds more than one exposure, which a "},
-           {pictures("exposure: {bracket_ev: [0]}", video),
-            "capture.yaml:4: 'run.mode' is video, but the program cannot record video with the "
-            "osc"}}) {
-    EXPECT_THAT(refusal(text), StartsWith(error));
-  }
+  const Case cases[] = {
+      // Keys and ranges.
+      {{.rest = "speed_mm_s: 5\n"},
+       ":4: unknown key 'speed_mm_s'; did you mean 'slider.motion.speed_mm_s'?"},
+      {{.grid = "grid: {cell_side_m: 0}\n"},
+       ":1: 'grid.cell_side_m' is '0'; it must lie between 0.01 and 100"},
+      // The plan.
+      {{.grid = "grid: {overhang_mm: -0.5}\n"}, ":1: 'grid.overhang_mm' is -0.5"},
+      {{.rest = "validation:\n- axis: x\n  from_m: 1\n  to_m: 1\n"},
+       ":7: 'validation[0].to_m' is 1; it must be larger than from_m, which is 1"},
+      {{.rest = "scene: {nearest_m: 2, farthest_m: 1}\n"}, ":4: 'scene.farthest_m' is 1"},
+      {{.rest = "run: {place_url: rig}\n"}, ":4: 'run.place_url' is 'rig'"},
+      // The slider.
+      {slider("high_limit_mm: 9"), ": 'slider.device' is missing"},
+      {slider("connection: tcp, device: a, high_limit_mm: 9"), ": 'slider.host' is missing"},
+      {on_line("rtu", 247), "no error"},
+      {on_line("tcp", 255), "no error"},
+      {on_line("rtu", 255), ":2: 'slider.unit' is 255; it must lie between"},
+      {on_line("tcp", 248), ":2: 'slider.unit' is 248; it must lie between"},
+      {slider("device: a"),
+       ": 'slider.high_limit_mm' is 0; it must be above low_limit_mm, which is 0"},
+      {slider("device: a, low_limit_mm: 90, high_limit_mm: 10"),
+       ":2: 'slider.high_limit_mm' is 10; it must be above low_limit_mm"},
+      {motion("following_error_mm: 0.05"), ":2: 'slider.motion.following_error_mm' is 0.05"},
+      {motion("stall_ms: 5"), ": 'slider.motion.poll_ms' is 10; it must not exc"},
+      {{.slider = "slider: {device: a, high_limit_mm: 9}\n"}, ": 'slider.register_map' is missing"},
+      // The camera.
+      {{.camera = ""}, ": 'camera.osc.url' is ''"},
+      {camera("osc: {url: 192.168.1.1}"), ":3: 'camera.osc.url' is '192.168.1.1'"},
+      {camera("osc: {url: \"https://a\"}"), ":3: 'camera.osc.url' is 'https://a'"},
+      {camera("osc: {url: \"http://\"}"), ":3: 'camera.osc.url' is 'http://'"},
+      {camera("kind: v4l2"), ": 'camera.v4l2.device' is missing"},
+      {camera("kind: gpio"), ": 'trigger.shutter_line' is -1"},
+      {gpio("shutter_line: 4, chip: \"\""), ":4: 'trigger.chip' is empty"},
+      {gpio("shutter_line: 4, focus_line: 4"),
+       ":4: 'trigger.shutter_line' is 4, as is another line"},
+      {gpio("shutter_line: 4, focus_line: 5, busy_line: 5"),
+       ":4: 'trigger.busy_line' is 5, as is another line"},
+      // Its pictures.
+      {pictures("width_px: 4096"), ": 'camera.height_px' is 0"},
+      {pictures("height_px: 4096"), ": 'camera.width_px' is 0"},
+      {pictures("width_px: 4096, height_px: 2000"),
+       ":3: 'camera.width_px' is 4096 at a height of 2000"},
+      {pictures("frames: dual-fisheye, width_px: 4096, height_px: 2000"), "no error"},
+      {pictures("width_px: 4096, height_px: 2048"), "no error"},
+      {pictures("exposure: {lock: false, iso: 100}"), ":3: 'camera.exposure.lock' is false"},
+      {pictures("exposure: {bracket_ev: []}"), ":3: 'camera.exposure.bracket_ev' is empty"},
+      {pictures("exposure: {bracket_ev: [0, 1, 0]}"),
+       ":3: 'camera.exposure.bracket_ev' holds an exposure twice"},
+      {pictures("exposure: {bracket_ev: [0, 1]}", video),
+       ":3: 'camera.exposure.bracket_ev' holds more than one exposure, which a "},
+      {pictures("exposure: {bracket_ev: [0]}", video),
+       ":4: 'run.mode' is video, but the program cannot record video with the osc"}};
+  for (const auto& [text, error] : cases) EXPECT_THAT(refusal(text), StartsWith(error));
   for (const char* map : {"no.yaml", "."}) {
-    EXPECT_THAT(refusal(slider("device: a, high_limit_mm: 9", map)),
-                AllOf(StartsWith("capture.yaml:2: 'slider.register_map' is '"),
-                      HasSubstr("which is not a file")));
+    EXPECT_THAT(
+        refusal(slider("device: a, high_limit_mm: 9", map)),
+        AllOf(StartsWith(":2: 'slider.register_map' is '"), HasSubstr("which is not a file")));
   }
   EXPECT_THAT(refusal(slider("device: a, high_limit_mm: 9", "sliders/leadshine-pr1.yaml")),
               AllOf(HasSubstr("relative to that file"), HasSubstr("did you mean 'leadshine-pr0'")));
@@ -316,11 +295,6 @@ TEST(ShippedCaptureConfigs, ValuesThatAreNoExamplesAreTheDefaults) {
     EXPECT_TRUE(config.validation.empty()) << name;
     EXPECT_EQ(capture_schema(&config).values(), default_values) << name;
   }
-}
-
-TEST(WithoutExamples, LeavesOutMarkedLinesAndWhatIsUnderThem) {
-  EXPECT_EQ(without_examples("a: 1\nb:  # example\n  - c: 1\n    d: 2\ne: 3  # example\nf: 4\n"),
-            "a: 1\nf: 4\n");
 }
 
 }  // namespace

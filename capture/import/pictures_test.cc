@@ -12,7 +12,6 @@
 #include "capture/import/import.h"
 #include "capture/import/match_pictures.h"
 #include "capture/import/test_pictures.h"
-#include "capture/session/session_database.h"
 #include "capture/session/test_session.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -140,7 +139,7 @@ TEST_F(CardPicturesTest, ShotsComeInOrderOfTimeThenNameFromADirectoryAndThoseInI
   EXPECT_EQ(card.shots[0][0].lens, FrameLens::kBoth);
 }
 
-TEST_F(CardPicturesTest, FrontAndBackFilesOfAShotArePaired) {
+TEST_F(CardPicturesTest, FrontAndBackFilesOfAShotArePairedIfAllAreNamedAsHalves) {
   const CardPictures card =
       read({picture("100GBACK/GPBK0002.JPG", 6), picture("100GFRNT/GPFR0001.JPG", 1),
             picture("100GFRNT/GPFR0002.JPG", 6), picture("100GBACK/GPBK0001.JPG", 2),
@@ -154,23 +153,16 @@ TEST_F(CardPicturesTest, FrontAndBackFilesOfAShotArePaired) {
   EXPECT_EQ(card.shots[1][1].lens, FrameLens::kBack);
   EXPECT_EQ(card.shots[1][1].file.filename(), "GPBK0002.JPG");
   EXPECT_THAT(card.unpaired, ElementsAre(card_ / "102GFRNT/GF010003.JPG"));
-}
-
-TEST_F(CardPicturesTest, FilesArePairedOnlyIfAllAreNamedAsHalves) {
-  const CardPictures card = read({picture("GPFR0001.JPG", 1), picture("R0001.JPG", 3)});
-  EXPECT_EQ(card.shots.size(), 2U);
-  EXPECT_EQ(card.shots[0][0].lens, FrameLens::kBoth);
+  const CardPictures mixed = read({picture("GPFR0001.JPG", 1), picture("R0001.JPG", 3)});
+  EXPECT_THAT(names(mixed), ElementsAre("GPFR0001.JPG", "R0001.JPG"));
+  EXPECT_EQ(mixed.shots[0][0].lens, FrameLens::kBoth);
 }
 
 TEST_F(CardPicturesTest, InvalidArgumentsAreNamed) {
   EXPECT_THAT([] { read({}); }, ThrowsMessage<UsageError>(HasSubstr("no pictures given")));
   EXPECT_THAT([&] { read({card_.path()}); }, ThrowsMessage<UsageError>(HasSubstr("no .jpg")));
-  const fs::path file = picture("R1.JPG", 1);
-  EXPECT_THAT(
-      [&] {
-        read({file, card_ / "./R1.JPG"});
-      },
-      ThrowsMessage<UsageError>(HasSubstr("given twice")));
+  const std::vector<fs::path> twice{picture("R1.JPG", 1), card_ / "./R1.JPG"};
+  EXPECT_THAT([&] { read(twice); }, ThrowsMessage<UsageError>(HasSubstr("given twice")));
   EXPECT_THAT([&] { read({card_ / "gone.jpg"}); }, ThrowsMessage<Error>(HasSubstr("gone.jpg")));
 }
 
@@ -211,6 +203,9 @@ class MatchPicturesTest : public testing::Test {
   PictureMatch match_from(const std::string& station) const {
     return assign_by_name(session_, card_, station);
   }
+  std::string error_of_match() const {
+    return error_of([this] { match(); });
+  }
 
   static constexpr int kPerLine = 10;
   SessionShots session_;
@@ -248,28 +243,26 @@ TEST_F(MatchPicturesTest, AMissingEndIsFoundByAPauseBetweenLinesAndAmbiguousWith
   EXPECT_THAT(match().mismatches, HasSubstr("1 of 20 stations lack pictures: x1_009"));
   session_.stations.resize(kPerLine);  // one line of equal intervals ...
   card_.shots.resize(kPerLine - 1);    // ... of which an end is missing
-  EXPECT_THAT([&] { match(); },
-              ThrowsMessage<Error>(AllOf(HasSubstr("9 pictures for 10"),
-                                         HasSubstr("do not determine the assignment"))));
+  EXPECT_THAT(error_of_match(),
+              AllOf(HasSubstr("9 pictures for 10"), HasSubstr("do not determine the assignment")));
 }
 
 TEST_F(MatchPicturesTest, PicturesOfAnotherSessionAreRefused) {
   for (std::size_t i = 0; i < card_.shots.size(); ++i) {
     card_.shots[i][0].time = kStart + std::chrono::seconds(i * i * 37);
   }
-  EXPECT_THAT([&] { match(); }, ThrowsMessage<Error>(HasSubstr("are they of another session?")));
+  EXPECT_THAT(error_of_match(), HasSubstr("are they of another session?"));
   card_.shots.clear();
-  EXPECT_THAT([&] { match(); }, ThrowsMessage<Error>(HasSubstr("0 pic")));
+  EXPECT_THAT(error_of_match(), HasSubstr("0 pic"));
 }
 
 TEST_F(MatchPicturesTest, AClockThatJumpsIsNamed) {
   card_.shots[0][0].time += 12h + 39min;
   card_.shots[1][0].time += 12h + 39min;
   sort_shots();
-  EXPECT_THAT([&] { match(); },
-              ThrowsMessage<Error>(
-                  AllOf(HasSubstr("clock jumps by -45540 s between R0002.JPG and R0003.JPG"),
-                        HasSubstr("--station x0_000"))));
+  EXPECT_THAT(error_of_match(),
+              AllOf(HasSubstr("clock jumps by -45540 s between R0002.JPG and R0003.JPG"),
+                    HasSubstr("--station x0_000")));
   const PictureMatch named = match_from("x0_000");
   ASSERT_EQ(named.complete.size(), 20U);
   EXPECT_THAT(named.mismatches, IsEmpty());
@@ -282,10 +275,9 @@ TEST_F(MatchPicturesTest, PicturesAreAssignedByHandFromAStationOn) {
   ASSERT_EQ(found.complete.size(), 2U);
   EXPECT_EQ(found.complete[0].station, 13U);
   EXPECT_THAT(found.complete[1].shots, ElementsAre(1U));
-  EXPECT_THAT([&] { match_from("x1_009"); },
-              ThrowsMessage<Error>(HasSubstr("2 pictures for the 1 stations from x1_009 on")));
-  EXPECT_THAT([&] { match_from("x7"); },
-              ThrowsMessage<Error>(HasSubstr("'x7' has no pictures on the card")));
+  EXPECT_THAT(error_of([&] { match_from("x1_009"); }),
+              HasSubstr("2 pictures for the 1 stations from x1_009 on"));
+  EXPECT_THAT(error_of([&] { match_from("x7"); }), HasSubstr("'x7' has no pictures on the card"));
 }
 
 double log_uniform(std::mt19937& random, double from, double to) {
@@ -432,8 +424,8 @@ class ImportPicturesTest : public SessionCase {
   }
 
   // The default card: one picture per station.
-  void fill_card() {
-    for (const auto& [station, time] : taken_) write_picture("R_" + station + ".JPG", time);
+  void fill_card(const std::string& prefix = "R_") {
+    for (const auto& [station, time] : taken_) write_picture(prefix + station + ".JPG", time);
   }
   void write_picture(const std::string& name, WallTime time, int width = 64) {
     write_test_picture(card_ / name, width, width / 2, 40 + next_level_++);
@@ -444,8 +436,7 @@ class ImportPicturesTest : public SessionCase {
                        std::chrono::floor<std::chrono::seconds>(time + 7203s));
   }
   ImportResult import(bool allow_missing = false, const std::string& first_station = "") {
-    const std::vector<fs::path> given{card_};
-    return import_pictures(capture_.directory, given, allow_missing, &capture_.clock,
+    return import_pictures(capture_.directory, {&card_, 1}, allow_missing, &capture_.clock,
                            first_station);
   }
   std::string error_of_import() {
@@ -536,10 +527,8 @@ TEST_F(ImportPicturesTest, APictureOfAnInterruptedAttemptIsLeftOut) {
 }
 
 TEST_F(ImportPicturesTest, FrontAndBackBecomeTwoFramesOfAStation) {
-  for (const auto& [station, time] : taken_) {
-    write_picture("GPFR_" + station + ".JPG", time);
-    write_picture("GPBK_" + station + ".JPG", time);
-  }
+  fill_card("GPFR_");
+  fill_card("GPBK_");
   EXPECT_EQ(import().imported, 20U);
   const SessionContents imported = contents();
   const std::vector<SessionFrame>& frames = imported.frames;
@@ -547,6 +536,8 @@ TEST_F(ImportPicturesTest, FrontAndBackBecomeTwoFramesOfAStation) {
   EXPECT_NE(frames[0].lens, frames[1].lens);
   EXPECT_EQ(frames[0].station, frames[1].station);
   const bool front = frames[0].lens == FrameLens::kFront;
+  EXPECT_EQ(frames[front ? 0 : 1].file, "frames/x0_000_front.jpg");
+  EXPECT_EQ(frames[front ? 1 : 0].file, "frames/x0_000_back.jpg");
   EXPECT_EQ(read_file(capture_.directory / frames[0].file),
             read_file(card_ / ((front ? "GPFR_" : "GPBK_") + imported.station_of(frames[0]).name +
                                ".JPG")));
@@ -568,15 +559,11 @@ TEST_F(ImportPicturesTest, ATruncatedPictureOrOneOfAnotherSizeIsNamedAndTheImpor
 
 TEST_F(ImportPicturesTest, ASessionWhoseCameraSentItsPicturesIsRefused) {
   fill_card();
-  TestCapture other;
-  other.directory = directory_ / "other";
-  other.plan = short_plan();
-  { const auto session = other.open(); }
-  const std::vector<fs::path> given{card_};
-  EXPECT_THAT(error_of([&] { import_pictures(other.directory, given, false, &other.clock); }),
-              HasSubstr("osc camera sent its pictures during the run"));
-  EXPECT_THAT(error_of([&] { import_pictures(directory_ / "none", given, false, &other.clock); }),
-              HasSubstr("none"));
+  capture_.directory = directory_ / "none";
+  EXPECT_THAT(error_of_import(), HasSubstr("none"));
+  capture_.config.camera.kind = CameraKind::kOsc;
+  capture_.open();
+  EXPECT_THAT(error_of_import(), HasSubstr("osc camera sent its pictures during the run"));
 }
 
 }  // namespace

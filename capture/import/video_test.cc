@@ -17,7 +17,6 @@
 #include "capture/import/video_stations.h"
 #include "capture/import/video_track.h"
 #include "capture/session/session.h"
-#include "capture/session/session_database.h"
 #include "capture/session/test_session.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -117,8 +116,7 @@ void shoot_test_video(const std::filesystem::path& file, const TestVideo& video,
   }
 }
 
-// --- What a video shows
-// ---------------------------------------------------------------------------
+// --- What a video shows --------------------------------------------------------------------------
 
 class VideoTrackTest : public testing::Test {
  protected:
