@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <regex>
 #include <set>
 #include <string>
 
@@ -33,7 +34,9 @@ namespace fs = std::filesystem;
 using namespace capture;
 using nlohmann::json;
 using testing::AllOf;
+using testing::Gt;
 using testing::HasSubstr;
+using testing::Lt;
 
 constexpr MotionBounds kRigBounds{100.0, 200.0, 200.0};
 
@@ -79,9 +82,9 @@ class RigTest : public ::testing::Test {
   }
   // The picture's name on the card.
   std::string shoot(Rig* rig) {
-    const auto run = [rig](const char* path, const json& request) {
-      return json::parse(
-          httplib::Client(rig->camera_url()).Post(path, request.dump(), "text/json")->body);
+    httplib::Client camera(rig->camera_url());
+    const auto run = [&](const char* path, const json& request) {
+      return json::parse(camera.Post(path, request.dump(), "text/json")->body);
     };
     const json id = run("/osc/commands/execute", {{"name", "camera.takePicture"}})["id"];
     clock_.sleep(std::chrono::seconds(1));
@@ -245,19 +248,22 @@ TEST_F(RigTest, WrongRequestsAreRefused) {
 
 // Also at a station of a line's second placement, where positions on the rail repeat.
 TEST_F(RigTest, ScheduledFaultOccursDuringTheMoveToItsStation) {
-  std::string capture = read_file(config_.capture_config);
-  const std::string limit = "high_limit_mm: 1200";
-  capture.replace(capture.find(limit), limit.size(),
-                  "high_limit_mm: 700\n  placements_per_line: 2");
-  write_file_atomically(config_.capture_config, capture);
-  for (const auto& [line, station] : {std::pair{"x0", "x0_002"}, std::pair{"x0-2", "x0_004"}}) {
+  write_file_atomically(
+      config_.capture_config,
+      std::regex_replace(read_file(config_.capture_config), std::regex("limit_mm: 1200"),
+                         "limit_mm: 700\n  placements_per_line: 2"));
+  struct Case {
+    std::string line, other_line, station;
+    double before_mm;
+  };
+  for (const auto& [line, other_line, station, before_mm] :
+       {Case{"x0", "x0-2", "x0_002", 350.0}, {"x0-2", "x0", "x0_004", 100.0}}) {
     config_.faults = {{.kind = RigFault::kStall, .after_ms = 1000.0, .at_station = station}};
     const auto rig = this->rig();
     home(rig.get());
-    rig->place(line == std::string("x0") ? "x0-2" : "x0");
+    rig->place(other_line);
     go(rig.get(), 100.0);
     rig->place(line);
-    const double before_mm = line == std::string("x0") ? 350.0 : 100.0;
     go(rig.get(), before_mm);
     EXPECT_NEAR(rig->drive().state().feedback_mm, before_mm, 1e-6);
     go(rig.get(), before_mm + 250.0);
@@ -376,8 +382,8 @@ TEST_F(RailTest, JitterHasTheGivenSpreadAndIsFixedPerStation) {
         const auto& [position_m, turned] = pose(line.id, station.rail_mm);
         const Eigen::Vector3d planned_m(station.position_m.x_m, 0.0, station.position_m.z_m);
         squared_m2 += (position_m - planned_m).squaredNorm();
-        squared_rad2 += turned.yaw_rad * turned.yaw_rad + turned.pitch_rad * turned.pitch_rad +
-                        turned.roll_rad * turned.roll_rad;
+        const Eigen::Vector3d angles_rad(turned.yaw_rad, turned.pitch_rad, turned.roll_rad);
+        squared_rad2 += angles_rad.squaredNorm();
         ++stations;
         // A second picture, offset by the backlash, has the same jitter.
         const CameraPose again = pose(line.id, station.rail_mm + 0.02);
@@ -432,11 +438,10 @@ void expect_refused(const std::string& yaml, const std::string& message) {
 
 TEST(RigConfigTest, ShippedFileHoldsEveryKeyWithItsDefault) {
   RigConfig defaults;
-  auto values = rig_schema(&defaults).values();
+  const auto values = rig_schema(&defaults).values();
   std::set<std::string> known;
   for (const auto& entry : values) known.insert(entry.first);
-  std::set<std::string> held = keys_of_yaml(kShipped);
-  EXPECT_EQ(held, known);
+  EXPECT_EQ(keys_of_yaml(kShipped), known);
   RigConfig shipped = read_rig_config(kShipped);
   EXPECT_EQ(shipped.capture_config.filename(), "capture-osc.yaml");
   EXPECT_TRUE(fs::exists(shipped.capture_config));
@@ -474,7 +479,6 @@ TEST(RigConfigTest, EveryGroupIsRead) {
   EXPECT_EQ(config.link.late, 0.02);
   EXPECT_EQ(config.camera.layout, FrameKind::kDualFisheye);
   EXPECT_THAT(config.camera.lens.string(), ::testing::EndsWith("/lenses/mine.yaml"));
-  EXPECT_TRUE(config.camera.lens.has_parent_path());
   EXPECT_EQ(config.camera.light.vignetting, 0.3);
   EXPECT_EQ(config.camera.sensor.noise_levels, 2.0);
   EXPECT_TRUE(config.dolly.visible);
@@ -516,18 +520,6 @@ double largest_difference_px(const FisheyeLens& a, const FisheyeLens& b) {
   return largest;
 }
 
-void expect_inside(const FisheyeLens& lens, PanoramaSize picture) {
-  for (double around = 0.0; around < kTwoPi; around += 0.1) {
-    const double t = 0.999 * lens.largest_angle_rad;
-    const PixelPosition rim = *project(
-        lens, {std::sin(t) * std::cos(around), std::sin(t) * std::sin(around), std::cos(t)});
-    EXPECT_GE(rim.u, -0.5);
-    EXPECT_GE(rim.v, -0.5);
-    EXPECT_LE(rim.u, picture.width - 0.5);
-    EXPECT_LE(rim.v, picture.height - 0.5);
-  }
-}
-
 TEST(ShippedLensesTest, AllAreReadAndOverlapAllAround) {
   int files = 0;
   for (const auto& entry : fs::directory_iterator(kConfigs / "lenses")) {
@@ -553,9 +545,7 @@ TEST(ShippedLensesTest, RehearsalStartsSomePixelsFromTheTrueLenses) {
   EXPECT_EQ(truth.picture, start.picture);
   for (const auto& [a, b] : {std::pair{truth.layout.front, start.layout.front},
                              std::pair{truth.layout.back, start.layout.back}}) {
-    EXPECT_GT(largest_difference_px(a, b), 4.0);
-    EXPECT_LT(largest_difference_px(a, b), 15.0);
-    expect_inside(a, truth.picture);
+    EXPECT_THAT(largest_difference_px(a, b), AllOf(Gt(4.0), Lt(15.0)));
   }
 }
 
@@ -580,21 +570,18 @@ TEST(ShippedRehearsalTest, LinesHaveErrorsTypicalOfManualPlacement) {
   double farthest_m = 0.0, most_turned_rad = 0.0;
   for (const CaptureLine& line : plan.lines) {
     for (const CaptureStation& station : line.stations) {
-      const CameraPose pose = rail.carriage_pose(line.id, station.rail_mm, std::chrono::hours(1));
+      const CameraPose pose = rail.carriage_pose(line.id, station.rail_mm, kLong);
       const Eigen::Vector3d off_m =
           pose.position_m - Eigen::Vector3d(station.position_m.x_m, 0.0, station.position_m.z_m);
       const double across_m = line.axis == LineAxis::kX ? off_m.z() : off_m.x();
       farthest_m = std::max(farthest_m, std::hypot(across_m, off_m.y()));
-      for (const double angle :
-           {pose.attitude.yaw_rad, pose.attitude.pitch_rad, pose.attitude.roll_rad}) {
-        most_turned_rad = std::max(most_turned_rad, std::abs(angle));
-      }
+      const auto& [yaw_rad, pitch_rad, roll_rad] = pose.attitude;
+      most_turned_rad =
+          std::max({most_turned_rad, std::abs(yaw_rad), std::abs(pitch_rad), std::abs(roll_rad)});
     }
   }
-  EXPECT_GT(farthest_m, 0.012);
-  EXPECT_LT(farthest_m, 0.022);
-  EXPECT_GT(degrees_from_radians(most_turned_rad), 0.8);
-  EXPECT_LT(degrees_from_radians(most_turned_rad), 1.6);
+  EXPECT_THAT(farthest_m, AllOf(Gt(0.012), Lt(0.022)));
+  EXPECT_THAT(degrees_from_radians(most_turned_rad), AllOf(Gt(0.8), Lt(1.6)));
 }
 
 // --- Its optics ---------------------------------------------------------------------------------
@@ -603,18 +590,8 @@ constexpr PanoramaSize kFrame{160, 80};
 constexpr double kFloor_m = 1.2;
 
 const VirtualRoom& empty_room() {
-  static const VirtualRoom room = [] {
-    VirtualRoomSettings settings;
-    settings.scene.file = "empty";
-    return VirtualRoom(settings);
-  }();
+  static const VirtualRoom room({.scene = {.file = "empty"}});
   return room;
-}
-
-RigCameraSettings dual_fisheye() {
-  RigCameraSettings camera;
-  camera.layout = FrameKind::kDualFisheye;
-  return camera;
 }
 
 RigOptics optics_of(const RigCameraSettings& camera, const DollySettings& dolly = {}) {
@@ -623,23 +600,19 @@ RigOptics optics_of(const RigCameraSettings& camera, const DollySettings& dolly 
 
 cv::Mat picture_of(const RigCameraSettings& camera, const DollySettings& dolly = {},
                    std::uint64_t number = 1) {
-  ExposureNow exposure;
-  exposure.number = number;
   const RigOptics optics = optics_of(camera, dolly);
-  return optics.picture(optics.scene(empty_room(), {}), exposure);
+  return optics.picture(optics.scene(empty_room(), {}), {.camera_name = {}, .number = number});
 }
 
 double mean_of(const cv::Mat& picture) { return cv::mean(picture)[1]; }
 
 TEST(RigOpticsTest, SeesThroughTheLensesOfItsFileAtItsOwnSize) {
   const TestDirectory directory;
-  DualFisheyeCamera lens;
-  lens.picture = {1600, 800};
-  lens.layout = simple_dual_fisheye(lens.picture);
+  DualFisheyeCamera lens{.picture = {1600, 800}, .layout = simple_dual_fisheye({1600, 800})};
   lens.layout.front.centre.u += 40.0;
   lens.layout.back.k[0] = 0.02;
   write_lens_file(directory / "lens.yaml", lens);
-  RigCameraSettings camera = dual_fisheye();
+  RigCameraSettings camera{.layout = FrameKind::kDualFisheye};
   const cv::Mat simple = picture_of(camera);
   camera.lens = directory / "lens.yaml";
   const RigOptics optics = optics_of(camera);
@@ -652,11 +625,9 @@ TEST(RigOpticsTest, SeesThroughTheLensesOfItsFileAtItsOwnSize) {
 
 TEST(RigOpticsTest, LensFilesOfOtherLayoutsAreRefused) {
   const TestDirectory directory;
-  DualFisheyeCamera lens;
-  lens.picture = {1600, 900};
-  lens.layout = simple_dual_fisheye({1600, 800});
-  RigCameraSettings camera = dual_fisheye();
-  camera.lens = directory / "lens.yaml";
+  DualFisheyeCamera lens{.picture = {1600, 900}, .layout = simple_dual_fisheye({1600, 800})};
+  const RigCameraSettings camera{.layout = FrameKind::kDualFisheye,
+                                 .lens = directory / "lens.yaml"};
   const auto expect_refused = [&](const std::string& message) {
     EXPECT_THAT(error_of([&] { optics_of(camera); }),
                 AllOf(HasSubstr("lens.yaml"), HasSubstr(message)));
@@ -671,7 +642,7 @@ TEST(RigOpticsTest, LensFilesOfOtherLayoutsAreRefused) {
 }
 
 TEST(RigOpticsTest, LensesHaveVignettingAndDifferentGain) {
-  RigCameraSettings camera = dual_fisheye();
+  RigCameraSettings camera{.layout = FrameKind::kDualFisheye};
   const cv::Mat even = picture_of(camera);
   camera.light.lens_gain_ev = -1.0;
   const cv::Mat darker_back = picture_of(camera);

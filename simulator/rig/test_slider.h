@@ -139,12 +139,11 @@ class TestSlider {
     map.stop = {21, {{kConstant, 1}}};
     map.alarm = StatusBit{0};
     if (!reports_flags) return map;
-    map.enabled = StatusBit{1};
-    map.homed = StatusBit{2};
-    map.moving = StatusBit{3};
-    map.in_position = StatusBit{4};
-    map.at_low_limit = StatusBit{5};
-    map.at_high_limit = StatusBit{6};
+    int bit = 1;
+    for (StatusBit* flag : {&map.enabled, &map.homed, &map.moving, &map.in_position,
+                            &map.at_low_limit, &map.at_high_limit}) {
+      *flag = StatusBit{bit++};
+    }
     return map;
   }
 

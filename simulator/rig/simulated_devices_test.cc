@@ -1,23 +1,26 @@
-#include "simulator/rig/drive_server.h"
-
+// The simulated drive and camera, and what serves them.
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <modbus/modbus.h>
+#include <httplib.h>
 #include <poll.h>
 #include <sys/ioctl.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <functional>
+#include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <random>
+#include <regex>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "capture/base/manual_clock.h"
 #include "capture/base/test_fault.h"
@@ -26,6 +29,10 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
+#include "simulator/rig/drive_server.h"
+#include "simulator/rig/faults.h"
+#include "simulator/rig/osc_server.h"
+#include "simulator/rig/simulated_camera.h"
 #include "simulator/rig/simulated_drive.h"
 
 namespace raywalk::simulator {
@@ -33,7 +40,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace capture;
+using Json = nlohmann::json;
 using Words = std::vector<std::uint16_t>;
+using enum RigFault;
 
 constexpr MotionBounds kDriveBounds{100.0, 200.0, 200.0};
 
@@ -82,20 +91,6 @@ TEST_F(SimulatedDriveTest, HomingMakesTheSwitchZeroFromBothOfItsSides) {
   }
 }
 
-TEST_F(SimulatedDriveTest, FollowsTheMotionProfile) {
-  move(400.0, 500.0);
-  expect_at(25.0, true);
-  EXPECT_FALSE(drive->truth().still_for);
-  pass(4000.0 + 70.0);
-  expect_at(400.0);
-  ASSERT_TRUE(drive->truth().still_for);
-  EXPECT_NEAR(ms_from_duration(*drive->truth().still_for), 70.0, 1e-3);
-  use({.max_speed_mm_s = 10.0});
-  drive->move_to(1000.0, {1e6, 1e6, 1e6});
-  pass(10000.0);
-  EXPECT_LT(drive->state().feedback_mm, 100.0);
-}
-
 // A reversal between two readings counts for the visited positions.
 TEST_F(SimulatedDriveTest, ExtremesIncludeUnobservedReversals) {
   move(1000.0, 1500.0);  // at 125 mm, 100 mm/s: halts at 150 mm
@@ -107,14 +102,6 @@ TEST_F(SimulatedDriveTest, ExtremesIncludeUnobservedReversals) {
   EXPECT_EQ(truth.commanded.high_mm, 1000.0);
   EXPECT_EQ(truth.commanded.low_mm, 50.0);
   EXPECT_EQ(truth.moves, 2);
-}
-
-TEST_F(SimulatedDriveTest, CarriageLagsTheMotorByTheBacklash) {
-  use({.backlash_mm = 0.4});
-  move(100.0, 60000.0);
-  expect_at(100.0, false, 99.6);
-  move(50.0, 60000.0);
-  expect_at(50.0);
 }
 
 TEST_F(SimulatedDriveTest, NoiseHasTheGivenDeviationAndIsSeeded) {
@@ -149,7 +136,7 @@ TEST_F(SimulatedDriveTest, LimitSwitchesStopTheMotorButAllowReturning) {
   expect_at(1900.0);
   EXPECT_FALSE(drive->state().at_high_limit);
   // A fault of the switch refuses its side only.
-  faults_.add({.kind = RigFault::kHighLimit, .for_ms = 10000.0});
+  faults_.add({.kind = kHighLimit, .for_ms = 10000.0});
   EXPECT_TRUE(drive->state().at_high_limit);
   move(1950.0, 2000.0);
   expect_at(1900.0);
@@ -160,12 +147,12 @@ TEST_F(SimulatedDriveTest, LimitSwitchesStopTheMotorButAllowReturning) {
 
 TEST_F(SimulatedDriveTest, StalledMotorIsReportedAsMovingAndGoesOnWhenFreed) {
   move(400.0, 1000.0);
-  faults_.add({.kind = RigFault::kStall, .for_ms = 3000.0});
+  faults_.add({.kind = kStall, .for_ms = 3000.0});
   pass(2000.0);
   expect_at(75.0, true);
   pass(60000.0);
   expect_at(400.0);
-  faults_.add({.kind = RigFault::kStall});
+  faults_.add({.kind = kStall});
   move(10.0, 60000.0);
   expect_at(400.0, true);
   faults_.clear();
@@ -176,13 +163,11 @@ TEST_F(SimulatedDriveTest, StalledMotorIsReportedAsMovingAndGoesOnWhenFreed) {
 
 TEST_F(SimulatedDriveTest, AlarmHaltsUntilItIsReset) {
   move(400.0, 1000.0);
-  faults_.add({.kind = RigFault::kAlarm, .amount = 0x210});
+  faults_.add({.kind = kAlarm, .amount = 0x210});
   pass(5000.0);
   const DriveState state = drive->state();
   EXPECT_TRUE(state.alarm);
-  EXPECT_EQ(state.alarm_code, 0x210);
-  EXPECT_FALSE(state.enabled);
-  EXPECT_FALSE(state.moving);
+  EXPECT_FALSE(state.enabled || state.moving);
   move(300.0, 5000.0);
   EXPECT_EQ(drive->state().feedback_mm, state.feedback_mm);
   drive->reset_alarm();
@@ -192,11 +177,11 @@ TEST_F(SimulatedDriveTest, AlarmHaltsUntilItIsReset) {
 }
 
 TEST_F(SimulatedDriveTest, FeedbackFaultsDoNotMoveTheCarriage) {
-  faults_.add({.kind = RigFault::kFeedbackJump, .amount = 3.0, .for_ms = 1000.0});
+  faults_.add({.kind = kFeedbackJump, .amount = 3.0, .for_ms = 1000.0});
   expect_at(3.0, false, 0.0);
   pass(1000.0);
   expect_at(0.0);
-  faults_.add({.kind = RigFault::kFeedbackDrift, .amount = 2.0});
+  faults_.add({.kind = kFeedbackDrift, .amount = 2.0});
   pass(500.0);
   expect_at(1.0, false, 0.0);
   faults_.clear();
@@ -348,23 +333,15 @@ TEST_F(DriveServerTest, WritesThatMoveNothingAreRefusedOrStored) {
 TEST_F(DriveServerTest, LateReplyArrivesAfterTheTimeout) {
   rig_.config.response_timeout_ms = 60.0;
   rig_.config.tries = 1;
-  rig_.faults.add({.kind = RigFault::kLate});
+  rig_.faults.add({.kind = kLate});
   EXPECT_THROW(answers(SliderConnection::kRtu), DeviceFault);
 }
 
 TEST_F(DriveServerTest, MisbehavingClientsDoNotAffectOthers) {
   ModbusLink good = link();
   good.read(RegisterKind::kHolding, 0x1014, 2);
-  modbus_t* const rude = modbus_new_tcp("127.0.0.1", rig_.config.port);
-  ASSERT_EQ(modbus_connect(rude), 0);
-  const std::string http = "GET / HTTP/1.1\r\n\r\n";
-  ASSERT_GT(write(modbus_get_socket(rude), http.data(), http.size()), 0);
-  pollfd closed{modbus_get_socket(rude), POLLIN, 0};
-  EXPECT_EQ(poll(&closed, 1, 20000), 1);
-  std::uint8_t byte = 0;
-  EXPECT_LE(read(closed.fd, &byte, 1), 0);
-  modbus_close(rude);
-  modbus_free(rude);
+  // A browser that takes it for a web server.
+  EXPECT_FALSE(httplib::Client("127.0.0.1", rig_.config.port).Get("/"));
   const int terminal = open(rig_.link().c_str(), O_RDWR | O_NOCTTY);
   ASSERT_GT(write(terminal, "\x01\x03\x10", 3), 0);  // half a request
   close(terminal);
@@ -374,15 +351,14 @@ TEST_F(DriveServerTest, MisbehavingClientsDoNotAffectOthers) {
 }
 
 TEST_F(DriveServerTest, PortOrNameInUseIsAnError) {
-  for (const DriveServerSettings& settings :
-       {DriveServerSettings{1, {}, rig_.server.tcp_port()},
-        DriveServerSettings{1, rig_.link().parent_path(), {}},
-        DriveServerSettings{1, rig_.link() / "no/slider", {}}}) {
+  for (const DriveServerSettings& settings : {DriveServerSettings{1, {}, rig_.server.tcp_port()},
+                                              {1, rig_.link().parent_path(), {}},
+                                              {1, rig_.link() / "no/slider", {}}}) {
     EXPECT_THROW(DriveServer(settings, RegisterMap{}, &rig_.drive, &rig_.faults), Error);
   }
 }
 
-// --- The driver ---------------------------------------------------------------------------------
+// --- The driver ----------------------------------------------------------------------------------
 
 // What no shipped map has: state in input registers, low word first, an active-low flag.
 constexpr const char* kVariants = "variants.yaml";
@@ -418,8 +394,7 @@ class SliderOnRigTest : public ::testing::TestWithParam<Setup> {
     EXPECT_FALSE(rig_.drive.state().moving);
   }
   void expect_failing_move(FaultKind kind) {
-    const DeviceFault fault = fault_of([&] { go_to(800.0, 0.0); });
-    EXPECT_EQ(fault.kind(), kind) << fault.what();
+    expect_fault(kind, "", [&] { go_to(800.0, 0.0); });
   }
   // A request to come.
   int request(int number) const { return static_cast<int>(rig_.faults.exchanges()) + number; }
@@ -434,14 +409,14 @@ class SliderOnRigTest : public ::testing::TestWithParam<Setup> {
 TEST_P(SliderOnRigTest, HomesAndReachesEveryTargetAlsoAfterAnAlarm) {
   EXPECT_NEAR(rig_.drive.truth().carriage_mm, 0.0, 1e-6);
   for (const double target_mm : {25.0, 90.0, 0.0, 51.24}) go_to(target_mm, 0.05);
-  rig_.faults.add({.kind = RigFault::kAlarm, .amount = 0x21, .after_ms = 500.0});
+  rig_.faults.add({.kind = kAlarm, .amount = 0x21, .after_ms = 500.0});
   expect_failing_move(FaultKind::kAlarm);
   rig_.drive.reset_alarm();
   go_to(10.0, 0.05);
 }
 
 TEST_P(SliderOnRigTest, LinkCutDuringAMoveIsAFaultAndCanReconnect) {
-  rig_.faults.add({.kind = RigFault::kCut, .at_request = request(8)});
+  rig_.faults.add({.kind = kCut, .at_request = request(8)});
   expect_failing_move(FaultKind::kNoContact);
   rig_.faults.clear();
   // The new port appears shortly, in real time.
@@ -459,13 +434,174 @@ INSTANTIATE_TEST_SUITE_P(Maps, SliderOnRigTest,
                                            Setup{"generic.yaml", SliderConnection::kRtu},
                                            Setup{"generic.yaml", SliderConnection::kTcp},
                                            Setup{kVariants, SliderConnection::kTcp}),
-                         [](const ::testing::TestParamInfo<Setup>& param) {
-                           std::string name = param.param.map + "_";
-                           name += name_of(param.param.connection);
-                           for (char& c : name)
-                             c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
-                           return name;
+                         [](const auto& test) {
+                           const std::string map = fs::path(test.param.map).stem().string();
+                           return std::regex_replace(map, std::regex("-"), "_") + "_" +
+                                  std::string(name_of(test.param.connection));
                          });
+
+// --- The camera ----------------------------------------------------------------------------------
+
+class SimulatedCameraTest : public testing::Test {
+ protected:
+  SimulatedCameraSettings settings() const {
+    return {.card_directory = directory_ / "card", .frame = {64, 32}};
+  }
+  OscReply execute(const std::string& name, const Json& parameters = Json::object()) {
+    return camera_.execute(Json{{"name", name}, {"parameters", parameters}}.dump());
+  }
+  // The error's code, or "done" and the like.
+  std::string outcome(const std::string& name, const Json& parameters = Json::object()) {
+    const Json reply = execute(name, parameters).json;
+    return reply.contains("error") ? reply["error"]["code"] : reply["state"];
+  }
+  std::string set(const Json& options) {
+    return outcome("camera.setOptions", {{"options", options}});
+  }
+  // The gain of a new picture.
+  double shoot() {
+    execute("camera.takePicture");
+    clock_.sleep(capture::duration_from_ms(200.0));
+    return gain_;
+  }
+
+  TestDirectory directory_;
+  capture::ManualClock clock_;
+  Faults faults_{&clock_};
+  double gain_ = 0.0;
+  SimulatedCamera camera_{settings(), &clock_, &faults_, [this](const ExposureNow& exposure) {
+                            gain_ = exposure.gain;
+                            return std::string("\xff\xd8\xff\xd9");
+                          }};
+};
+
+TEST_F(SimulatedCameraTest, RefusesAsTheApiDocuments) {
+  EXPECT_EQ(execute("camera.explode").http_status, 400);
+  EXPECT_EQ(outcome("camera.explode"), "unknownCommand");
+  EXPECT_EQ(outcome("camera.getOptions", {{"optionNames", {"iso", "_none"}}}),
+            "invalidParameterName");
+  EXPECT_EQ(outcome("camera.setOptions"), "missingParameter");
+  EXPECT_EQ(set({{"iso", "many"}}), "invalidParameterValue");
+  EXPECT_EQ(outcome("camera.takePicture"), "inProgress");
+  EXPECT_EQ(execute("camera.takePicture").http_status, 403);
+  EXPECT_EQ(camera_.execute("no JSON").http_status, 400);
+}
+
+TEST_F(SimulatedCameraTest, OptionsAreThoseOfTheTable) {
+  EXPECT_EQ(set({{"exposureProgram", 1}, {"iso", 200}}), "done");
+  EXPECT_EQ(camera_.options().at("shutterSpeed"), 0.01666666) << "the metered one";
+  EXPECT_NEAR(shoot(), 2.0, 1e-6);
+  EXPECT_EQ(set({{"iso", 100}}), "done");
+  EXPECT_NEAR(shoot(), 1.0, 1e-6);
+  const Json before = camera_.options();
+  for (const Json& wrong : {Json{{"iso", 101}}, Json{{"shutterSpeed", 0.0123}},
+                            Json{{"_colorTemperature", 5050}}, Json{{"captureMode", "video"}}}) {
+    EXPECT_EQ(set(wrong), "invalidParameterValue") << wrong;
+  }
+  EXPECT_EQ(set({{"iso", 200}, {"_none", 1}}), "invalidParameterName");
+  EXPECT_EQ(camera_.options(), before) << "a refused command changes nothing";
+  EXPECT_EQ(set({{"exposureProgram", 2}}), "done");
+  EXPECT_EQ(camera_.options().at("iso"), 0);
+}
+
+TEST_F(SimulatedCameraTest, NamesContinueAfterTheFilesOnTheCard) {
+  shoot();
+  std::ofstream(directory_ / "card/R0010007.JPG") << "a picture";
+  SimulatedCamera again(settings(), &clock_, &faults_, [](const auto&) { return "\xff\xd8"; });
+  EXPECT_EQ(again.file("R0010001.JPG"), camera_.file("R0010001.JPG"));
+  again.execute(R"({"name": "camera.takePicture"})");
+  EXPECT_NO_THROW(again.file("R0010008.JPG"));
+}
+
+TEST_F(SimulatedCameraTest, ServersPortInUseIsAnError) {
+  const OscServer server(&camera_, &faults_, 0);
+  EXPECT_THROW(OscServer(&camera_, &faults_, server.port()), Error);
+}
+
+// --- Faults --------------------------------------------------------------------------------------
+
+class FaultsTest : public ::testing::Test {
+ protected:
+  void pass(double ms) { clock_.sleep(duration_from_ms(ms)); }
+  bool lasts(RigFault kind) const { return faults_.lasting(kind).has_value(); }
+
+  ManualClock clock_;
+  Faults faults_{&clock_};
+};
+
+TEST_F(FaultsTest, PermanentOnesLastUntilMendedOthersOccurOnce) {
+  faults_.add({.kind = kStall});
+  faults_.add({.kind = kEmptyPicture});
+  pass(1e6);
+  EXPECT_TRUE(lasts(kStall));
+  EXPECT_FALSE(lasts(kEmptyPicture));
+  EXPECT_TRUE(faults_.occurs(kEmptyPicture));
+  EXPECT_FALSE(faults_.occurs(kEmptyPicture));
+  faults_.clear();
+  EXPECT_FALSE(lasts(kStall));
+}
+
+TEST_F(FaultsTest, DelayAndDurationAreKept) {
+  for (const RigFault kind : {kStall, kEmptyPicture}) {
+    faults_.add({.kind = kind, .amount = 7.0, .for_ms = 100.0, .after_ms = 50.0});
+  }
+  EXPECT_FALSE(lasts(kStall) || faults_.occurs(kEmptyPicture));
+  EXPECT_EQ(faults_.next_change(clock_.now()), clock_.now() + duration_from_ms(50.0));
+  pass(50.0);
+  EXPECT_EQ(faults_.lasting(kStall)->amount, 7.0);
+  EXPECT_EQ(faults_.lasting(kStall)->since, clock_.now());
+  EXPECT_EQ(faults_.occurs(kEmptyPicture), 7.0);
+  EXPECT_EQ(faults_.occurs(kEmptyPicture), 7.0);
+  EXPECT_EQ(faults_.next_change(clock_.now()), clock_.now() + duration_from_ms(100.0));
+  pass(100.0);
+  EXPECT_FALSE(lasts(kStall) || faults_.occurs(kEmptyPicture));
+  EXPECT_FALSE(faults_.next_change(clock_.now()));
+}
+
+TEST_F(FaultsTest, EveryTriggerBeginsItsFault) {
+  const std::vector<RigFault> kinds{kStall, kBusy, kCut, kLowLimit};
+  faults_.add({.kind = kStall, .at_request = 2});
+  faults_.add({.kind = kBusy, .at_picture = 3});
+  faults_.add({.kind = kCut, .at_station = "x0_001"});
+  faults_.add({.kind = kLowLimit, .at_s = 10.0});
+  faults_.next_exchange();
+  faults_.picture_triggered(2);
+  faults_.move_commanded("x0_002");
+  pass(9999.0);
+  for (const RigFault kind : kinds) EXPECT_FALSE(lasts(kind));
+  faults_.next_exchange();
+  faults_.picture_triggered(3);
+  faults_.move_commanded("x0_001");
+  pass(1.0);
+  for (const RigFault kind : kinds) EXPECT_TRUE(lasts(kind));
+}
+
+// They depend on the seed alone; those that are added do not change the random sequence.
+TEST_F(FaultsTest, RandomOnesHaveTheGivenRatesAndRepeatForASeed) {
+  const LinkSettings link{.late = 0.02, .lost = 0.02, .corrupted = 0.02, .duplicated = 0.02};
+  Faults faults(&clock_, link), again(&clock_, link);
+  again.add({.kind = kLostReply, .at_request = 10});
+  again.add({.kind = kDuplicated});
+  std::map<RigFault, int> counts;
+  std::uint64_t all = 0;
+  constexpr int kRequests = 20000;
+  for (int request = 1; request <= kRequests; ++request) {
+    const auto fault = faults.next_exchange(), repeated = again.next_exchange();
+    EXPECT_EQ(repeated, request == 1    ? std::optional(kDuplicated)
+                        : request == 10 ? std::optional(kLostReply)
+                                        : fault);
+    if (!fault) continue;
+    ++counts[*fault];
+    ++all;
+  }
+  for (const auto& [kind, share] :
+       {std::pair{kLate, 0.02}, std::pair{kDuplicated, 0.02}, std::pair{kLostRequest, 0.02},
+        std::pair{kLostReply, 0.01}, std::pair{kCorruptedReply, 0.01}}) {
+    EXPECT_NEAR(counts[kind], share * kRequests, 0.2 * share * kRequests) << name_of(kind);
+  }
+  EXPECT_EQ(faults.exchanges(), 20000U);
+  EXPECT_EQ(faults.occurred(), all);
+}
 
 }  // namespace
 }  // namespace raywalk::simulator
