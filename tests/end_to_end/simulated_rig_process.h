@@ -20,7 +20,6 @@ namespace raywalk {
 // Configuration files of a session with a few fast stations in a small room.
 struct RehearsalFiles {
   std::filesystem::path directory;
-  std::string register_map = "leadshine-pr0.yaml";
   double spacing_mm = 500.0;
   double settle_ms = 20.0;
   double speed_mm_s = 4000.0;
@@ -35,7 +34,7 @@ struct RehearsalFiles {
   void write() const {
     std::ofstream(capture()) << fmt::format(
         "grid:\n  spacing_mm: {}\n  overhang_mm: 0\n"
-        "slider:\n  device: none\n  register_map: {}/sliders/{}\n"
+        "slider:\n  device: none\n  register_map: {}/sliders/leadshine-pr0.yaml\n"
         "  response_timeout_ms: 200\n  byte_timeout_ms: 50\n"
         "  high_limit_mm: {}\n  first_station_mm: 20\n  placements_per_line: {}\n"
         "  motion:\n    speed_mm_s: {}\n    acceleration_mm_s2: 40000\n    settle_ms: {}\n"
@@ -44,8 +43,8 @@ struct RehearsalFiles {
         "  osc:\n    url: http://127.0.0.1\n    poll_ms: 5\n    picture_timeout_ms: 3000\n"
         "    connect_timeout_ms: 2000\n"
         "run:\n  least_free_mb: 1\n{}",
-        spacing_mm, RAYWALK_CONFIGS, register_map, high_limit_mm, placements_per_line, speed_mm_s,
-        settle_ms, more_capture);
+        spacing_mm, RAYWALK_CONFIGS, high_limit_mm, placements_per_line, speed_mm_s, settle_ms,
+        more_capture);
     std::ofstream(rig()) << fmt::format(
         "capture_config: capture.yaml\n"
         "slider:\n  max_speed_mm_s: 5000\n  max_acceleration_mm_s2: 50000\n"
