@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
-#include <set>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -30,7 +29,6 @@ namespace {
 using namespace simulator;
 using Json = nlohmann::json;
 using testing::HasSubstr;
-using testing::Not;
 
 std::string encoded(const std::string& extension, int width, int height,
                     const cv::Scalar& colour = {30, 60, 90}) {
@@ -133,41 +131,38 @@ TEST(OscReport, ReportsWhatCamerasSay) {
     CameraReport report;
     bool is_full = false;
   };
-  for (const Case& each : std::vector<Case>{
-           {R"({"manufacturer": "RICOH", "model": "RICOH THETA S", "serialNumber": "00001234",
-                "firmwareVersion": "1.0.0"})",
-            R"({"batteryLevel": 0.33, "_captureStatus": "idle", "_apiVersion": 2})",
-            room,
-            {"RICOH THETA S, serial 00001234, firmware 1.0.0", "idle", 4'900'000'000, 1200, 0.33}},
-           {R"({"manufacturer": "RICOH", "model": "RICOH THETA Z1", "apiLevel": [2], "uptime": 142,
-                "_wlanMacAddress": "00:00:00:00:00:00",
-                "endpoints": {"httpPort": 80, "httpUpdatesPort": 80}})",
-            R"({"batteryLevel": 0.8, "_batteryState": "charging", "_cameraError": [],
-                "_captureStatus": "self-timer countdown", "_gpsInfo": {"lat": 65535},
-                "_pluginRunning": false})",
-            room,
-            {"RICOH THETA Z1", "self-timer countdown", 4'900'000'000, 1200, 0.8}},
-           {"{}",
-            R"({"_captureStatus": "idle", "_boardTemp": 43,
-                "_cameraError": ["HIGH_TEMPERATURE", "NO_MEMORY", 7]})",
-            "{}",
-            {"", "idle, HIGH_TEMPERATURE, NO_MEMORY"},
-            true},
-           {R"({"manufacturer": "Arashi Vision", "model": "Insta360 One2", "gps": false})",
-            R"({"_cardState": "pass", "batteryLevel": 1})",
-            R"({"totalSpace": 0, "remainingSpace": 0})",
-            {"Arashi Vision Insta360 One2", "ready", {}, {}, 1.0}},
-           {R"({"model": "Insta360 X3"})",
-            R"({"_cardState": "noSpace"})",
-            "{}",
-            {"Insta360 X3", "ready, card: noSpace"},
-            true},
-           {R"({"model": "a\nb", "serialNumber": 12})",
-            R"({"batteryLevel": "0.8", "_captureStatus": 3, "_cameraError": "none"})",
-            R"({"remainingPictures": "12", "remainingSpace": 1e300})",
-            {"a b", "ready"}},
-           {"{}", R"({"batteryLevel": 80})", R"({"remainingPictures": -1})", {"", "ready"}},
-           {"{}", "{}", R"({"remainingPictures": 0})", {"", "ready", {}, 0}, true}}) {
+  const Case cases[] = {
+      {R"({"manufacturer": "RICOH", "model": "RICOH THETA S", "serialNumber": "00001234",
+           "firmwareVersion": "1.0.0"})",
+       R"({"batteryLevel": 0.33, "_captureStatus": "idle", "_apiVersion": 2})",
+       room,
+       {"RICOH THETA S, serial 00001234, firmware 1.0.0", "idle", 4'900'000'000, 1200, 0.33}},
+      {R"({"manufacturer": "RICOH", "model": "RICOH THETA Z1", "apiLevel": [2], "uptime": 142})",
+       R"({"batteryLevel": 0.8, "_cameraError": [], "_captureStatus": "self-timer countdown"})",
+       room,
+       {"RICOH THETA Z1", "self-timer countdown", 4'900'000'000, 1200, 0.8}},
+      {"{}",
+       R"({"_captureStatus": "idle", "_boardTemp": 43,
+           "_cameraError": ["HIGH_TEMPERATURE", "NO_MEMORY", 7]})",
+       "{}",
+       {"", "idle, HIGH_TEMPERATURE, NO_MEMORY"},
+       true},
+      {R"({"manufacturer": "Arashi Vision", "model": "Insta360 One2", "gps": false})",
+       R"({"_cardState": "pass", "batteryLevel": 1})",
+       R"({"totalSpace": 0, "remainingSpace": 0})",
+       {"Arashi Vision Insta360 One2", "ready", {}, {}, 1.0}},
+      {R"({"model": "Insta360 X3"})",
+       R"({"_cardState": "noSpace"})",
+       "{}",
+       {"Insta360 X3", "ready, card: noSpace"},
+       true},
+      {R"({"model": "a\nb", "serialNumber": 12})",
+       R"({"batteryLevel": "0.8", "_captureStatus": 3, "_cameraError": "none"})",
+       R"({"remainingPictures": "12", "remainingSpace": 1e300})",
+       {"a b", "ready"}},
+      {"{}", R"({"batteryLevel": 80})", R"({"remainingPictures": -1})", {"", "ready"}},
+      {"{}", "{}", R"({"remainingPictures": 0})", {"", "ready", {}, 0}, true}};
+  for (const Case& each : cases) {
     SCOPED_TRACE(each.state);
     const Json state = Json::parse(each.state), options = Json::parse(each.options);
     const CameraReport report = osc_report(Json::parse(each.info), state, options);
@@ -193,14 +188,6 @@ TEST_F(OscCameraTest, LocksTheMeasuredExposure) {
     EXPECT_NEAR(level_of(picture), first, 0.5);
     EXPECT_EQ(Json::parse(picture.exposure).at("iso"), lock.at("iso"));
   }
-}
-
-TEST_F(OscCameraTest, WithoutALockTheCameraChoosesTheExposure) {
-  EXPECT_EQ(camera_->prepare({.lock = false}, ""), "");
-  std::set<int> levels;
-  for (int i = 0; i < 8; ++i) levels.insert(cvRound(level_of(shoot().pictures[0])));
-  EXPECT_GE(levels.size(), 2U);
-  EXPECT_EQ(simulated_->options().at("exposureProgram"), 2);
 }
 
 TEST_F(OscCameraTest, GivenValuesAreSetWithoutMeasuring) {
@@ -243,8 +230,7 @@ TEST_F(OscCameraTest, BracketGivesEachExposureInItsOrder) {
 TEST_F(OscCameraTest, BracketWithoutALockCompensates) {
   camera_->prepare({.lock = false, .bracket_ev = {-2.0, 2.0}}, "");
   const Shot shot = shoot();
-  ASSERT_EQ(shot.pictures.size(), 2U);
-  EXPECT_GT(level_of(shot.pictures[1]), 8.0 * level_of(shot.pictures[0]));
+  EXPECT_GT(level_of(shot.pictures.at(1)), 8.0 * level_of(shot.pictures[0]));
 }
 
 TEST_F(OscCameraTest, ACameraThatLosesItsExposureIsAFault) {

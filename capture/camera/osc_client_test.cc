@@ -235,18 +235,9 @@ class OscClientTest : public testing::Test {
       return done({{"options", options}});
     };
   }
-  std::vector<std::string> commands() const {
-    const std::lock_guard lock(mutex_);
-    return commands_;
-  }
-  std::vector<Json> asked(const std::string& command) {
-    const std::lock_guard lock(mutex_);
-    return asked_[command];
-  }
-  std::string header(const std::string& name) const {
-    const std::lock_guard lock(mutex_);
-    return headers_.find(name)->second;
-  }
+  std::vector<std::string> commands() const { return held(commands_); }
+  std::vector<Json> asked(const std::string& command) const { return held(asked_).at(command); }
+  std::string header(const std::string& name) const { return held(headers_).find(name)->second; }
 
   Json info = {{"model", "Scripted"}, {"apiLevel", {2}}};
   Json state = Json::object();
@@ -261,6 +252,11 @@ class OscClientTest : public testing::Test {
   std::map<std::string, std::vector<Json>> asked_;  // parameters, by the command
 
  private:
+  template <typename Value>
+  Value held(const Value& value) const {
+    const std::lock_guard lock(mutex_);
+    return value;
+  }
   static void reply(const Json& json, httplib::Response* response) {
     if (json.contains("error")) response->status = 400;
     response->set_content(json.is_null() ? "" : json.dump(), "application/json");

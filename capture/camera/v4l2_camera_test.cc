@@ -24,6 +24,7 @@ namespace {
 
 using std::chrono::milliseconds;
 using testing::HasSubstr;
+using enum VideoControl;
 
 // The colour of every pixel (BGR) of a frame that was exposed at a time for some 0.1 ms.
 using FakeScene = std::function<cv::Scalar(SteadyTime exposed, int exposure_100us)>;
@@ -121,22 +122,20 @@ class FakeVideoDevice final : public VideoDevice {
 
   std::optional<ControlRange> range_of(VideoControl control) override {
     if (!fake_.controls) return std::nullopt;
-    static const std::map<VideoControl, ControlRange> ranges{
-        {VideoControl::kExposureMode, {0, 3, 1}},
-        {VideoControl::kExposure, {1, 5000, 1}},
-        {VideoControl::kGain, {0, 100, 1}},
-        {VideoControl::kWhiteBalance, {2800, 6500, 10}}};
+    static const std::map<VideoControl, ControlRange> ranges{{kExposureMode, {0, 3, 1}},
+                                                             {kExposure, {1, 5000, 1}},
+                                                             {kGain, {0, 100, 1}},
+                                                             {kWhiteBalance, {2800, 6500, 10}}};
     const auto found = ranges.find(control);
     return found == ranges.end() ? ControlRange{0, 1, 1} : found->second;
   }
   int control(VideoControl control) override {
-    return control == VideoControl::kExposure ? exposure_now() : controls_.at(control);
+    return control == kExposure ? exposure_now() : controls_.at(control);
   }
   bool set_control(VideoControl control, int value) override {
     const std::optional<ControlRange> range = range_of(control);
     // As a fixed aperture has it: priority of the aperture is the only automatic.
-    const bool is_unknown_mode =
-        control == VideoControl::kExposureMode && value == V4L2_EXPOSURE_AUTO;
+    const bool is_unknown_mode = control == kExposureMode && value == V4L2_EXPOSURE_AUTO;
     if (!range || is_unknown_mode || fake_.refused_control == name_of(control)) return false;
     if (value < range->least || value > range->most) return false;
     expose_until_now();
@@ -182,9 +181,8 @@ class FakeVideoDevice final : public VideoDevice {
   }
   bool is_over(int after) const { return after > 0 && frames_ >= after; }
   int exposure_now() const {
-    return controls_.at(VideoControl::kExposureMode) == V4L2_EXPOSURE_MANUAL
-               ? controls_.at(VideoControl::kExposure)
-               : fake_.sensor_exposure;
+    return controls_.at(kExposureMode) == V4L2_EXPOSURE_MANUAL ? controls_.at(kExposure)
+                                                               : fake_.sensor_exposure;
   }
   // Without a free buffer a frame is lost, as with a real driver.
   void expose_until_now() {
@@ -202,7 +200,7 @@ class FakeVideoDevice final : public VideoDevice {
       }
       --free_buffers_;
       queued_.push_back({next_exposed_, ++frames_, exposure});
-      if (fake_.drift_after_frame == frames_) controls_[VideoControl::kExposure] += 40;
+      if (fake_.drift_after_frame == frames_) controls_[kExposure] += 40;
     }
   }
   VideoFrame frame_of(const Exposed& exposed) {
@@ -225,13 +223,12 @@ class FakeVideoDevice final : public VideoDevice {
   FakeVideo fake_;
   Clock* clock_;
   VideoFormat format_;
-  std::map<VideoControl, int> controls_{
-      {VideoControl::kExposureMode, V4L2_EXPOSURE_APERTURE_PRIORITY},
-      {VideoControl::kExposure, 156},
-      {VideoControl::kAutoGain, 1},
-      {VideoControl::kGain, 8},
-      {VideoControl::kAutoWhiteBalance, 1},
-      {VideoControl::kWhiteBalance, 4600}};
+  std::map<VideoControl, int> controls_{{kExposureMode, V4L2_EXPOSURE_APERTURE_PRIORITY},
+                                        {kExposure, 156},
+                                        {kAutoGain, 1},
+                                        {kGain, 8},
+                                        {kAutoWhiteBalance, 1},
+                                        {kWhiteBalance, 4600}};
   Duration period_{};
   SteadyTime next_exposed_{};
   int frames_ = 0;  // number of frames exposed into a buffer
@@ -443,9 +440,9 @@ TEST(V4l2Exposure, LocksWhatIsGivenAndTheRestAsTheCameraMeasuredIt) {
   VideoRig rig({.sensor_exposure = 240});
   const std::string locked = rig.lock({});
   EXPECT_EQ(locked, R"({"exposure_100us":240,"gain":8,"white_balance_k":4600})");
-  EXPECT_EQ(rig.device->control(VideoControl::kExposureMode), 1);
-  EXPECT_EQ(rig.device->control(VideoControl::kAutoGain), 0);
-  EXPECT_EQ(rig.device->control(VideoControl::kAutoWhiteBalance), 0);
+  EXPECT_EQ(rig.device->control(kExposureMode), 1);
+  EXPECT_EQ(rig.device->control(kAutoGain), 0);
+  EXPECT_EQ(rig.device->control(kAutoWhiteBalance), 0);
   const Picture picture = rig.shoot().pictures.at(0);
   EXPECT_EQ(picture.exposure, locked);
   EXPECT_NEAR(colour_of(picture)[1], 60.0, 2.0);
@@ -476,7 +473,7 @@ TEST(V4l2Exposure, CameraWithoutControlsIsLeftAlone) {
 TEST(V4l2Exposure, NothingIsLockedIfTheLockIsOff) {
   VideoRig rig;
   EXPECT_EQ(rig.lock({.lock = false}), "");
-  EXPECT_EQ(rig.device->control(VideoControl::kExposureMode), 3);
+  EXPECT_EQ(rig.device->control(kExposureMode), 3);
   EXPECT_THROW(rig.lock({.lock = false, .bracket_ev = {-1.0, 0.0}}), UsageError);
 }
 
@@ -498,10 +495,10 @@ TEST(V4l2Exposure, NamesUnsupportedSettings) {
 TEST(V4l2Exposure, AChangeByAnotherProgramIsAFault) {
   VideoRig rig;
   rig.lock({});
-  rig.device->set_control(VideoControl::kGain, 55);
+  rig.device->set_control(kGain, 55);
   expect_exposure_fault("has gain at 55 and not at the 8", [&] { rig.shoot(); });
-  rig.device->set_control(VideoControl::kGain, 8);
-  rig.device->set_control(VideoControl::kAutoWhiteBalance, 1);
+  rig.device->set_control(kGain, 8);
+  rig.device->set_control(kAutoWhiteBalance, 1);
   expect_exposure_fault("has auto_white_balance at 1", [&] { rig.shoot(); });
 }
 

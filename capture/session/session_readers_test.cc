@@ -245,13 +245,10 @@ class SessionDocsTest : public SessionCase {
     session->record_journal("x0", samples);
   }
 
-  std::vector<std::string> queries() const {
-    std::vector<std::string> queries;
-    const std::regex block("```sql\n([^`]*)```");
-    for (std::sregex_iterator i(docs_.begin(), docs_.end(), block), end; i != end; ++i) {
-      queries.push_back((*i)[1]);
-    }
-    return queries;
+  // What the group of a pattern holds at each of its places in a text.
+  static std::vector<std::string> all_in(const std::string& text, const std::string& pattern) {
+    const std::regex regex(pattern);
+    return {std::sregex_token_iterator(text.begin(), text.end(), regex, 1), {}};
   }
 
   // Table -> the names in backquotes in the first cell of its rows.
@@ -259,16 +256,12 @@ class SessionDocsTest : public SessionCase {
     std::map<std::string, std::set<std::string>> columns;
     std::string table;
     std::istringstream lines(docs_);
-    const std::regex word("`([a-z0-9_]+)`");
     for (std::string line; std::getline(lines, line);) {
-      std::smatch heading;
-      if (std::regex_match(line, heading, std::regex("### `([a-z_]+)`"))) table = heading[1];
+      const auto names = all_in(line.substr(0, line.find(" | ")), "`([a-z0-9_]+)`");
+      if (line.starts_with("### `")) table = names.at(0);
       if (line.starts_with("## ")) table.clear();
       if (table.empty() || !line.starts_with("| `")) continue;
-      const std::string cell = line.substr(0, line.find(" | "));
-      for (std::sregex_iterator i(cell.begin(), cell.end(), word), end; i != end; ++i) {
-        columns[table].insert((*i)[1]);
-      }
+      columns[table].insert(names.begin(), names.end());
     }
     return columns;
   }
@@ -278,8 +271,9 @@ class SessionDocsTest : public SessionCase {
 
 TEST_F(SessionDocsTest, EveryExampleReturnsRows) {
   SqliteConnection connection = open_session_to_read(capture_.directory);
-  ASSERT_THAT(queries(), SizeIs(9));
-  for (const std::string& query : queries()) {
+  const std::vector<std::string> queries = all_in(docs_, "```sql\n([^`]*)```");
+  ASSERT_THAT(queries, SizeIs(9));
+  for (const std::string& query : queries) {
     SqliteStatement statement(&connection, query);
     EXPECT_TRUE(statement.step()) << query;
     EXPECT_FALSE(statement.is_null(0)) << query;
@@ -299,13 +293,11 @@ TEST_F(SessionDocsTest, ExplainsExactlyTheExistingColumns) {
 
 TEST_F(SessionDocsTest, ExplainsEveryKeyOfTheStatus) {
   const nlohmann::json status = capture_.status();
-  std::vector<std::string> keys;
-  for (const auto& [key, value] : status.items()) keys.push_back(key);
-  for (const auto& [key, value] : status["lines"][0].items()) keys.push_back(key);
-  for (const auto& [key, value] : status["times"].items()) keys.push_back(key);
   const std::string section = docs_.substr(docs_.find("## `status --json`"));
-  for (const std::string& key : keys) {
-    EXPECT_THAT(section, ContainsRegex("`" + key + "(\\[\\])?`"));
+  for (const nlohmann::json& keys : {status, status["lines"][0], status["times"]}) {
+    for (const auto& [key, value] : keys.items()) {
+      EXPECT_THAT(section, ContainsRegex("`" + key + "(\\[\\])?`"));
+    }
   }
 }
 

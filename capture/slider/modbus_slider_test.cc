@@ -234,17 +234,12 @@ RegisterMap parsed(const std::string& yaml) {
   return read_register_map(directory / "map.yaml");
 }
 
+// The minimal map with `from` replaced by `to`.
 std::string with(const std::string& from, const std::string& to) {
   std::string yaml = kMinimal;
   const auto at = yaml.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   return yaml.replace(at, from.size(), to);
-}
-
-// The minimal map with `from` replaced by `to` is refused with the message.
-void expect_refused(const std::string& from, const std::string& to, const std::string& message) {
-  EXPECT_THAT(error_of([&] { parsed(with(from, to)); }),
-              AllOf(HasSubstr(message), HasSubstr("map.yaml")));
 }
 
 TEST(RegisterMapTest, GenericMapDocumentsEveryKeyAndNoOther) {
@@ -290,7 +285,8 @@ TEST(RegisterMapTest, MapsThatCannotDriveACarriageAreRefused) {
         {"words: [2]", "words: [-1]", "does not fit 16 bits"},
         {"address: 0x20", "address: 0xffff", "reaches beyond register 0xffff"},
         {"status_address: 12", "status_address: 200\none_read: true", "'one_read'"}}) {
-    expect_refused(each.from, each.to, each.message);
+    EXPECT_THAT(error_of([&] { parsed(with(each.from, each.to)); }),
+                AllOf(HasSubstr(each.message), HasSubstr("map.yaml")));
   }
   EXPECT_THROW(read_register_map("/nowhere/map.yaml"), UsageError);
   // One that fills a request.
