@@ -29,8 +29,11 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::DoubleNear;
+using testing::Gt;
 using testing::HasSubstr;
+using testing::Lt;
 using testing::Optional;
+using testing::SizeIs;
 using testing::ThrowsMessage;
 
 // --- A pass of the carriage along a line, its journal, and a video shot from it ------------------
@@ -156,9 +159,7 @@ TEST_F(VideoTrackTest, ATruncatedVideoGivesItsRemainingFrames) {
   shoot_test_video(video_, {.length_s = 2.0}, [](double) { return 0.0; });
   const std::string whole = read_file(video_);
   std::ofstream(video_, std::ios::binary | std::ios::trunc) << whole.substr(0, whole.size() / 2);
-  const VideoTrack track = track_video(video_);
-  EXPECT_GT(track.frames.size(), 10U);
-  EXPECT_LT(track.frames.size(), 40U);
+  EXPECT_THAT(track_video(video_).frames, SizeIs(AllOf(Gt(10U), Lt(40U))));
 }
 
 const WallTime kEpoch = std::chrono::sys_days{std::chrono::year{2026} / 5 / 1};
@@ -390,9 +391,8 @@ TEST_F(ImportVideoTest, BlurredFramesAreSkipped) {
   const ImportResult result = import();
   EXPECT_EQ(result.imported, 11U);
   EXPECT_THAT(result.summary, HasSubstr("blurred frames skipped: 1"));
-  const double off_mm = std::abs(contents().stations[5].shot->measured_mm - station_mm);
-  EXPECT_GT(off_mm, 2.2);
-  EXPECT_LT(off_mm, 4.5);
+  EXPECT_THAT(std::abs(contents().stations[5].shot->measured_mm - station_mm),
+              AllOf(Gt(2.2), Lt(4.5)));
 }
 
 TEST_F(ImportVideoTest, AVideoShorterThanThePassListsTheMissingStations) {
@@ -402,8 +402,7 @@ TEST_F(ImportVideoTest, AVideoShorterThanThePassListsTheMissingStations) {
               AllOf(HasSubstr("does not show"), HasSubstr("x0_010"), HasSubstr("--allow-missing")));
   EXPECT_TRUE(contents().frames.empty());
   const ImportResult result = import({.allow_missing = true});
-  EXPECT_GT(result.imported, 3U);
-  EXPECT_LT(result.imported, 11U);
+  EXPECT_THAT(result.imported, AllOf(Gt(3U), Lt(11U)));
   EXPECT_THAT(result.summary, HasSubstr("x0_010"));
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <set>
@@ -400,22 +401,17 @@ TEST(TruthViewpointsTest, CellsInWhichSomethingStandsArePassedOver) {
 
 TEST(TruthViewpointsTest, OneLiesOnAStationAndOneBetweenTwo) {
   for (int seed = 0; seed < 5; ++seed) {
-    int on = 0, between = 0;
+    std::map<std::string, Eigen::Vector3d> at_m;
     for (const TruthViewpoint& viewpoint : truth_viewpoints(room_around({}, seed), 12)) {
-      const double x_steps = viewpoint.position_m.x() * 40, z_steps = viewpoint.position_m.z() * 40;
-      if (viewpoint.name == "line_left_on") {
-        ++on;
-        EXPECT_NEAR(viewpoint.position_m.x(), -0.5, 1e-12);
-        EXPECT_NEAR(z_steps, std::round(z_steps), 1e-9);
-      }
-      if (viewpoint.name == "line_front_between") {
-        ++between;
-        EXPECT_NEAR(viewpoint.position_m.z(), 0.5, 1e-12);
-        EXPECT_NEAR(std::abs(x_steps - std::round(x_steps)), 0.5, 1e-9);
-      }
+      at_m[viewpoint.name] = viewpoint.position_m;
     }
-    EXPECT_EQ(on, 1);
-    EXPECT_EQ(between, 1);
+    // Stations are a fortieth of a metre apart.
+    const Eigen::Vector3d on = 40.0 * at_m.at("line_left_on");
+    const Eigen::Vector3d between = 40.0 * at_m.at("line_front_between");
+    EXPECT_NEAR(on.x(), -20.0, 1e-9);
+    EXPECT_NEAR(std::remainder(on.z(), 1.0), 0.0, 1e-9);
+    EXPECT_NEAR(between.z(), 20.0, 1e-9);
+    EXPECT_NEAR(std::abs(std::remainder(between.x(), 1.0)), 0.5, 1e-9);
   }
 }
 
