@@ -58,9 +58,7 @@ inline CapturePlan test_plan(bool validation = false) {
 
 // One line of three stations.
 inline CapturePlan short_plan() {
-  CapturePlan plan;
-  plan.lines.push_back(test_line("x0", LineAxis::kX, 0.5, -0.25, 0.25, 3));
-  return plan;
+  return {.lines = {test_line("x0", LineAxis::kX, 0.5, -0.25, 0.25, 3)}};
 }
 
 // A picture with different bytes for every text.

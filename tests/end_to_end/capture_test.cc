@@ -32,6 +32,7 @@ using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
+using ::testing::IsSupersetOf;
 
 // The default plan: 4 lines of 3 stations, 500 mm apart.
 constexpr std::size_t kStations = 12;
@@ -147,7 +148,7 @@ TEST_F(CaptureCommandTest, LinesCapturedApartBecomeOneSession) {
   const CsvTable truth = true_poses();
   std::set<std::string> placements;
   for (std::size_t row = 0; row < truth.rows(); ++row) placements.insert(truth.text(row, "line"));
-  EXPECT_THAT(placements, ::testing::IsSupersetOf({"x0", "x0-2", "x1-2", "z1-2"}));
+  EXPECT_THAT(placements, IsSupersetOf({"x0", "x0-2", "x1-2", "z1-2"}));
   for (std::size_t i = 0; i < poses.rows(); ++i) {
     bool found = false;
     for (std::size_t row = 0; row < truth.rows() && !found; ++row) {
@@ -197,11 +198,7 @@ TEST_F(CaptureCommandTest, KilledAtRandomMomentsLosesAndOverwritesNothing) {
     std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms(random)));
     process->signal(SIGKILL);
     if (process->wait() == 128 + SIGKILL) ++killed_in_work;
-    const auto after = frame_sums();
-    for (const auto& [file, sum] : before) {
-      ASSERT_TRUE(after.contains(file)) << file << " is gone";
-      ASSERT_EQ(after.at(file), sum) << file << " was overwritten";
-    }
+    ASSERT_THAT(frame_sums(), IsSupersetOf(before)) << "a frame is gone or was overwritten";
     if (fs::exists(fs::path(session()) / "session.db")) {
       ASSERT_EQ(integrity(), "ok");
     }
