@@ -3,7 +3,6 @@
 #include "calibrate/chain/calibration.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
@@ -13,13 +12,13 @@
 #include "core/base/test_error.h"
 #include "core/files/json.h"
 #include "core/files/test_directory.h"
+#include "core/files/test_json.h"
 
 namespace raywalk::calibrate {
 namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 class CalibrationTest : public ::testing::Test {
  protected:
@@ -32,6 +31,10 @@ class CalibrationTest : public ::testing::Test {
     return error_of([&] { Calibration(options_).run(step); });
   }
   bool mask_is_done() const { return Calibration(options_).is_done(CalibrationStep::kMask); }
+  void make_mask() const {
+    Calibration(options_).run(CalibrationStep::kMask);
+    EXPECT_TRUE(mask_is_done());
+  }
 
   TestCaptureFolder folder_;
   CalibrationOptions options_;
@@ -39,8 +42,7 @@ class CalibrationTest : public ::testing::Test {
 
 TEST_F(CalibrationTest, StepIsDoneUntilItsInputsOrOptionsChange) {
   EXPECT_FALSE(mask_is_done());
-  Calibration(options_).run(CalibrationStep::kMask);
-  EXPECT_TRUE(mask_is_done());
+  make_mask();
   ASSERT_TRUE(Calibration(options_).mask());
   // Options of other steps do not matter.
   options_.poses.keyframes_mm = 100.0;
@@ -56,8 +58,7 @@ TEST_F(CalibrationTest, StepIsDoneUntilItsInputsOrOptionsChange) {
 }
 
 TEST_F(CalibrationTest, MasksAndHeldOutFramesAreInputs) {
-  Calibration(options_).run(CalibrationStep::kMask);
-  ASSERT_TRUE(mask_is_done());
+  make_mask();
   folder_.add_picture("t.png");
   const auto hold_out = [&](const std::string& row) {
     write_file_atomically(folder_ / "gt.csv", "file,x,y,z,mask\n" + row + "\n");
@@ -71,22 +72,17 @@ TEST_F(CalibrationTest, MasksAndHeldOutFramesAreInputs) {
   for (const char* row : {"t.png,0,0,0,", "t.png,0.01,0,0,", "t.png,0.01,0,0,own.png"}) {
     hold_out(row);
     EXPECT_FALSE(mask_is_done()) << row;
-    Calibration(options_).run(CalibrationStep::kMask);
-    EXPECT_TRUE(mask_is_done()) << row;
+    make_mask();
   }
   write_own(5);
   EXPECT_FALSE(mask_is_done());
-  Calibration(options_).run(CalibrationStep::kMask);
+  make_mask();
   std::filesystem::remove(folder_ / "gt.csv");
   EXPECT_FALSE(mask_is_done());
 }
 
 TEST_F(CalibrationTest, StepWithoutItsOutputsOrRecordIsNotDone) {
-  const auto run = [&] {
-    Calibration(options_).run(CalibrationStep::kMask);
-    EXPECT_TRUE(mask_is_done());
-  };
-  run();
+  make_mask();
   const std::string mask = read_file(folder_ / "calibration/mask.png");
   write_image(folder_ / "calibration/mask.png", cv::Mat(8, 16, CV_8UC1, cv::Scalar(0)));
   EXPECT_FALSE(mask_is_done());
@@ -94,10 +90,10 @@ TEST_F(CalibrationTest, StepWithoutItsOutputsOrRecordIsNotDone) {
   EXPECT_TRUE(mask_is_done());  // compared by content
   std::filesystem::remove(folder_ / "calibration/figures/mask.png");
   EXPECT_FALSE(mask_is_done());
-  run();
+  make_mask();
   Calibration(options_).forget(CalibrationStep::kMask);
   EXPECT_FALSE(mask_is_done());
-  run();
+  make_mask();
   for (const char* bad :
        {"", "{", "[]", R"({"format_version": 2, "steps": {}})",
         R"({"format_version": 4294967297, "steps": {}})", R"({"format_version": 1.5, "steps": {}})",
@@ -209,17 +205,16 @@ TEST_F(CalibrationReportTest, HoldsTheDocumentsOfTheSteps) {
                      {CalibrationStep::kPoses, 1.0, false},
                      {CalibrationStep::kRectify, 56.5, false}},
                     trade);
-  const nlohmann::ordered_json document = written();
-  EXPECT_EQ(document["source"], folder_.path().string());
-  EXPECT_EQ(document["stations"], 6);
-  EXPECT_EQ(document["trustworthy"], true);
-  EXPECT_EQ(document["notes"], nlohmann::ordered_json::array({"poses: a <note>"}));
-  EXPECT_EQ(document["keyframe_trade"], trade);
-  EXPECT_EQ(document["steps"][0]["seconds"], 2.5);
-  EXPECT_EQ(document["steps"][0]["reused"], true);
+  const nlohmann::json document = written();
+  expect_keys(document, {{"source", folder_.path().string()},
+                         {"stations", 6},
+                         {"trustworthy", true},
+                         {"notes", nlohmann::json::array({"poses: a <note>"})},
+                         {"keyframe_trade", trade}});
+  expect_keys(document["steps"][0], {{"seconds", 2.5}, {"reused", true}});
   for (const char* step : {"mask", "poses", "rectify"}) {
     const std::filesystem::path file = calibration->out() / (std::string(step) + ".json");
-    EXPECT_EQ(document[step], nlohmann::ordered_json::parse(read_file(file))) << step;
+    EXPECT_EQ(document[step], nlohmann::json::parse(read_file(file))) << step;
   }
   EXPECT_FALSE(document.contains("lens"));
   EXPECT_THAT(read_file(calibration->out() / "index.html"),
@@ -234,7 +229,7 @@ TEST_F(CalibrationReportTest, LaterStepsMayHaveOtherInputs) {
   EXPECT_TRUE(written().contains("mask"));
   EXPECT_FALSE(written().contains("poses"));
   EXPECT_TRUE(written()["trustworthy"].is_null());
-  EXPECT_THAT(read_file(calibration->out() / "index.html"), Not(HasSubstr("x0 × z0")));
+  EXPECT_THAT(read_file(calibration->out() / "index.html"), ::testing::Not(HasSubstr("x0 × z0")));
 }
 
 TEST_F(CalibrationReportTest, WarningsNameTheirStep) {

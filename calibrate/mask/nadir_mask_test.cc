@@ -1,7 +1,6 @@
 #include "calibrate/mask/nadir_mask.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -13,6 +12,8 @@
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
+#include "core/files/test_json.h"
+#include "core/geometry/test_pixels.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -20,6 +21,10 @@ namespace {
 using testing::HasSubstr;
 
 constexpr PanoramaSize kMaskSize{360, 180};
+
+Eigen::Vector3d direction_of(int u, int v) {
+  return direction_from_angles(angles_from_pixel({double(u), double(v)}, kMaskSize));
+}
 
 MaskOptions cone(double cone_deg) { return {.cone_deg = cone_deg}; }
 
@@ -49,13 +54,9 @@ class NadirMaskTest : public testing::Test {
 TEST_F(NadirMaskTest, ConeHidesDirectionsWithinItsAngleOfTheNadir) {
   for (const double angle_deg : {1.0, 22.5, 60.0, 89.0}) {
     const cv::Mat mask = make_mask(kMaskSize, cone(angle_deg));
-    for (int v = 0; v < kMaskSize.height; ++v) {
-      for (int u = 0; u < kMaskSize.width; u += 7) {
-        const Eigen::Vector3d direction =
-            direction_from_angles(angles_from_pixel({double(u), double(v)}, kMaskSize));
-        const double from_nadir = degrees_from_radians(std::acos(-direction.y()));
-        EXPECT_EQ(mask.at<unsigned char>(v, u), from_nadir < angle_deg ? 0 : 255);
-      }
+    for (const auto [u, v] : pixels_of(kMaskSize)) {
+      const double from_nadir_deg = degrees_from_radians(std::acos(-direction_of(u, v).y()));
+      ASSERT_EQ(mask.at<unsigned char>(v, u), from_nadir_deg < angle_deg ? 0 : 255);
     }
   }
   for (const double angle_deg : {-1.0, 89.5, std::nan("")}) {
@@ -88,11 +89,12 @@ TEST_F(NadirMaskTest, WritesMaskAndFigure) {
   ASSERT_TRUE(mask);
   EXPECT_EQ(cv::norm(read_mask(options.out / "mask.png", kMaskSize), *mask, cv::NORM_INF), 0.0);
   const auto json = nlohmann::json::parse(read_file(options.out / "mask.json"));
-  EXPECT_EQ(json.at("cone_deg"), 30.0);
+  expect_keys(json, {{"cone_deg", 30.0},
+                     {"frame_masks", nullptr},
+                     {"picture", nullptr},
+                     {"automatic", nullptr},
+                     {"station", "a"}});
   EXPECT_NEAR(json.at("masked_share").get<double>(), 0.067, 0.001);
-  EXPECT_TRUE(json.at("frame_masks").is_null());
-  EXPECT_TRUE(json.at("picture").is_null() && json.at("automatic").is_null());
-  EXPECT_EQ(json.at("station"), "a");
   // Red where it is masked: straight down.
   EXPECT_EQ(json.at("figures")[0].at("row"), "Station a");
   const cv::Mat shown = read_picture(options.out / json.at("figures")[0].at("file"));
@@ -115,15 +117,15 @@ TEST_F(NadirMaskTest, ReportTellsOfMasksOfSingleFrames) {
   const auto mask = write_mask(set, options);
   ASSERT_TRUE(mask);
   EXPECT_EQ(mask->at<uchar>(0, 0), 255);  // that of all frames is as without
-  const auto masks = nlohmann::json::parse(read_file(options.out / "mask.json")).at("frame_masks");
-  EXPECT_EQ(masks.at("frames"), 1);
-  EXPECT_EQ(masks.at("of_frames"), 1);
-  EXPECT_NEAR(masks.at("masked_share").get<double>(), 0.567, 0.001);
+  const auto masks = [&] {
+    return nlohmann::json::parse(read_file(options.out / "mask.json")).at("frame_masks");
+  };
+  expect_keys(masks(), {{"frames", 1}, {"of_frames", 1}});
+  EXPECT_NEAR(masks().at("masked_share").get<double>(), 0.567, 0.001);
   // Also without a mask of all frames, of which there is then no file.
   EXPECT_FALSE(write_mask(set, {.out = options.out}));
   EXPECT_FALSE(std::filesystem::exists(options.out / "mask.png"));
-  const auto alone = nlohmann::json::parse(read_file(options.out / "mask.json"));
-  EXPECT_NEAR(alone.at("frame_masks").at("masked_share").get<double>(), 0.5, 5e-5);
+  EXPECT_NEAR(masks().at("masked_share").get<double>(), 0.5, 5e-5);
 }
 
 TEST_F(NadirMaskTest, MasksOfEverythingAndInvalidPicturesAreRefused) {
@@ -134,9 +136,6 @@ TEST_F(NadirMaskTest, MasksOfEverythingAndInvalidPicturesAreRefused) {
   EXPECT_FALSE(std::filesystem::exists(directory_ / "out"));
   EXPECT_THAT(message_of(with_picture(cv::Mat(100, 180, CV_8UC1, cv::Scalar(255)))),
               HasSubstr("picture.png: 180x100 is not a panorama"));
-  EXPECT_THAT(message_of(with_picture(cv::Mat(90, 180, CV_8UC3, cv::Scalar::all(255)))),
-              HasSubstr("not an 8-bit grey image"));
-  EXPECT_THAT(message_of({.picture = directory_ / "nowhere.png"}), HasSubstr("nowhere.png"));
   CaptureSet fisheyes = one_panorama();
   fisheyes.layout = FrameLayout::kDualFisheye;
   EXPECT_THROW(write_mask(fisheyes, cone(20.0)), Error);
@@ -174,23 +173,20 @@ class DollyDetectionTest : public testing::Test {
  private:
   static cv::Mat seen_from(double x_m, const Floor& floor, double gain, cv::RNG* random) {
     cv::Mat panorama(kMaskSize.height, kMaskSize.width, CV_8UC3);
-    for (int v = 0; v < kMaskSize.height; ++v) {
-      for (int u = 0; u < kMaskSize.width; ++u) {
-        const Eigen::Vector3d direction =
-            direction_from_angles(angles_from_pixel({double(u), double(v)}, kMaskSize));
-        double level = 150.0;
-        if (direction.y() < -0.05) {
-          const double from_nadir = degrees_from_radians(std::acos(-direction.y()));
-          if (from_nadir < floor.dolly_deg) {
-            level = std::fmod(from_nadir, 6.0) < 3.0 ? 60.0 : 90.0;
-          } else if (direction.x() > floor.pattern_from_x) {
-            level = pattern_at(x_m - direction.x() / direction.y(), -direction.z() / direction.y());
-          }
+    for (const auto [u, v] : pixels_of(kMaskSize)) {
+      const Eigen::Vector3d direction = direction_of(u, v);
+      double level = 150.0;
+      if (direction.y() < -0.05) {
+        const double from_nadir = degrees_from_radians(std::acos(-direction.y()));
+        if (from_nadir < floor.dolly_deg) {
+          level = std::fmod(from_nadir, 6.0) < 3.0 ? 60.0 : 90.0;
+        } else if (direction.x() > floor.pattern_from_x) {
+          level = pattern_at(x_m - direction.x() / direction.y(), -direction.z() / direction.y());
         }
-        for (int c = 0; c < 3; ++c) {
-          panorama.at<cv::Vec3b>(v, u)[c] =
-              cv::saturate_cast<unsigned char>(gain * level + random->gaussian(1.0));
-        }
+      }
+      for (int c = 0; c < 3; ++c) {
+        panorama.at<cv::Vec3b>(v, u)[c] =
+            cv::saturate_cast<unsigned char>(gain * level + random->gaussian(1.0));
       }
     }
     return panorama;

@@ -1,7 +1,6 @@
 #include "calibrate/stitch/stitch_set.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,6 +16,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
+#include "core/files/test_json.h"
 #include "core/panorama/panorama_rotation.h"
 #include "core/panorama/srgb.h"
 #include "simulator/room/sensor.h"
@@ -25,7 +25,6 @@ namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::AllOf;
 using testing::HasSubstr;
 
 constexpr int kWidth = 512;
@@ -99,14 +98,17 @@ TEST(StitcherTest, SeamDistanceReducesParallaxErrors) {
   EXPECT_GT(psnr_db(far, truth(), seam), 30.0);
 }
 
+cv::Mat truth_averaged_down() {
+  cv::Mat averaged;
+  cv::resize(truth(), averaged, {kWidth / 4, kWidth / 8}, 0, 0, cv::INTER_AREA);
+  return averaged;
+}
+
 // At half the width edges stay smooth, as all of the frame's pixels are averaged.
 TEST(StitcherTest, CoarsePanoramaIsAveragedDown) {
   const DualFisheyeCamera camera = test_camera(kFrameHeight, 0.0);
-  const cv::Mat frame = frame_of(camera);
-  const cv::Mat coarse = Stitcher(camera, kWidth / 4, {}).stitch(frame);
-  cv::Mat averaged;
-  cv::resize(truth(), averaged, coarse.size(), 0, 0, cv::INTER_AREA);
-  EXPECT_GT(psnr_db(coarse, averaged), 40.0);
+  const cv::Mat coarse = Stitcher(camera, kWidth / 4, {}).stitch(frame_of(camera));
+  EXPECT_GT(psnr_db(coarse, truth_averaged_down()), 40.0);
 }
 
 // What one lens hides is taken from the other where both are blended, and masked elsewhere; nothing
@@ -139,12 +141,9 @@ TEST(StitcherTest, MaskedPixelsAreReplacedAlongTheSeamAndMaskedElsewhere) {
     EXPECT_EQ(cv::countNonZero((changed > 60) & stitched.mask), 0);
   }
   // Coarser than the frame: a pixel of which a part is masked is masked.
-  const Stitcher coarse(camera, kWidth / 4, {});
-  const StitchedFrame reduced = coarse.stitch(spoilt, spoilt, mask);
+  const StitchedFrame reduced = Stitcher(camera, kWidth / 4, {}).stitch(spoilt, spoilt, mask);
   EXPECT_EQ(reduced.mask.size(), cv::Size(kWidth / 4, kWidth / 8));
-  cv::Mat averaged;
-  cv::resize(truth(), averaged, reduced.panorama.size(), 0, 0, cv::INTER_AREA);
-  EXPECT_GT(psnr_db(reduced.panorama, averaged, reduced.mask), 36.0);
+  EXPECT_GT(psnr_db(reduced.panorama, truth_averaged_down(), reduced.mask), 36.0);
 }
 
 TEST(StitcherTest, FalloffIsCorrectedAsTheLensFileGivesIt) {
@@ -202,7 +201,7 @@ TEST(StitcherTest, GapBetweenTheLensesIsAnError) {
   camera.layout.back.largest_angle_rad = radians_from_degrees(85.0);
   camera.layout.front.largest_angle_rad = radians_from_degrees(92.0);
   EXPECT_THAT(error_of([&] { Stitcher(camera, 256, {}); }),
-              AllOf(HasSubstr("leave a gap of"), HasSubstr("largest_angle_deg")));
+              testing::AllOf(HasSubstr("leave a gap of"), HasSubstr("largest_angle_deg")));
 }
 
 TEST(StitcherTest, SeamOfUnequalLensesIsWhereBothReach) {
@@ -296,10 +295,8 @@ TEST_F(StitchSetTest, MasksGoWithTheirFramesAndCountNotInTheBalance) {
   CaptureSet set = line(6);
   cv::Mat mask(camera_.picture.height, camera_.picture.width, CV_8UC1, cv::Scalar(255));
   const PixelPosition centre = camera_.layout.front.centre;
-  for (int v = 0; v < mask.rows; ++v) {
-    for (int u = 0; u < centre.u; ++u) {
-      if (std::hypot(u - centre.u, v - centre.v) > 80.0) mask.at<uchar>(v, u) = 0;
-    }
+  for (const auto [u, v] : pixels_of(camera_.picture)) {
+    if (u < centre.u && std::hypot(u - centre.u, v - centre.v) > 80.0) mask.at<uchar>(v, u) = 0;
   }
   for (CaptureFrame& frame : set.frames) {
     cv::Mat picture = read_picture(frame.file);
@@ -335,17 +332,15 @@ TEST_F(StitchSetTest, WritesPanoramasAndFigures) {
   EXPECT_EQ(set.frame, (PanoramaSize{256, 128}));
   ASSERT_EQ(set.frames.size(), 3U);
   for (int i = 0; i < 3; ++i) {
-    const CaptureFrame& frame = set.frames[static_cast<std::size_t>(i)];
-    EXPECT_EQ(frame.file, panorama(i));
-    EXPECT_EQ(read_panorama(frame.file).size(), cv::Size(256, 128));
+    EXPECT_EQ(set.frames[i].file, panorama(i));
+    EXPECT_EQ(read_panorama(panorama(i)).size(), cv::Size(256, 128));
   }
-  const nlohmann::json json = record();
-  EXPECT_EQ(json.at("complete"), true);
-  EXPECT_EQ(json.at("frames"), 3);
-  EXPECT_EQ(json.at("blend"), "multi-band");
   EXPECT_EQ(blend_method_named("feather"), BlendMethod::kFeather);
   EXPECT_THROW(blend_method_named("none"), UsageError);
-  EXPECT_TRUE(json.at("seam_distance_m").is_null());
+  const nlohmann::json json = record();
+  expect_keys(
+      json,
+      {{"complete", true}, {"frames", 3}, {"blend", "multi-band"}, {"seam_distance_m", nullptr}});
   EXPECT_EQ(json.at("balance").at("frames"), 3);
   EXPECT_GT(json.at("balance").at("points"), 200);
   EXPECT_TRUE(json.at("warnings").empty());
@@ -408,7 +403,6 @@ TEST_F(StitchSetTest, LensFileOfAnotherSizeIsScaledIfTheAspectRatioAgrees) {
 
 TEST_F(StitchSetTest, FramesThatDoNotFitTheLensFileAreNamed) {
   EXPECT_THAT(message_of(line(1), std::nullopt), HasSubstr("raywalk-calibrate lens"));
-  EXPECT_THROW(stitch_set(line(1), std::nullopt, options()), UsageError);
   camera_.two_files = true;
   EXPECT_THAT(message_of(line(2), camera_), HasSubstr("station x0_0: one picture, no back half"));
   CaptureSet set = line(2);

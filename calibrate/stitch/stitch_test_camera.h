@@ -11,6 +11,7 @@
 #include "calibrate/stitch/stitch_tables.h"
 #include "core/files/image_file.h"
 #include "core/files/lens_file.h"
+#include "core/geometry/test_pixels.h"
 #include "simulator/room/virtual_room.h"
 
 namespace raywalk::calibrate {
@@ -44,13 +45,11 @@ inline double psnr_db(const cv::Mat& a, const cv::Mat& b, const cv::Mat& where =
 // 255 within so many degrees of the plane half way between the lenses.
 inline cv::Mat near_seam(PanoramaSize size, double within_deg) {
   cv::Mat mask(size.height, size.width, CV_8UC1);
-  for (int v = 0; v < size.height; ++v) {
-    for (int u = 0; u < size.width; ++u) {
-      const Eigen::Vector3d direction =
-          direction_from_angles(angles_from_pixel({double(u), double(v)}, size));
-      const bool near = std::abs(std::asin(direction.z())) < radians_from_degrees(within_deg);
-      mask.at<unsigned char>(v, u) = near ? 255 : 0;
-    }
+  for (const auto [u, v] : pixels_of(size)) {
+    const Eigen::Vector3d direction =
+        direction_from_angles(angles_from_pixel({double(u), double(v)}, size));
+    const bool near = std::abs(std::asin(direction.z())) < radians_from_degrees(within_deg);
+    mask.at<unsigned char>(v, u) = near ? 255 : 0;
   }
   return mask;
 }
