@@ -1,7 +1,6 @@
 #include "calibrate/base/capture_set.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <filesystem>
 #include <optional>
@@ -17,15 +16,16 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
+std::vector<std::string> names_of(const CaptureSet& set) {
+  std::vector<std::string> names;
+  for (const CaptureFrame& frame : set.frames) names.push_back(frame.name);
+  return names;
+}
+
 class CaptureSetTest : public ::testing::Test {
  protected:
   // The message of reading the folder.
   std::string error() const { return folder_.read_error(); }
-  static std::vector<std::string> names_of(const CaptureSet& set) {
-    std::vector<std::string> names;
-    for (const CaptureFrame& frame : set.frames) names.push_back(frame.name);
-    return names;
-  }
 
   TestCaptureFolder folder_;
 };
@@ -74,10 +74,9 @@ TEST_F(CaptureSetTest, LinesCrossOnlyNearTheirStations) {
   CaptureSet set = folder_.read();
   const std::vector<LineIntersection> intersections = intersections_of(set);
   ASSERT_EQ(intersections.size(), 1U);
-  EXPECT_EQ(set.lines[static_cast<std::size_t>(intersections[0].along_x)].axis, LineAxis::kX);
-  EXPECT_EQ(set.lines[static_cast<std::size_t>(intersections[0].along_z)].axis, LineAxis::kZ);
-  EXPECT_NEAR(intersections[0].at.x_m, 0.0, 1e-12);
-  EXPECT_NEAR(intersections[0].at.z_m, 0.0, 1e-12);
+  EXPECT_EQ(set.lines[intersections[0].along_x].axis, LineAxis::kX);
+  EXPECT_EQ(set.lines[intersections[0].along_z].axis, LineAxis::kZ);
+  EXPECT_NEAR(std::hypot(intersections[0].at.x_m, intersections[0].at.z_m), 0.0, 1e-12);
   // The line along z shifted along itself: up to one spacing beyond its end it still crosses.
   const auto shifted = [&set](double by_m) {
     CaptureSet moved = set;
@@ -215,11 +214,10 @@ class SessionFramesTest : public ::testing::Test {
     session_->add_station("v0_001", 0.3);
     session_->plan(lenses.size() == 2 ? "dual-fisheye" : "panorama", 2);
     // Rows out of order; the feedback has x0_001 before x0_000.
+    const std::vector<std::pair<std::string, double>> measured_mm{
+        {"v0_001", 300.0}, {"x0_000", 190.0}, {"x0_001", 110.0}, {"v0_000", 100.0}};
     for (const std::string& lens : lenses) {
-      session_->add_frame("v0_001", 300.0, lens);
-      session_->add_frame("x0_000", 190.0, lens);
-      session_->add_frame("x0_001", 110.0, lens);
-      session_->add_frame("v0_000", 100.0, lens);
+      for (const auto& [station, at_mm] : measured_mm) session_->add_frame(station, at_mm, lens);
     }
   }
   std::string error(bool partial = false, int exposure = 0) const {
@@ -242,9 +240,7 @@ TEST_F(SessionFramesTest, StationsAreInOrderOfTheFeedback) {
   EXPECT_TRUE(set.lines[1].validation);
   EXPECT_EQ(set.lines[1].axis, LineAxis::kZ);
   EXPECT_THAT(set.lines[1].frames, ElementsAre(2, 3));
-  ASSERT_EQ(set.frames.size(), 4U);
-  EXPECT_EQ(set.frames[0].name, "x0_001");
-  EXPECT_EQ(set.frames[1].name, "x0_000");
+  EXPECT_THAT(names_of(set), ElementsAre("x0_001", "x0_000", "v0_000", "v0_001"));
   EXPECT_EQ(set.frames[1].nominal_m, Eigen::Vector3d(0.19, 0.0, 0.5));
   EXPECT_EQ(set.frames[1].file, folder_ / "frames/x0_000_both_0.png");
   EXPECT_EQ(set.frames[1].sha256, TestSession::sum_of("both"));

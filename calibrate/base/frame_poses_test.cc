@@ -1,7 +1,6 @@
 #include "calibrate/base/frame_poses.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>

@@ -2,7 +2,6 @@
 #include "calibrate/lens/calibrate_lens.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -17,6 +16,7 @@
 #include "core/base/test_error.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
+#include "core/files/test_json.h"
 #include "simulator/room/sensor.h"
 #include "simulator/room/virtual_room.h"
 
@@ -72,8 +72,9 @@ TEST(CaptureFitTest, RecoversLensesFromTheFramesOfACapture) {
   EXPECT_GT(fit.overlap_points, 20);
   EXPECT_TRUE(fit.trustworthy());
   // The field of view is seen in the pictures, the start has 95 degrees.
-  EXPECT_NEAR(degrees_from_radians(fit.camera.layout.front.largest_angle_rad), 97.0, 0.5);
-  EXPECT_NEAR(degrees_from_radians(fit.camera.layout.back.largest_angle_rad), 97.0, 0.5);
+  for (const FisheyeLens& lens : {fit.camera.layout.front, fit.camera.layout.back}) {
+    EXPECT_NEAR(degrees_from_radians(lens.largest_angle_rad), 97.0, 0.5);
+  }
   EXPECT_EQ(fit.pictures, 10);
   EXPECT_EQ(static_cast<int>(fit.residuals.size()), fit.observations);
 }
@@ -115,7 +116,7 @@ TEST(CaptureFitTest, OtherPicturesAreRefusedWithAdvice) {
     return cv::Mat(picture.size(), picture.type(), cv::Scalar(90, 100, 110));
   });
   EXPECT_THAT(complaint(plain, start),
-              ::testing::AllOf(HasSubstr("only 0 features"), HasSubstr("more texture")));
+              AllOf(HasSubstr("only 0 features"), HasSubstr("more texture")));
 }
 
 // `lines` of each axis, `stations` each, 5 cm apart.
@@ -135,9 +136,7 @@ TEST(StationChoiceTest, EveryLineHasItsEndsAndMiddle) {
   EXPECT_THAT(chosen, ::testing::SizeIs(24));
   EXPECT_TRUE(std::is_sorted(chosen.begin(), chosen.end()));
   for (int line = 0; line < 4; ++line) {
-    EXPECT_THAT(chosen, ::testing::Contains(31 * line));
-    EXPECT_THAT(chosen, ::testing::Contains(31 * line + 15 - 3));
-    EXPECT_THAT(chosen, ::testing::Contains(31 * line + 30));
+    EXPECT_THAT(chosen, ::testing::IsSupersetOf({31 * line, 31 * line + 15 - 3, 31 * line + 30}));
   }
 }
 
@@ -148,7 +147,7 @@ TEST(StationChoiceTest, FewStationsAreOnFewLinesButOfBothAxes) {
     std::set<int> lines;
     for (const std::size_t frame : choose_stations(set, 10)) {
       lines.insert(set.frames[frame].line);
-      axes.insert(set.lines[static_cast<std::size_t>(*lines.rbegin())].axis);
+      axes.insert(set.lines[*lines.rbegin()].axis);
     }
     EXPECT_EQ(lines.size(), 2U);
     EXPECT_EQ(axes.size(), 2U);
@@ -269,16 +268,15 @@ LensFit fit_with_residuals() {
 
 TEST(LensReportTest, JsonHoldsStartFittedValuesAndErrorsOfTheRadialModel) {
   const LensFit fit = fit_with_residuals();
-  const nlohmann::ordered_json json = lens_document(fit);
-  EXPECT_EQ(json["front"]["focal_px"]["start"], fit.start.layout.front.focal_px);
-  EXPECT_EQ(json["front"]["focal_px"]["fitted"], fit.camera.layout.front.focal_px);
-  EXPECT_EQ(json["front"]["focal_px"]["sigma"], 0.02);
+  const nlohmann::json json = lens_document(fit);
+  expect_keys(json["front"]["focal_px"], {{"start", fit.start.layout.front.focal_px},
+                                          {"fitted", fit.camera.layout.front.focal_px},
+                                          {"sigma", 0.02}});
   EXPECT_TRUE(json["front"]["largest_angle_deg"]["sigma"].is_null());
   // 180.4 and -179.6 degrees are the same yaw: the one nearer to the start's is reported.
   EXPECT_NEAR(json["back"]["yaw_deg"]["fitted"], 180.4, 1e-9);
   EXPECT_NEAR(json["baseline_mm"]["z"]["fitted"], -10.0, 1e-9);
-  EXPECT_EQ(json["dropped_still"], 17);
-  EXPECT_TRUE(json["trustworthy"]);
+  expect_keys(json, {{"dropped_still", 17}, {"trustworthy", true}});
   const auto& rings = json["residuals_over_angle"];
   ASSERT_EQ(rings.size(), 1U);
   EXPECT_NEAR(rings[0]["off_axis_deg"], 62.5, 1e-9);

@@ -14,6 +14,7 @@
 #include "calibrate/lens/lens_test_camera.h"
 #include "calibrate/lens/lens_tracks.h"
 #include "core/base/error.h"
+#include "core/geometry/test_pixels.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -28,15 +29,13 @@ constexpr PanoramaSize kFeaturePicture{640, 320};
 cv::Mat dots_at(const std::vector<PixelPosition>& places) {
   constexpr double kSigma_px = 2.5;
   cv::Mat picture(kFeaturePicture.height, kFeaturePicture.width, CV_8UC3);
-  for (int v = 0; v < picture.rows; ++v) {
-    for (int u = 0; u < picture.cols; ++u) {
-      double level = 70.0;
-      for (const PixelPosition& place : places) {
-        const double square = (u - place.u) * (u - place.u) + (v - place.v) * (v - place.v);
-        level += 150.0 * std::exp(-0.5 * square / (kSigma_px * kSigma_px));
-      }
-      picture.at<cv::Vec3b>(v, u) = cv::Vec3b::all(cv::saturate_cast<uchar>(level));
+  for (const auto [u, v] : pixels_of({picture.cols, picture.rows})) {
+    double level = 70.0;
+    for (const PixelPosition& place : places) {
+      const double square = (u - place.u) * (u - place.u) + (v - place.v) * (v - place.v);
+      level += 150.0 * std::exp(-0.5 * square / (kSigma_px * kSigma_px));
     }
+    picture.at<cv::Vec3b>(v, u) = cv::Vec3b::all(cv::saturate_cast<uchar>(level));
   }
   return picture;
 }
@@ -78,9 +77,9 @@ TEST(LensFeaturesTest, TheNadirAndTheRimAreExcluded) {
   const LensFeatures all = find_lens_features({picture, picture}, camera, {});
   EXPECT_LT(nearest_px(all, below, false), 0.1);
   EXPECT_GT(nearest_px(all, at_rim, false), 5.0);
-  FeatureOptions options;
-  options.ignore_below_rad = radians_from_degrees(20.0);
-  EXPECT_GT(nearest_px(find_lens_features({picture, picture}, camera, options), below, false), 5.0);
+  const LensFeatures above = find_lens_features({picture, picture}, camera,
+                                                {.ignore_below_rad = radians_from_degrees(20.0)});
+  EXPECT_GT(nearest_px(above, below, false), 5.0);
 }
 
 // Three stations with four features each: 0 and 1 of the front lens, 2 and 3 of the back lens.
@@ -103,11 +102,8 @@ TEST(LensTracksTest, MatchesJoinAcrossStationsAndLenses) {
 }
 
 TEST(LensTracksTest, InconsistentTracksAreDropped) {
-  const std::vector<LensFeatures> stations = three_stations();
-  EXPECT_TRUE(
-      join_tracks(stations,
-                  std::vector<ViewMatches>{{0, 1, {{0, 0}}}, {1, 2, {{0, 0}}}, {0, 2, {{1, 0}}}})
-          .empty());
+  const std::vector<ViewMatches> matches{{0, 1, {{0, 0}}}, {1, 2, {{0, 0}}}, {0, 2, {{1, 0}}}};
+  EXPECT_TRUE(join_tracks(three_stations(), matches).empty());
 }
 
 // A track of the front lens seen in a direction, moving that far between two stations and a third.
@@ -143,13 +139,10 @@ TEST(LensTracksTest, ThinningKeepsTracksOfBothLenses) {
   std::vector<BundleTrack> thinned = tracks;
   thin_tracks(300, &thinned);
   ASSERT_EQ(thinned.size(), 300U);
-  int both = 0, first_half = 0;
-  for (const BundleTrack& track : thinned) {
-    both += track.back().back ? 1 : 0;
-    first_half += track.front().station < 500 ? 1 : 0;
-  }
-  EXPECT_EQ(both, 100);
-  EXPECT_NEAR(first_half, 150, 2);
+  const auto of_both = [](const BundleTrack& track) { return track.back().back; };
+  const auto of_first_half = [](const BundleTrack& track) { return track.front().station < 500; };
+  EXPECT_EQ(std::ranges::count_if(thinned, of_both), 100);
+  EXPECT_NEAR(std::ranges::count_if(thinned, of_first_half), 150, 2);
   thin_tracks(5000, &tracks);
   EXPECT_EQ(tracks.size(), 1000U);
 }
@@ -159,13 +152,11 @@ constexpr PanoramaSize kCirclePicture{1120, 560};
 // Bright discs in the fields of view of the true lenses.
 cv::Mat lit_circles(const DualFisheyeLayout& layout, double level) {
   cv::Mat picture(kCirclePicture.height, kCirclePicture.width, CV_8UC1, cv::Scalar(2));
-  for (int v = 0; v < picture.rows; ++v) {
-    for (int u = 0; u < picture.cols; ++u) {
-      const PixelPosition at{static_cast<double>(u), static_cast<double>(v)};
-      const bool back = belongs_to_back(layout, at);
-      if (unproject(back ? layout.back : layout.front, at)) {
-        picture.at<uchar>(v, u) = cv::saturate_cast<uchar>(level);
-      }
+  for (const auto [u, v] : pixels_of({picture.cols, picture.rows})) {
+    const PixelPosition at{static_cast<double>(u), static_cast<double>(v)};
+    const bool back = belongs_to_back(layout, at);
+    if (unproject(back ? layout.back : layout.front, at)) {
+      picture.at<uchar>(v, u) = cv::saturate_cast<uchar>(level);
     }
   }
   return picture;
@@ -247,7 +238,7 @@ BundleInput observed(const World& world, const DualFisheyeLayout& truth, Random*
     const Eigen::Matrix3d camera_turn = random->turn(world.turn_deg);
     const Vector3d shift_m = random->normal_vector(world.shift_m);
     for (const int frame : grid.lines[line].frames) {
-      const Vector3d nominal_m = grid.frames[static_cast<std::size_t>(frame)].nominal_m;
+      const Vector3d nominal_m = grid.frames[frame].nominal_m;
       const Eigen::Matrix3d jitter = random->turn(0.1);
       input.stations.push_back({line, nominal_m, Eigen::Matrix3d::Identity()});
       poses.push_back(
@@ -272,13 +263,10 @@ BundleInput observed(const World& world, const DualFisheyeLayout& truth, Random*
             back ? project(truth.back, back_from_camera * (in_camera - truth.back_position_m))
                  : project(truth.front, Vector3d(in_camera - truth.front_position_m));
         if (!pixel) continue;
-        PixelPosition seen{pixel->u + random->normal(world.noise_px),
-                           pixel->v + random->normal(world.noise_px)};
-        if (random->uniform(0, 1) < world.outliers) {
-          seen.u += random->normal(100.0);
-          seen.v += random->normal(100.0);
-        }
-        track.push_back({s, back, seen});
+        const bool is_outlier = random->uniform(0, 1) < world.outliers;
+        const double noise_px = is_outlier ? 100.0 : world.noise_px;
+        track.push_back(
+            {s, back, {pixel->u + random->normal(noise_px), pixel->v + random->normal(noise_px)}});
       }
     }
     if (track.size() >= 3) input.tracks.push_back(track);
@@ -306,9 +294,8 @@ TEST(LensBundleTest, RecoversLensesWithinTheirSigmas) {
     // right.
     const CameraParameters wanted = parameters_of(truth);
     for (int i = 0; i < kLensParameters; ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      const double front = result.state.camera.front[at] - wanted.front[at];
-      const double back = result.state.camera.back[at] - wanted.back[at];
+      const double front = result.state.camera.front[i] - wanted.front[i];
+      const double back = result.state.camera.back[i] - wanted.back[i];
       const int b = kLensParameters + i;
       squares += front * front / (*result.covariance)(i, i) / (2 * kLensParameters * kRuns);
       squares += back * back / (*result.covariance)(b, b) / (2 * kLensParameters * kRuns);
