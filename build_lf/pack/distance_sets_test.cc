@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "build_lf/pack/derived_room.h"
@@ -38,13 +37,14 @@ class DistanceSetsTest : public PackTest {
   fs::path volume(const std::string& line, DistanceKind kind = DistanceKind::kGiven) const {
     return distance_volume_path(room_, line, kind);
   }
+  Room opened() const { return Room::open(room_); }
   std::string open_error() const {
-    return error_of([&] { Room::open(room_); });
+    return error_of([&] { opened(); });
   }
   std::string verify_error() const {
-    return error_of([&] { verify_room(Room::open(room_)); });
+    return error_of([&] { verify_room(opened()); });
   }
-  std::string origin() const { return Room::open(room_).distances_origin(); }
+  std::string origin() const { return opened().distances_origin(); }
   std::string listed() const { return distances_text(room_); }
 
   // Estimated distances, constant at every other station of three lines, as `depth` leaves them.
@@ -72,15 +72,15 @@ class DistanceSetsTest : public PackTest {
 
 TEST_F(DistanceSetsTest, ThosePackedWithTheRoomAreInUse) {
   EXPECT_EQ(origin(), "given");
-  EXPECT_EQ(verify_room(Room::open(room_)).distance_maps, kStations);
+  EXPECT_EQ(verify_room(opened()).distance_maps, kStations);
   EXPECT_THAT(listed(), AllOf(HasSubstr("views use the given distances"), HasSubstr("in use"),
                               HasSubstr("on 4 lines")));
 }
 
 TEST_F(DistanceSetsTest, AVolumeOfAnotherRoomIsRefused) {
-  Line elsewhere = Room::open(room_).grid().lines[3];
+  Line elsewhere = opened().grid().lines[3];
   for (Station& station : elsewhere.stations) station.position_m.y() += 0.01;
-  const DistanceVolume own = Room::open(room_).distances(3);
+  const DistanceVolume own = opened().distances(3);
   Progress progress("writing", 1, "maps");
   write_distance_volume(volume("z1"), elsewhere,
                         {{own.stations().begin(), own.stations().end()},
@@ -100,25 +100,23 @@ TEST_F(DistanceSetsTest, TruncatedVolumesAreRefused) {
 TEST_F(DistanceSetsTest, VerifyFindsEveryFlippedByte) {
   estimate(2.0F);
   const fs::path file = volume("x1", DistanceKind::kEstimated);
-  const Room intact = Room::open(room_);
-  const auto size = static_cast<std::streamoff>(fs::file_size(file));
+  const Room intact = opened();
+  const std::string bytes = read_file(file);
   int found = 0;
-  for (std::streamoff at = 5; at < size; at += size / 60) {
-    const std::string bytes = read_file(file);
-    std::fstream(file, std::ios::in | std::ios::out | std::ios::binary)
-        .seekp(at)
-        .put(static_cast<char>(bytes[static_cast<size_t>(at)] ^ 1));
+  for (std::size_t at = 5; at < bytes.size(); at += bytes.size() / 60) {
+    std::string flipped = bytes;
+    flipped[at] ^= 1;
+    write_file_atomically(file, flipped);
     const std::string error = verify_error();
     if (error == "no error") {
-      EXPECT_EQ(Room::open(room_).distances(1).header_sha256(),
-                intact.distances(1).header_sha256());
+      EXPECT_EQ(opened().distances(1).header_sha256(), intact.distances(1).header_sha256());
     } else {
       EXPECT_THAT(error, HasSubstr("x1")) << at;
       ++found;
     }
-    write_file_atomically(file, bytes);
   }
   EXPECT_GT(found, 30);
+  write_file_atomically(file, bytes);
   EXPECT_EQ(verify_error(), "no error");
 }
 
@@ -131,14 +129,14 @@ TEST_F(DistanceSetsTest, AVolumeOfNoLineFailsVerify) {
 TEST_F(DistanceSetsTest, EstimatedDistancesComeInUseAndGivenOnesStay) {
   estimate(2.0F);
   EXPECT_EQ(origin(), "estimated by sweep");
-  EXPECT_EQ(Room::open(room_).distances(3).maps(), 0);
+  EXPECT_EQ(opened().distances(3).maps(), 0);
   EXPECT_THAT(listed(),
               AllOf(HasSubstr("views use the estimated distances"), HasSubstr("--use given")));
-  const VerifiedCounts counts = verify_room(Room::open(room_));
+  const VerifiedCounts counts = verify_room(opened());
   EXPECT_EQ(counts.distance_maps, 6);
   EXPECT_EQ(counts.kept_distances, "given");
   estimate(3.0F);
-  EXPECT_EQ(Room::open(room_).distances(0).distance_column(0, 0)[0], 3.0F);
+  EXPECT_EQ(opened().distances(0).distance_column(0, 0)[0], 3.0F);
   EXPECT_EQ(verify_error(), "no error");
 }
 
@@ -146,7 +144,7 @@ TEST_F(DistanceSetsTest, UseSwitchesThereAndBack) {
   estimate(2.0F);
   EXPECT_THAT(use_distances(room_, DistanceKind::kGiven), HasSubstr("now use the given"));
   EXPECT_EQ(origin(), "given");
-  EXPECT_EQ(verify_room(Room::open(room_)).kept_distances, "estimated by sweep");
+  EXPECT_EQ(verify_room(opened()).kept_distances, "estimated by sweep");
   EXPECT_THAT(use_distances(room_, DistanceKind::kGiven), HasSubstr("already"));
   use_distances(room_, DistanceKind::kEstimated);
   EXPECT_EQ(origin(), "estimated by sweep");
@@ -155,14 +153,14 @@ TEST_F(DistanceSetsTest, UseSwitchesThereAndBack) {
 
 TEST_F(DistanceSetsTest, InfoNamesThoseInUseAndTheOthers) {
   estimate(2.0F);
-  const RoomInfo info = info_of(Room::open(room_));
+  const RoomInfo info = info_of(opened());
   EXPECT_THAT(text_of(info, "room.lf"), AllOf(HasSubstr("distances in use: estimated by sweep"),
                                               HasSubstr("not in use: given")));
   const auto json = nlohmann::json::parse(json_of(info));
   EXPECT_EQ(json["distances"], "estimated by sweep");
   EXPECT_EQ(json["distance_sets"].size(), 2U);
   fs::remove(volume("z0"));
-  EXPECT_THAT(text_of(info_of(Room::open(room_)), "room.lf"),
+  EXPECT_THAT(text_of(info_of(opened()), "room.lf"),
               HasSubstr("not usable: " + volume("z0").string()));
 }
 
@@ -205,14 +203,12 @@ class RepackRoomTest : public PackTest {
   // The largest difference of any ray of two rooms.
   static int largest_difference(const Room& a, const Room& b) {
     int largest = 0;
-    for (int line = 0; line < static_cast<int>(a.grid().lines.size()); ++line) {
-      for (int station = 0; station < a.volume(line).stations(); ++station) {
-        const TileReading reading;
-        const auto rays = a.volume(line).columns(station);
-        const auto others = b.volume(line).columns(station);
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-          largest = std::max(largest, std::abs(int{rays[i]} - int{others[i]}));
-        }
+    for (const StationIndex at : all_stations(a.grid())) {
+      const TileReading reading;
+      const auto rays = a.volume(at.line).columns(at.station);
+      const auto others = b.volume(at.line).columns(at.station);
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        largest = std::max(largest, std::abs(int{rays[i]} - int{others[i]}));
       }
     }
     return largest;
@@ -258,10 +254,9 @@ TEST_F(RepackRoomTest, PackingStoresTheSameAsRepacking) {
 TEST_F(RepackRoomTest, DamagedMapsAreErrors) {
   const fs::path room = repacked(capture_.room(), kLossless);
   const fs::path file = distance_volume_path(room, Room::open(room).grid().lines[0].id);
-  std::fstream stream(file, std::ios::binary | std::ios::in | std::ios::out);
-  stream.seekp(static_cast<std::streamoff>(fs::file_size(file) / 2));
-  stream.write("\x55\xaa\x55", 3);
-  stream.close();
+  std::string damaged = read_file(file);
+  damaged.replace(damaged.size() / 2, 3, "\x55\xaa\x55");
+  write_file_atomically(file, damaged);
   EXPECT_THROW(verify_room(Room::open(room)), Error);
 }
 

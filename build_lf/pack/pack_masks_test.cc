@@ -1,6 +1,5 @@
 // Masks of frames, from poses.csv to the room.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
@@ -19,7 +18,6 @@ namespace raywalk::build_lf {
 namespace {
 
 using ::testing::AllOf;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
@@ -53,15 +51,13 @@ class PackMasksTest : public PackTest {
 };
 
 TEST(ValidRows, AreTheLongestRunOfEachColumn) {
-  const cv::Mat mask = (cv::Mat_<uchar>(6, 5) <<  //
-                            255,
-                        0, 255, 0, 1,           //
-                        255, 0, 255, 0, 0,      //
-                        255, 0, 0, 255, 2,      //
-                        255, 0, 255, 255, 255,  //
-                        255, 0, 255, 0, 0,      //
-                        255, 0, 255, 0, 0);
-  EXPECT_THAT(valid_rows_of(mask), ElementsAre(0, 6, 0, 0, 3, 6, 2, 4, 2, 4));
+  const cv::Mat columns = (cv::Mat_<uchar>(5, 6) << 255, 255, 255, 255, 255, 255,  //
+                           0, 0, 0, 0, 0, 0,                                       //
+                           255, 255, 0, 255, 255, 255,                             //
+                           0, 0, 255, 255, 0, 0,                                   //
+                           1, 0, 2, 255, 0, 0);
+  const cv::Mat mask = columns.t();
+  EXPECT_THAT(valid_rows_of(mask), ::testing::ElementsAre(0, 6, 0, 0, 3, 6, 2, 4, 2, 4));
 }
 
 TEST_F(PackMasksTest, RowsBelowAMaskAreInvalidAndTheirRaysAreKept) {
@@ -145,10 +141,9 @@ TEST_F(PackMasksTest, VerifyDetectsAChangedMask) {
   for (int u = 0; u < kWidth; ++u) runs += std::string("\0\0\0\0\x1c\0\0\0", 8);
   const std::size_t at = read_file(file).find(runs);
   ASSERT_NE(at, std::string::npos);
-  std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
-  stream.seekp(static_cast<std::streamoff>(at) + 4);
-  stream.put('\x20');
-  stream.close();
+  std::string changed = read_file(file);
+  changed[at + 4] = '\x20';
+  write_file_atomically(file, changed);
   EXPECT_THAT(error_of([&] { verify_room(Room::open(capture_.room())); }),
               AllOf(HasSubstr("line x0 station 0"), HasSubstr("rays")));
 }

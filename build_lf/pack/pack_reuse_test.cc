@@ -21,10 +21,8 @@
 namespace raywalk::build_lf {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 namespace fs = std::filesystem;
 
 // What a pack run takes over: of a stopped run, of parts, and of the room that it replaces.
@@ -96,8 +94,8 @@ TEST_F(PackReuseTest, OtherInputsOfAFinishedLineAreRefusedUnlessForced) {
   stop_half_way();
   capture_.write_frame(20, {64, 32});  // of z0, which is not packed yet
   capture_.write_frame(5, {64, 32});   // of x1
-  EXPECT_THAT(error(), AllOf(HasSubstr(capture_.partial().string()), HasSubstr("of other frames"),
-                             HasSubstr("remove it")));
+  EXPECT_THAT(error(), ::testing::AllOf(HasSubstr(capture_.partial().string()),
+                                        HasSubstr("of other frames"), HasSubstr("remove it")));
   EXPECT_TRUE(fs::exists(line_volume_path(capture_.partial(), "x0")));
   options_.replace = true;
   EXPECT_EQ(verify_room(pack()).panoramas, kStations);
@@ -170,7 +168,7 @@ TEST_F(PackReuseTest, OnlyALineThatWasCapturedAgainIsPackedAnew) {
   give_maps({0, 3, 20});
   pack();
   EXPECT_TRUE(is_packed_from(capture_.room(), plan_pack(options_)));
-  EXPECT_THAT(packed_anew(), IsEmpty());
+  EXPECT_THAT(packed_anew(), ::testing::IsEmpty());
   // Frame 2 is of x1, frame 8 of x0; written again with the pixels of others of the same size.
   fs::copy_file(capture_.path(25), capture_.path(2), fs::copy_options::overwrite_existing);
   EXPECT_FALSE(is_packed_from(capture_.room(), plan_pack(options_)));

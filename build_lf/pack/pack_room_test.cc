@@ -34,7 +34,6 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using ::testing::Not;
 namespace fs = std::filesystem;
 
 class PackRoomTest : public PackTest {
@@ -52,20 +51,12 @@ TEST_F(PackRoomTest, EveryRayIsThePixelItCameFrom) {
   ASSERT_EQ(room.grid().lines.size(), 4U);
   EXPECT_EQ(room.grid().cells.size(), 1U);
   EXPECT_FALSE(fs::exists(capture_.partial()));
-  for (size_t line = 0; line < 4; ++line) {
-    const std::vector<Station>& stations = room.grid().lines[line].stations;
-    for (size_t s = 0; s < stations.size(); ++s) {
-      const int frame = frame_of(stations[s]);
-      for (int u = 0; u < TestCapture::kWidth; ++u) {
-        const auto column = room.volume(static_cast<int>(line)).column(static_cast<int>(s), u);
-        for (int v = 0; v < TestCapture::kHeight; ++v) {
-          const cv::Vec3b rgb = TestCapture::colour(frame, u, v);
-          const cv::Vec3b packed(column[3 * static_cast<size_t>(v)],
-                                 column[3 * static_cast<size_t>(v) + 1],
-                                 column[3 * static_cast<size_t>(v) + 2]);
-          ASSERT_EQ(packed, rgb);
-        }
-      }
+  for (const StationIndex station : all_stations(room.grid())) {
+    const int frame = frame_of(room.grid().station(station));
+    for (const auto [u, v] : pixels_of({TestCapture::kWidth, TestCapture::kHeight})) {
+      const auto column = room.volume(station.line).column(station.station, u);
+      const cv::Vec3b packed(column[3 * v], column[3 * v + 1], column[3 * v + 2]);
+      ASSERT_EQ(packed, TestCapture::colour(frame, u, v));
     }
   }
 }
@@ -78,8 +69,7 @@ TEST_F(PackRoomTest, DistancesOfSomeStationsAreMetresAndSkyIsInfinitelyFar) {
   for (int line = 0; line < 4; ++line) {
     const DistanceVolume& volume = room.distances(line);
     for (int map = 0; map < volume.maps(); ++map) {
-      const auto station = static_cast<size_t>(volume.stations()[static_cast<size_t>(map)]);
-      const int frame = frame_of(room.grid().lines[static_cast<size_t>(line)].stations[station]);
+      const int frame = frame_of(room.grid().station({line, volume.stations()[map]}));
       EXPECT_EQ(volume.size(), (PanoramaSize{32, 16}));
       EXPECT_TRUE(std::isinf(volume.distance_column(map, 0)[0]));
       EXPECT_FLOAT_EQ(volume.distance_column(map, 7)[9],
@@ -104,10 +94,8 @@ TEST_F(PackRoomTest, YawTurnsPanoramaAndDistances) {
   // World longitude theta shows camera longitude theta - 90 degrees: a quarter of the width less.
   const int world_u = 40, camera_u = world_u - TestCapture::kWidth / 4;
   for (int v = 0; v < TestCapture::kHeight; ++v) {
-    const auto row = static_cast<size_t>(v);
-    EXPECT_EQ(room.volume(0).column(2, world_u)[3 * row],
-              TestCapture::colour(frame, camera_u, v)[0]);
-    EXPECT_FLOAT_EQ(room.distances(0).distance_column(2, world_u)[row],
+    EXPECT_EQ(room.volume(0).column(2, world_u)[3 * v], TestCapture::colour(frame, camera_u, v)[0]);
+    EXPECT_FLOAT_EQ(room.distances(0).distance_column(2, world_u)[v],
                     static_cast<float>(TestCapture::distance_mm(frame, camera_u, v)) * 1e-3F);
   }
 }
@@ -143,14 +131,14 @@ void mix_map_sizes(const TestCapture& capture) {
 void map_colours(const TestCapture& capture) {
   cv::imwrite((capture.distances() / "front_0.png").string(), cv::Mat(16, 32, CV_8UC3));
 }
-void map_as_text(const TestCapture& capture) {
-  std::ofstream(capture.distances() / "front_0.png") << "text";
-}
 void map_of_no_frame(const TestCapture& capture) {
   fs::rename(capture.path(3), capture.distances() / "of_no_frame.png");
   capture.write_frame(3, {64, 32});
 }
 void remove_maps(const TestCapture& capture) { fs::remove_all(capture.distances()); }
+void map_as_text(const TestCapture& capture) {
+  std::ofstream(capture.distances() / "front_0.png") << "text";
+}
 
 INSTANTIATE_TEST_SUITE_P(
     All, CaptureFaultTest,
@@ -197,19 +185,17 @@ TEST_F(PackRoomTest, InfoMeasuresLinesAndOverhang) {
   EXPECT_NEAR(front.place_m, 0.5, 1e-12);
   EXPECT_NEAR(front.from_m, -0.75, 1e-12);
   EXPECT_NEAR(front.to_m, 0.75, 1e-12);
-  EXPECT_NEAR(front.spacing_min_m, 0.25, 1e-12);
-  EXPECT_NEAR(front.spacing_max_m, 0.25, 1e-12);
-  EXPECT_NEAR(front.overhang_first_m.value(), 0.25, 1e-12);
-  EXPECT_NEAR(front.overhang_last_m.value(), 0.25, 1e-12);
   EXPECT_EQ(front.distance_maps, 1);
+  for (const double quarter_m : {front.spacing_min_m, front.spacing_max_m,
+                                 front.overhang_first_m.value(), front.overhang_last_m.value()}) {
+    EXPECT_NEAR(quarter_m, 0.25, 1e-12);
+  }
   EXPECT_THAT(text_of(info, "room.lf"), HasSubstr("4 lines, 1 cell, 28 panoramas of 64 x 32"));
   EXPECT_EQ(info.bytes, bytes_in(capture_.room()));
 }
 
 TEST_F(PackRoomTest, SingleLineHasNoOverhang) {
-  std::ofstream list(capture_.list());
-  list << "file,x,y,z\nfront_0.png,0,0,0\nfront_1.png,0.1,0,0\n";
-  list.close();
+  std::ofstream(capture_.list()) << "file,x,y,z\nfront_0.png,0,0,0\nfront_1.png,0.1,0,0\n";
   const RoomInfo info = info_of(pack());
   EXPECT_TRUE(info.cells.empty());
   EXPECT_FALSE(info.lines[0].overhang_first_m.has_value());
@@ -289,7 +275,7 @@ TEST_F(PackInputsTest, DamagedJpegIsNamedAndNothingIsKept) {
   write_file_atomically(damaged, whole.substr(0, whole.size() / 2) + "\xFF\xD9");
   testing::internal::CaptureStderr();
   EXPECT_THAT(error(), HasSubstr("2.jpg: the image is damaged or cut short"));
-  EXPECT_THAT(testing::internal::GetCapturedStderr(), Not(HasSubstr("Corrupt")));
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), ::testing::Not(HasSubstr("Corrupt")));
   EXPECT_FALSE(fs::exists(capture_.partial()));
 }
 
@@ -304,13 +290,12 @@ TEST_F(PackInputsTest, MillimetresAreWarnedOf) {
 // Two passes 60 mm apart are two lines within the default tolerance, one with the tolerance that
 // the warning proposes.
 TEST_F(PackInputsTest, PassesSideBySideAreWarnedOf) {
-  std::ofstream list(capture_.list());
-  list << "file,x,y,z\n";
+  std::string list = "file,x,y,z\n";
   for (int i = 0; i < TestCapture::kStationsPerLine; ++i) {
-    list << fmt::format("front_{}.png,{},0,0\n", i, 0.25 * i);
-    list << fmt::format("back_{}.png,{},0,0.06\n", i, 0.25 * i + 0.1);
+    list += fmt::format("front_{}.png,{},0,0\n", i, 0.25 * i);
+    list += fmt::format("back_{}.png,{},0,0.06\n", i, 0.25 * i + 0.1);
   }
-  list.close();
+  write_file_atomically(capture_.list(), list);
   EXPECT_THAT(log_of_pack(),
               AllOf(HasSubstr("x0 and x1 are 60 mm apart"), HasSubstr("--line-tolerance-mm 60")));
   options_.replace = true;
@@ -355,55 +340,57 @@ TEST_F(PackInputsTest, NothingIsWarnedOfInAnOrdinaryCapture) {
   EXPECT_THAT(log_of_pack(), IsEmpty());
 }
 
-// What is said of the photographed room with positions changed.
-class ListedMotionTest : public ::testing::Test {
- protected:
-  std::string fault(const std::function<void(ListedFrame*)>& change) const {
-    std::vector<ListedFrame> rows;
-    for (const Frame& frame : read_frame_list(fs::path(RAYWALK_TEST_ROOM) / "poses.csv")) {
-      rows.push_back({.file = frame.path.string(), .position_m = frame.position_m});
-      change(&rows.back());
-    }
-    write_file_atomically(directory_ / "poses.csv", frame_list_text(rows));
-    PackOptions options;
-    options.frames = directory_ / "poses.csv";
-    options.out = directory_ / "room.lf";
-    const PackPlan plan = plan_pack(options);
-    return error_of([&] { require_listed_motion(plan, "poses.csv"); });
+// What is said of the photographed room with rows of its list changed.
+template <typename Change>
+std::string fault_of_list(const Change& change) {
+  const TestDirectory directory;
+  std::vector<ListedFrame> rows;
+  for (const Frame& frame : read_frame_list(fs::path(RAYWALK_TEST_ROOM) / "poses.csv")) {
+    rows.push_back({.file = frame.path.string(), .position_m = frame.position_m});
+    change(&rows.back());
   }
+  write_file_atomically(directory / "poses.csv", frame_list_text(rows));
+  const PackPlan plan =
+      plan_pack({.frames = directory / "poses.csv", .out = directory / "room.lf"});
+  return error_of([&] { require_listed_motion(plan, "poses.csv"); });
+}
 
-  TestDirectory directory_;
-};
+// The same with every position changed.
+std::string fault_of(const std::function<Eigen::Vector3d(const Eigen::Vector3d&)>& moved) {
+  return fault_of_list([&](ListedFrame* row) { row->position_m = moved(row->position_m); });
+}
 
-TEST_F(ListedMotionTest, RightListsPassAndWrongAxesAreNamed) {
-  EXPECT_EQ(fault([](ListedFrame*) {}), "no error");
-  EXPECT_THAT(fault([](ListedFrame* row) { row->position_m.z() *= -1; }),
+using Position = const Eigen::Vector3d&;
+
+TEST(ListedMotionTest, RightListsPassAndWrongAxesAreNamed) {
+  EXPECT_EQ(fault_of([](Position at) { return at; }), "no error");
+  EXPECT_THAT(fault_of([](Position at) { return Eigen::Vector3d(at.x(), 0.0, -at.z()); }),
               AllOf(HasSubstr("what is listed along z moves along -z"),
                     HasSubstr("z grows the other way in the list")));
-  EXPECT_THAT(fault([](ListedFrame* row) { row->position_m.x() *= -1; }), HasSubstr("mirrored"));
-  EXPECT_THAT(fault([](ListedFrame* row) { row->position_m *= -1; }), HasSubstr("backwards"));
-  EXPECT_THAT(fault([](ListedFrame* row) {
-                row->position_m = {row->position_m.z(), 0.0, -row->position_m.x()};
-              }),
+  EXPECT_THAT(fault_of([](Position at) { return Eigen::Vector3d(-at.x(), 0.0, at.z()); }),
+              HasSubstr("mirrored"));
+  EXPECT_THAT(fault_of([](Position at) { return Eigen::Vector3d(-at); }), HasSubstr("backwards"));
+  EXPECT_THAT(fault_of([](Position at) { return Eigen::Vector3d(at.z(), 0.0, -at.x()); }),
               HasSubstr("turned by 90 degrees"));
-  EXPECT_THAT(fault([](ListedFrame* row) { std::swap(row->position_m.x(), row->position_m.z()); }),
+  EXPECT_THAT(fault_of([](Position at) { return Eigen::Vector3d(at.z(), 0.0, at.x()); }),
               HasSubstr("x and z are exchanged"));
 }
 
-TEST_F(ListedMotionTest, ALineInReverseOrderIsNamed) {
-  EXPECT_THAT(fault([](ListedFrame* row) {
-                if (row->file.find("back_") != std::string::npos) row->position_m.x() *= -1;
-              }),
+TEST(ListedMotionTest, ALineInReverseOrderIsNamed) {
+  const auto reverse_back = [](ListedFrame* row) {
+    if (row->file.find("back_") != std::string::npos) row->position_m.x() *= -1;
+  };
+  EXPECT_THAT(fault_of_list(reverse_back),
               AllOf(HasSubstr("line x0"), HasSubstr("back_"), HasSubstr("reverse order")));
 }
 
 // Turned pictures with their attitudes are as good as upright ones.
-TEST_F(ListedMotionTest, AttitudesAreHonoured) {
+TEST(ListedMotionTest, AttitudesAreHonoured) {
   const auto turned = [](double yaw_rad) {
     return [=](ListedFrame* row) { row->attitude = {.yaw_rad = yaw_rad}; };
   };
-  EXPECT_EQ(fault(turned(0.0)), "no error");
-  EXPECT_THAT(fault(turned(kPi)), HasSubstr("backwards"));
+  EXPECT_EQ(fault_of_list(turned(0.0)), "no error");
+  EXPECT_THAT(fault_of_list(turned(kPi)), HasSubstr("backwards"));
 }
 
 TEST(CostsOfTravel, EqualAndUnrelatedPicturesSayNothing) {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/files/test_directory.h"
+#include "core/geometry/test_pixels.h"
 
 namespace raywalk::build_lf {
 
@@ -34,7 +35,7 @@ class TestCapture {
   TestCapture() {
     const std::vector<std::string> names = {"front", "back", "left", "right"};
     for (int i = 0; i < kStations; ++i) {
-      const std::string& name = names[static_cast<size_t>(i / kStationsPerLine)];
+      const std::string& name = names[i / kStationsPerLine];
       const double along = -0.75 + 0.25 * (i % kStationsPerLine);
       const double place = name == "front" || name == "right" ? 0.5 : -0.5;
       const bool along_x = name == "front" || name == "back";
@@ -54,11 +55,9 @@ class TestCapture {
 
   void write_frame(int frame, cv::Size size) const {
     cv::Mat image(size, CV_8UC3);
-    for (int v = 0; v < size.height; ++v) {
-      for (int u = 0; u < size.width; ++u) {
-        const cv::Vec3b rgb = colour(frame, u, v);
-        image.at<cv::Vec3b>(v, u) = {rgb[2], rgb[1], rgb[0]};
-      }
+    for (const auto [u, v] : pixels_of({size.width, size.height})) {
+      const cv::Vec3b rgb = colour(frame, u, v);
+      image.at<cv::Vec3b>(v, u) = {rgb[2], rgb[1], rgb[0]};
     }
     cv::imwrite(path(frame).string(), image);
   }
@@ -67,10 +66,8 @@ class TestCapture {
   void write_distance_map(int frame, cv::Size size) const {
     std::filesystem::create_directories(distances());
     cv::Mat map(size, CV_16UC1);
-    for (int v = 0; v < size.height; ++v) {
-      for (int u = 0; u < size.width; ++u) {
-        map.at<ushort>(v, u) = static_cast<ushort>(distance_mm(frame, u, v));
-      }
+    for (const auto [u, v] : pixels_of({size.width, size.height})) {
+      map.at<ushort>(v, u) = static_cast<ushort>(distance_mm(frame, u, v));
     }
     map.at<ushort>(0, 0) = 0;
     cv::imwrite((distances() / path(frame).filename()).string(), map);
@@ -105,9 +102,7 @@ class TestCapture {
   std::filesystem::path distances() const { return directory_ / "dist"; }
   std::filesystem::path room() const { return directory_ / "room.lf"; }
   std::filesystem::path partial() const { return directory_ / "room.lf.partial"; }
-  std::filesystem::path path(int frame) const {
-    return directory_ / rows_[static_cast<size_t>(frame)].file;
-  }
+  std::filesystem::path path(int frame) const { return directory_ / rows_[frame].file; }
   const std::vector<Row>& rows() const { return rows_; }
 
  private:

@@ -2,7 +2,6 @@
 // resumed, and in parts.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
@@ -41,9 +40,14 @@ SyntheticRoomSpec furnished_room(int width) {
   return spec;
 }
 
-CommandResult depth(const Room& room, const std::string& arguments = "") {
+CommandResult build_lf(const std::string& command, const fs::path& room,
+                       const std::string& arguments = "") {
   return run_command(
-      fmt::format("{} depth {} {}", RAYWALK_BUILD_LF, room.directory().string(), arguments));
+      fmt::format("{} {} {} {}", RAYWALK_BUILD_LF, command, room.string(), arguments));
+}
+
+CommandResult depth(const Room& room, const std::string& arguments = "") {
+  return build_lf("depth", room.directory(), arguments);
 }
 
 nlohmann::json report_of(const Room& room) {
@@ -55,12 +59,11 @@ double psnr_of(const fs::path& room, const SyntheticRoomSpec& spec,
                const std::string& method = "two-sided") {
   const std::array<PlanPoint, 3> places{{{0.1, 0.2}, {-0.3, -0.1}, {0.2, -0.35}}};
   const TestDirectory directory;
-  std::ofstream list(directory / "path.csv");
-  list << "name,x,z\n";
+  std::string list = "name,x,z\n";
   for (size_t i = 0; i < places.size(); ++i) {
-    list << fmt::format("{},{},{}\n", i, places[i].x_m, places[i].z_m);
+    list += fmt::format("{},{},{}\n", i, places[i].x_m, places[i].z_m);
   }
-  list.close();
+  write_file_atomically(directory / "path.csv", list);
   expect_success(run_command(fmt::format("{} path {} {} --method {} --out {}", RAYWALK_RENDER,
                                          room.string(), (directory / "path.csv").string(), method,
                                          (directory / "views").string())));
@@ -98,14 +101,13 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   EXPECT_GT(report["truth"]["within_2px_share"], 0.9);
   EXPECT_TRUE(report["frame_findings"].empty());
   EXPECT_EQ(report["distances"], "estimated by sweep");
-  EXPECT_EQ(run_command(std::string(RAYWALK_BUILD_LF) + " verify " + directory.string()).exit_code,
-            0);
-  const std::string distances = std::string(RAYWALK_BUILD_LF) + " distances " + directory.string();
-  EXPECT_THAT(run_command(distances).output, HasSubstr("views use the estimated distances"));
-  EXPECT_EQ(run_command(distances + " --use given").exit_code, 0);
+  expect_success(build_lf("verify", directory));
+  EXPECT_THAT(build_lf("distances", directory).output,
+              HasSubstr("views use the estimated distances"));
+  expect_success(build_lf("distances", directory, "--use given"));
   EXPECT_EQ(checksums_of_files(directory / "distances/given"), given);
   EXPECT_NEAR(psnr_of(directory, spec), true_db, 1e-9);
-  EXPECT_EQ(run_command(distances + " --use estimated").exit_code, 0);
+  expect_success(build_lf("distances", directory, "--use estimated"));
   EXPECT_NEAR(psnr_of(directory, spec), swept_db, 1e-9);
 
   // Estimated distances are replaced, given ones are kept.
@@ -116,6 +118,16 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   EXPECT_GT(psnr_of(directory, spec), initial_db + 3.0);
 }
 
+// Checksums of the maps of each line.
+std::vector<std::vector<std::string>> maps_of(const fs::path& room) {
+  std::vector<std::vector<std::string>> lines;
+  for (const char* line : {"x0", "x1", "z0", "z1"}) {
+    lines.push_back(Hdf5File::open(distance_volume_path(room, line, DistanceKind::kEstimated))
+                        .read_strings("sha256"));
+  }
+  return lines;
+}
+
 TEST(DepthCommandTest, HeldOutStationsAreNotUsed) {
   const SyntheticRoomSpec spec = furnished_room(64);
   const Grid grid = synthetic_grid(spec);
@@ -123,7 +135,7 @@ TEST(DepthCommandTest, HeldOutStationsAreNotUsed) {
   DepthTestRoom room(spec);
   room.give_distances(spec.scene, {64, 32}, 8);
   const DepthTestRoom damaged(spec, [&](StationIndex station, cv::Mat* frame) {
-    const auto& of_line = left_out[static_cast<size_t>(station.line)];
+    const auto& of_line = left_out[station.line];
     if (std::ranges::binary_search(of_line, station.station)) frame->setTo(0);
   });
   const auto given = checksums_of_files(room.room().directory() / "distances/given");
@@ -135,19 +147,8 @@ TEST(DepthCommandTest, HeldOutStationsAreNotUsed) {
   EXPECT_EQ(nlohmann::json::parse(read_file(held_out / "depth.json"))["hold_out"], 4);
   EXPECT_EQ(checksums_of_files(room.room().directory() / "distances/given"), given);
   EXPECT_FALSE(fs::exists(room.room().directory() / "depth.json"));
-  const Room part = room.room().subset(stations_except(grid, left_out));
-  const Room of_whole = part.with_distances(held_out / "distances/estimated");
-  const Room of_damaged =
-      part.with_distances(held_out_directory(damaged.room().directory()) / "distances/estimated");
-  for (int line = 0; line < 4; ++line) {
-    ASSERT_GT(of_whole.distances(line).maps(), 0);
-    ASSERT_EQ(of_whole.distances(line).maps(), of_damaged.distances(line).maps());
-    for (int theta = 0; theta < 64; ++theta) {
-      const auto expected = of_damaged.distances(line).distance_column(0, theta);
-      EXPECT_THAT(of_whole.distances(line).distance_column(0, theta),
-                  ::testing::ElementsAreArray(expected));
-    }
-  }
+  EXPECT_THAT(maps_of(held_out), ::testing::Each(::testing::Not(::testing::IsEmpty())));
+  EXPECT_EQ(maps_of(held_out), maps_of(held_out_directory(damaged.room().directory())));
 }
 
 // The disc of the floor that the dolly hides in every frame.
@@ -198,11 +199,10 @@ TEST(DepthCommandTest, NoiseGainsAndPosesCostLittle) {
   const DepthTestRoom captured(spec, [&](StationIndex station, cv::Mat* frame) {
     cv::RNG random(static_cast<std::uint64_t>(100 * station.line + station.station + 7));
     const auto deviate = [&](double deviation) { return random.gaussian(deviation); };
-    const Line& line = grid.lines[static_cast<size_t>(station.line)];
+    const Line& line = grid.lines[station.line];
     const Eigen::Vector3d off_m(deviate(0.002), deviate(0.002), deviate(0.002));
-    *frame = render_scene(spec.scene,
-                          line.stations[static_cast<size_t>(station.station)].position_m + off_m,
-                          spec.width, 1.0 + deviate(0.03));
+    *frame = render_scene(spec.scene, line.stations[station.station].position_m + off_m, spec.width,
+                          1.0 + deviate(0.03));
     const double most_rad = radians_from_degrees(0.1);
     *frame = rotate_panorama(
         *frame, world_from_camera({deviate(most_rad), deviate(most_rad), deviate(most_rad)}));
@@ -275,8 +275,8 @@ TEST(DepthCommandTest, FailuresGiveOneErrorLineAndLeaveTheRoomUnchanged) {
   std::ofstream(directory / "distances.partial") << "in the way";
   expect_error(room.room(), "", 1, "distances.partial");
   EXPECT_EQ(checksums_of_files(directory / "lines"), before);
-  const std::string missing = (directory / "no.lf").string();
-  expect_one_error(run_command(fmt::format("{} depth {}", RAYWALK_BUILD_LF, missing)), 1, "no.lf");
+  const fs::path missing = directory / "no.lf";
+  expect_one_error(build_lf("depth", missing), 1, "no.lf");
   EXPECT_FALSE(fs::exists(directory / "no.lf"));
 }
 
@@ -335,16 +335,6 @@ TEST(DepthCommandTest, ACameraThatNeverMovedIsReported) {
     }
     EXPECT_EQ(report_of(noisy.room())["warnings"].size(), 4U);
   }
-}
-
-// Checksums of the maps of each line.
-std::vector<std::vector<std::string>> maps_of(const fs::path& room) {
-  std::vector<std::vector<std::string>> lines;
-  for (const char* line : {"x0", "x1", "z0", "z1"}) {
-    lines.push_back(Hdf5File::open(distance_volume_path(room, line, DistanceKind::kEstimated))
-                        .read_strings("sha256"));
-  }
-  return lines;
 }
 
 size_t swept_maps(const fs::path& room) {
@@ -446,8 +436,7 @@ class DepthPartCommandTest : public ::testing::Test {
   }
 
   void expect_result_of_one_run() const {
-    expect_success(
-        run_command(fmt::format("{} depth {} --every 3", RAYWALK_BUILD_LF, parts_.string())));
+    expect_success(build_lf("depth", parts_, "--every 3"));
     expect_success(depth(room_.room(), "--every 3"));
     EXPECT_EQ(result_files_of(parts_), result_files_of(room_.room().directory()));
     EXPECT_FALSE(fs::exists(parts_ / "distances.partial"));
@@ -459,10 +448,7 @@ class DepthPartCommandTest : public ::testing::Test {
 };
 
 TEST_F(DepthPartCommandTest, TwoProcessesAtAPartLeaveTheRoomOfOneRun) {
-  EXPECT_EQ(run_command(fmt::format("{} depth {} --every 3 --step prepare", RAYWALK_BUILD_LF,
-                                    parts_.string()))
-                .exit_code,
-            0);
+  expect_success(build_lf("depth", parts_, "--every 3 --step prepare"));
   for (const std::string step : {"sweep", "choose", "fuse", "volumes"}) {
     if (step == "sweep") {
       sweep_beside_one_that_stands("1/2");
