@@ -1,7 +1,6 @@
 #include "calibrate/poses/colmap_program.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <csignal>
 #include <cstdlib>
@@ -23,9 +22,8 @@ namespace {
 
 using testing::AllOf;
 using testing::ElementsAre;
-using testing::EndsWith;
+using testing::Field;
 using testing::HasSubstr;
-using testing::Not;
 using testing::Pair;
 
 // The options that are used: under the same names in all versions, and in COLMAP 3.12 and 4.1.
@@ -174,11 +172,11 @@ TEST(ColmapProgram, FailsWithTheErrorLineItsMeaningAndTheLog) {
                          "echo '*** Aborted at 1'; echo '    @     0x7f raise'; exit 3"),
               AllOf(HasSubstr("colmap mapper failed with exit code 3"),
                     HasSubstr("Check failed: x): it cannot work with these pictures; check"),
-                    EndsWith("see " + fake.log().string())));
+                    testing::EndsWith("see " + fake.log().string())));
   EXPECT_THAT(fake.log_text(), HasSubstr("Aborted"));
   EXPECT_THAT(failure_of("kill -9 $$"),
               AllOf(HasSubstr("was killed by signal 9"), HasSubstr("memory was not enough"),
-                    Not(HasSubstr("Check failed"))));  // of the run before
+                    testing::Not(HasSubstr("Check failed"))));  // of the run before
   EXPECT_THAT(failure_of("echo 'ERROR: database or disk is full'; echo more; exit 1"),
               HasSubstr("(ERROR: database or disk is full): the disk is full; free some"));
   EXPECT_THAT(failure_of("echo 'I20261123 a.cc:1] first'; echo last words; exit 1"),
@@ -252,15 +250,13 @@ TEST(ColmapDatabase, HasImagesAndVerifiedMatchesInEveryVersion) {
     EXPECT_EQ(images.at("f0/2.png").camera, 5U);
     EXPECT_EQ(images.at("f0/2.png").features, 2);
     EXPECT_EQ(images.at("f0/3.png").features, 0);
-    const std::vector<VerifiedPair> pairs = read_verified_pairs(file);
-    ASSERT_EQ(pairs.size(), 1U);
-    EXPECT_EQ(pairs[0].first, 1U);
-    EXPECT_EQ(pairs[0].second, 2U);
-    ASSERT_EQ(pairs[0].in_first.size(), 1U);
-    EXPECT_EQ(pairs[0].in_first[0].x, 1.0);
-    EXPECT_EQ(pairs[0].in_first[0].y, 2.0);
-    EXPECT_EQ(pairs[0].in_second[0].x, 0.5);
-    EXPECT_EQ(pairs[0].in_second[0].y, 8.0);
+    const auto is_at = [](double x, double y) {
+      return AllOf(Field(&FacePixel::x, x), Field(&FacePixel::y, y));
+    };
+    EXPECT_THAT(read_verified_pairs(file),
+                ElementsAre(AllOf(Field(&VerifiedPair::first, 1U), Field(&VerifiedPair::second, 2U),
+                                  Field(&VerifiedPair::in_first, ElementsAre(is_at(1.0, 2.0))),
+                                  Field(&VerifiedPair::in_second, ElementsAre(is_at(0.5, 8.0))))));
   }
 }
 

@@ -20,11 +20,9 @@ namespace {
 // The poses in another frame and scale.
 FramePoses moved_away(const FramePoses& poses, double scale, unsigned seed) {
   std::mt19937 random(seed);
-  PoseAlignment away;
-  away.scale = scale;
-  away.rotation = random_turn(&random, 170.0);
-  away.translation_m = random_vector(&random, 5.0 * scale);
-  return aligned(poses, away);
+  return aligned(poses, {.scale = scale,
+                         .rotation = random_turn(&random, 170.0),
+                         .translation_m = random_vector(&random, 5.0 * scale)});
 }
 
 TEST(AlignPoses, UndoesAnySimilarityOfExactPosesAtAnySize) {
@@ -66,8 +64,7 @@ TEST(AlignPoses, IgnoresACommonErrorOfTheCameraMount) {
   const CaptureSet set = test_grid(9);
   const FramePoses nominal = nominal_poses(set);
   FramePoses truth = nominal;
-  const Eigen::Matrix3d askew = world_from_camera({0.1, -0.05, 0.03});
-  for (auto& pose : truth) pose->world_from_camera = askew;
+  for (auto& pose : truth) pose->world_from_camera = world_from_camera({0.1, -0.05, 0.03});
   const FramePoses solved = moved_away(truth, 0.5, 6);
   const FramePoses back = aligned(solved, align_poses(set, solved, nominal));
   EXPECT_LT(largest_difference(back, truth).rotation_rad, 1e-4);
@@ -78,12 +75,8 @@ TEST(AlignPoses, TakesTheScaleFromTheSliderNotFromThePlan) {
   const CaptureSet set = test_grid(30);
   // Rails planned 1 m apart that are 1.2 m apart.
   FramePoses truth = nominal_poses(set);
-  for (const int line : {1, 3}) {
-    for (const int frame : set.lines[line].frames) {
-      Eigen::Vector3d& at = truth[frame]->position_m;
-      (line == 1 ? at.z() : at.x()) += 0.2;
-    }
-  }
+  for (const int frame : set.lines[1].frames) truth[frame]->position_m.z() += 0.2;
+  for (const int frame : set.lines[3].frames) truth[frame]->position_m.x() += 0.2;
   const PoseAlignment alignment = align_poses(set, moved_away(truth, 3.0, 1), nominal_poses(set));
   EXPECT_NEAR(alignment.scale, 1.0 / 3.0, 1e-9);
   EXPECT_GT(alignment.scale_pairs, 50);
@@ -112,9 +105,7 @@ TEST(AlignPoses, ScalesSigmasOfPositions) {
   FramePoses poses = nominal_poses(set);
   poses[0]->position_sigma_mm = 0.2;
   poses[0]->rotation_sigma_deg = 0.3;
-  PoseAlignment alignment;
-  alignment.scale = 5.0;
-  const FramePoses moved = aligned(poses, alignment);
+  const FramePoses moved = aligned(poses, {.scale = 5.0});
   EXPECT_DOUBLE_EQ(moved[0]->position_sigma_mm, 1.0);
   EXPECT_DOUBLE_EQ(moved[0]->rotation_sigma_deg, 0.3);
 }
@@ -159,11 +150,17 @@ PoseDifference shape_difference(const FramePoses& poses, const FramePoses& truth
   return largest_difference(onto_truth(poses, truth), truth);
 }
 
+// From the nominal poses.
+RefinedPoses refined_from_plan(const CaptureSet& set, const SeenPoints& points,
+                               const PoseAnchor& anchor = kAnchor) {
+  return refine_poses(set, nominal_poses(set), points, anchor, 1);
+}
+
 TEST(RefinePoses, HasTheAccuracyOfItsNoiseAndEstimatesIt) {
   const CaptureSet set = test_grid(6);
   const FramePoses truth = test_truth(set, {}, 5);
   const SeenPoints points = blurred(test_points(set, truth, 1500, 1.0, 0.5, 6), 0.05, 7);
-  const RefinedPoses refined = refine_poses(set, nominal_poses(set), points, kAnchor, 1);
+  const RefinedPoses refined = refined_from_plan(set, points);
   // The unknowns absorb part of the noise: 24 * 6 + 1500 * 3 unknowns in 24000 equations.
   EXPECT_NEAR(refined.noise_px, 0.5 * std::sqrt(1.0 - 4644.0 / 24000.0), 0.04);
   EXPECT_LT(shape_difference(refined.poses, truth).position_m, 1e-3);
@@ -175,7 +172,7 @@ TEST(RefinePoses, FollowsThePicturesWhereTheSliderIsWrong) {
   const CaptureSet set = test_line(31);
   const FramePoses truth = test_truth(set, {0.0, 0.0, 1e-3, 0.1}, 40);
   const SeenPoints points = blurred(test_points(set, truth, 1500, 1.0, 0.4, 41), 0.05, 42);
-  const RefinedPoses refined = refine_poses(set, nominal_poses(set), points, kAnchor, 1);
+  const RefinedPoses refined = refined_from_plan(set, points);
   const double unsolved_m = shape_difference(nominal_poses(set), truth).position_m;
   EXPECT_GT(unsolved_m, 1e-3);
   EXPECT_LT(shape_difference(refined.poses, truth).position_m, 0.35 * unsolved_m);
@@ -190,7 +187,7 @@ TEST(RefinePoses, IsRobustToAFifthOfWrongMatches) {
     Eigen::Vector3d& bearing = points.observations[i].bearing;
     bearing = (bearing + random_vector(&random, 0.05)).normalized();
   }
-  const RefinedPoses refined = refine_poses(set, nominal_poses(set), points, kAnchor, 1);
+  const RefinedPoses refined = refined_from_plan(set, points);
   EXPECT_LT(shape_difference(refined.poses, truth).position_m, 2e-3);
   const auto inliers = std::count_if(refined.errors_px.begin(), refined.errors_px.end(),
                                      [&](double error) { return error < refined.inlier_px; });
@@ -211,13 +208,13 @@ TEST(RefinePoses, FindsExactPosesFromExactBearingsOfEachLens) {
     observation.bearing = (in_camera - observation.centre_m).normalized();
   }
   points = blurred(points, 0.05, 3);
-  const RefinedPoses refined = refine_poses(set, nominal_poses(set), points, kAnchor, 1);
+  const RefinedPoses refined = refined_from_plan(set, points);
   const PoseDifference left = shape_difference(refined.poses, truth);
   EXPECT_LT(left.position_m, 2e-5);
   EXPECT_LT(left.rotation_rad, 2e-5);
   EXPECT_LT(refined.noise_px, 0.02);
   for (PointObservation& observation : points.observations) observation.centre_m.setZero();
-  const RefinedPoses without = refine_poses(set, nominal_poses(set), points, kAnchor, 1);
+  const RefinedPoses without = refined_from_plan(set, points);
   EXPECT_GT(without.noise_px, 3 * refined.noise_px);
 }
 
@@ -228,7 +225,7 @@ TEST(RefinePoses, IsIndependentOfScale) {
     const FramePoses truth = test_truth(set, {0.02 * size, 1.5, 0.0, 0.1}, 14);
     const SeenPoints points = blurred(test_points(set, truth, 300, size, 0.2, 15), 0.05 * size, 16);
     const PoseAnchor anchor{0.1 * size, 0.1};
-    RefinedPoses refined = refine_poses(set, nominal_poses(set), points, anchor, 1);
+    RefinedPoses refined = refined_from_plan(set, points, anchor);
     EXPECT_LT(shape_difference(refined.poses, truth).position_m, 1e-3 * size);
     set_sigmas(&refined, anchor);
     EXPECT_GT(refined.poses[3]->position_sigma_mm, 1e-3 * size);
@@ -238,7 +235,7 @@ TEST(RefinePoses, IsIndependentOfScale) {
 
 TEST(RefinePoses, ThrowsWithoutObservations) {
   const CaptureSet set = test_grid(4);
-  EXPECT_THROW(refine_poses(set, nominal_poses(set), {}, kAnchor, 1), Error);
+  EXPECT_THROW(refined_from_plan(set, {}), Error);
 }
 
 // Mean squares of errors over sigmas in several draws: 1 if the sigmas are right.
