@@ -1,7 +1,6 @@
 #include "build_lf/require/require_room.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +13,9 @@
 #include "core/base/error.h"
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/test_json.h"
 #include "core/geometry/spacing.h"
+#include "core/geometry/test_pixels.h"
 #include "core/room/gain_fields.h"
 #include "core/room/requirements.h"
 
@@ -24,7 +25,6 @@ namespace {
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
-using ::testing::Not;
 namespace fs = std::filesystem;
 
 class RequireRoomTest : public RequireTest {
@@ -37,10 +37,22 @@ class RequireRoomTest : public RequireTest {
   static SyntheticRoomSpec line_spec() {
     return {.cells_z = 0, .side_m = 2.0, .spacing_m = 0.125, .width = 128};
   }
+  // The line under an open sky.
+  static SyntheticRoomSpec sky_spec() {
+    SyntheticRoomSpec spec = line_spec();
+    spec.scene.infinitely_far = true;
+    return spec;
+  }
   nlohmann::json kept() const { return nlohmann::json::parse(read_file(requirements_path(path_))); }
+  // What is kept of a run that thins a room.
+  nlohmann::json thinned(const SyntheticRoomSpec& spec) const {
+    room_of(spec);
+    require_room({.room = path_, .thin = thin_, .report = report_});
+    return kept();
+  }
   std::string error_of(const RequireOptions& options) const {
     std::string message = raywalk::error_of([&] { require_room(options); });
-    EXPECT_THAT(message, Not(HasSubstr("\n")));
+    EXPECT_THAT(message, ::testing::Not(HasSubstr("\n")));
     return message;
   }
   // Leaves only one distance map in a room of one line, at `station`.
@@ -118,20 +130,18 @@ TEST_F(RequireRoomTest, BadDistancesRequireMoreStations) {
 TEST_F(RequireRoomTest, ThinnedRoomIsARoomWithTheSameRays) {
   const Room room = room_of(spec());
   require_room({.room = path_, .thin = thin_});
-  const nlohmann::json r = kept();
+  const nlohmann::json r = kept(), thinned = r["thinned"];
   const Room thin = Room::open(thin_);
   const VerifiedCounts counts = verify_room(thin);
   EXPECT_EQ(counts.panoramas, r["spacing"]["stations_needed_with_distances"]);
-  ASSERT_TRUE(r["thinned"].is_object());
-  EXPECT_EQ(r["thinned"]["stations"], counts.panoramas);
-  EXPECT_EQ(r["thinned"]["distance_maps"], counts.distance_maps);
-  EXPECT_GT(r["thinned"]["psnr_db"], 30.0);
-  EXPECT_LE(r["thinned"]["worst_psnr_db"], r["thinned"]["psnr_db"]);
-  EXPECT_GT(r["thinned"]["views"], 0);
+  expect_keys(thinned, {{"stations", counts.panoramas}, {"distance_maps", counts.distance_maps}});
+  EXPECT_GT(thinned["psnr_db"], 30.0);
+  EXPECT_LE(thinned["worst_psnr_db"], thinned["psnr_db"]);
+  EXPECT_GT(thinned["views"], 0);
   ASSERT_EQ(thin.grid().cells.size(), 1U);
   for (int line = 0; line < 4; ++line) {
-    const Line& before = room.grid().lines[size_t(line)];
-    const Line& after = thin.grid().lines[size_t(line)];
+    const Line& before = room.grid().lines[line];
+    const Line& after = thin.grid().lines[line];
     EXPECT_EQ(after.id, before.id);
     EXPECT_EQ(after.first_m(), before.first_m());
     EXPECT_EQ(after.last_m(), before.last_m());
@@ -141,9 +151,9 @@ TEST_F(RequireRoomTest, ThinnedRoomIsARoomWithTheSameRays) {
       files.push_back(after.stations[i].file);
       const auto same = std::ranges::find(before.stations, files.back(), &Station::file);
       ASSERT_NE(same, before.stations.end());
-      const int old = static_cast<int>(same - before.stations.begin());
-      EXPECT_THAT(thin.volume(line).column(int(i), 17),
-                  ::testing::ElementsAreArray(room.volume(line).column(old, 17)));
+      const auto old = same - before.stations.begin();
+      EXPECT_TRUE(
+          std::ranges::equal(thin.volume(line).column(i, 17), room.volume(line).column(old, 17)));
     }
     // The corners lie 0.25 m from the ends.
     EXPECT_THAT(files,
@@ -154,9 +164,7 @@ TEST_F(RequireRoomTest, ThinnedRoomIsARoomWithTheSameRays) {
 TEST_F(RequireRoomTest, ThinnedRoomStoresDistancesAsFineAsNeeded) {
   SyntheticRoomSpec fine = line_spec();
   fine.width = 256;
-  room_of(fine);
-  require_room({.room = path_, .thin = thin_});
-  const nlohmann::json r = kept();
+  const nlohmann::json r = thinned(fine);
   const Room thin = Room::open(thin_);
   const DistanceVolume& maps = thin.distances(0);
   EXPECT_EQ(maps.size().width, r["storage"]["needed_distance_width_px"]);
@@ -164,17 +172,14 @@ TEST_F(RequireRoomTest, ThinnedRoomStoresDistancesAsFineAsNeeded) {
   const double most = angle_of_pixels(0.5, 256) / r["storage"]["reach_m"].get<double>();
   int right = 0, all = 0;
   for (int map = 0; map < maps.maps(); ++map) {
-    const auto station = static_cast<size_t>(maps.stations()[static_cast<size_t>(map)]);
-    const Eigen::Vector3d& from = thin.grid().lines[0].stations[station].position_m;
-    for (int theta = 0; theta < maps.size().width; ++theta) {
-      for (int row = 0; row < maps.size().height; ++row) {
-        const Eigen::Vector3d direction = direction_from_angles(
-            angles_from_pixel({static_cast<double>(theta), static_cast<double>(row)}, maps.size()));
-        const double metres = maps.distance_column(map, theta)[static_cast<size_t>(row)];
-        const double error = 1.0 / metres - 1.0 / distance_at(fine.scene, from, direction);
-        if (std::abs(error) <= most) ++right;
-        ++all;
-      }
+    const Eigen::Vector3d& from = thin.grid().station({0, maps.stations()[map]}).position_m;
+    for (const auto [theta, row] : pixels_of(maps.size())) {
+      const Eigen::Vector3d direction = direction_from_angles(
+          angles_from_pixel({static_cast<double>(theta), static_cast<double>(row)}, maps.size()));
+      const double metres = maps.distance_column(map, theta)[row];
+      const double error = 1.0 / metres - 1.0 / distance_at(fine.scene, from, direction);
+      if (std::abs(error) <= most) ++right;
+      ++all;
     }
   }
   EXPECT_GT(right, 0.99 * all);
@@ -209,24 +214,17 @@ TEST_F(RequireRoomTest, LinesOfTwoStationsAreKeptWhole) {
   SyntheticRoomSpec two = spec();
   two.spacing_m = 1.0;
   two.overhang_m = 0.0;
-  room_of(two);
-  require_room({.room = path_, .thin = thin_, .report = report_});
-  const nlohmann::json r = kept();
-  EXPECT_EQ(r["spacing"]["stations"], 8);
-  EXPECT_EQ(r["spacing"]["stations_needed_with_distances"], 8);
-  EXPECT_TRUE(r["spacing"]["held_out"].empty());
-  EXPECT_EQ(r["spacing"]["measured_up_to_m"], 0.0);
-  EXPECT_EQ(r["thinned"]["views"], 0);
-  EXPECT_EQ(r["thinned"]["psnr_db"], 100.0);
+  const nlohmann::json r = thinned(two);
+  expect_keys(r["spacing"], {{"stations", 8},
+                             {"stations_needed_with_distances", 8},
+                             {"held_out", nlohmann::json::array()},
+                             {"measured_up_to_m", 0.0}});
+  expect_keys(r["thinned"], {{"views", 0}, {"psnr_db", 100.0}});
   EXPECT_EQ(verify_room(Room::open(thin_)).panoramas, 8);
 }
 
 TEST_F(RequireRoomTest, OpenSkyRequiresNothing) {
-  SyntheticRoomSpec sky = line_spec();
-  sky.scene.infinitely_far = true;
-  room_of(sky);
-  require_room({.room = path_, .thin = thin_, .report = report_});
-  const nlohmann::json r = kept();
+  const nlohmann::json r = thinned(sky_spec());
   EXPECT_TRUE(r["spacing"]["needed_without_depth_m"].is_null());
   EXPECT_EQ(r["layers"]["by_d_p"].back()["layers"], 1);
   EXPECT_TRUE(r["storage"]["worth_width_px"].is_null());
@@ -236,16 +234,13 @@ TEST_F(RequireRoomTest, MapsOnSomeStationsSuffice) {
   SyntheticRoomSpec sparse = line_spec();
   sparse.distance_every = 6;
   sparse.distance_width = 64;
-  room_of(sparse);
-  require_room({.room = path_, .thin = thin_});
+  thinned(sparse);
   EXPECT_GT(verify_room(Room::open(thin_)).distance_maps, 0);
 }
 
 // The line's ends suffice for an open sky; the one map lies between them.
 TEST_F(RequireRoomTest, ThinningWithoutAnyDistanceMapIsRejected) {
-  SyntheticRoomSpec sky = line_spec();
-  sky.scene.infinitely_far = true;
-  give_distances_to(8, room_of(sky));
+  give_distances_to(8, room_of(sky_spec()));
   EXPECT_THAT(error_of({.room = path_, .thin = thin_}),
               AllOf(HasSubstr("--thin"), HasSubstr("raywalk-build-lf depth")));
   EXPECT_FALSE(fs::exists(thin_));

@@ -39,7 +39,7 @@ class RequireTest : public ::testing::Test {
         changed.sha256 = checksum_of_distances(changed.distance_m, changed.confidence);
         maps.push_back(std::move(changed));
       }
-      const Line& of_line = room.grid().lines[static_cast<std::size_t>(line)];
+      const Line& of_line = room.grid().lines[line];
       write_distance_volume(
           distance_volume_path(path_, of_line.id), of_line,
           {stations, volume.size(), "changed", [&](std::size_t i) { return maps[i]; }}, &progress);
