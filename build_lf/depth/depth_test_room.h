@@ -14,6 +14,7 @@
 #include "build_lf/pack/volume_writer.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
+#include "core/geometry/test_pixels.h"
 #include "core/room/gain_fields.h"
 #include "core/room/room.h"
 #include "tests/synthetic_room/synthetic_room.h"
@@ -44,12 +45,10 @@ inline SyntheticRoomSpec line_of_scale(double scale, unsigned seed = 1) {
 inline InverseDistanceMap true_map(const SyntheticScene& scene, const Eigen::Vector3d& position_m,
                                    PanoramaSize size) {
   InverseDistanceMap map{{}, position_m, size, {}, {}};
-  for (int u = 0; u < size.width; ++u) {
-    for (int v = 0; v < size.height; ++v) {
-      const SphereAngles angles = angles_from_pixel({double(u), double(v)}, size);
-      const double distance_m = distance_at(scene, position_m, direction_from_angles(angles));
-      map.inverse.push_back(static_cast<float>(1.0 / distance_m));
-    }
+  for (const auto [u, v] : pixels_of(size)) {
+    const SphereAngles angles = angles_from_pixel({double(u), double(v)}, size);
+    const double distance_m = distance_at(scene, position_m, direction_from_angles(angles));
+    map.inverse.push_back(static_cast<float>(1.0 / distance_m));
   }
   map.confidence.assign(map.inverse.size(), 255);
   return map;
@@ -103,7 +102,7 @@ class DepthTestRoom {
     const PanoramaSize size{spec.width, spec.width / 2};
     std::filesystem::create_directories(path() / "lines");
     for (int line = 0; line < static_cast<int>(grid.lines.size()); ++line) {
-      const Line& stations = grid.lines[static_cast<size_t>(line)];
+      const Line& stations = grid.lines[line];
       Progress progress("packing", static_cast<std::int64_t>(stations.stations.size()), "stations");
       const auto rays_of = [&](size_t i) {
         cv::Mat frame = render_scene(spec.scene, stations.stations[i].position_m, spec.width);
@@ -121,11 +120,9 @@ class DepthTestRoom {
 
   static StationRays rays_from(const cv::Mat& frame) {
     StationRays station;
-    for (int u = 0; u < frame.cols; ++u) {
-      for (int v = 0; v < frame.rows; ++v) {
-        const auto& bgr = frame.at<cv::Vec3b>(v, u);
-        station.rays.insert(station.rays.end(), {bgr[2], bgr[1], bgr[0]});
-      }
+    for (const auto [u, v] : pixels_of({frame.cols, frame.rows})) {
+      const auto& bgr = frame.at<cv::Vec3b>(v, u);
+      station.rays.insert(station.rays.end(), {bgr[2], bgr[1], bgr[0]});
     }
     return station;
   }

@@ -16,7 +16,9 @@ namespace raywalk::build_lf {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::DoubleEq;
 using ::testing::ElementsAre;
+using ::testing::Field;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
@@ -190,16 +192,13 @@ TEST(FrameChecksTest, FindLinesTooShortForDistances) {
   spec.spacing_m = 1.0;  // a line of 1 m with its two ends only
   const DepthTestRoom room(spec);
   EXPECT_THAT(checks_of(room.room(), 2.0).lines, IsEmpty());
-  const FrameChecks short_line = checks_of(room.room(), 4.5);
-  ASSERT_THAT(short_line.lines, SizeIs(1));
-  EXPECT_EQ(short_line.lines[0].fault, LineFault::kTooShort);
-  EXPECT_DOUBLE_EQ(short_line.lines[0].measure_m, 1.0);
-  EXPECT_DOUBLE_EQ(short_line.lines[0].needed_m, 1.125);
-  const FrameChecks sparse_line = checks_of(room.room(), 0.5);
-  ASSERT_THAT(sparse_line.lines, SizeIs(1));
-  EXPECT_EQ(sparse_line.lines[0].fault, LineFault::kTooSparse);
-  EXPECT_DOUBLE_EQ(sparse_line.lines[0].measure_m, 1.0);
-  EXPECT_DOUBLE_EQ(sparse_line.lines[0].needed_m, 0.5);
+  const auto is_fault = [](LineFault fault, double needed_m) {
+    return AllOf(Field(&LineFinding::fault, fault), Field(&LineFinding::measure_m, DoubleEq(1.0)),
+                 Field(&LineFinding::needed_m, DoubleEq(needed_m)));
+  };
+  EXPECT_THAT(checks_of(room.room(), 4.5).lines,
+              ElementsAre(is_fault(LineFault::kTooShort, 1.125)));
+  EXPECT_THAT(checks_of(room.room(), 0.5).lines, ElementsAre(is_fault(LineFault::kTooSparse, 0.5)));
 }
 
 TEST(FrameChecksTest, WorkWithoutChecksumsAndContrast) {
@@ -219,11 +218,9 @@ TEST(FrameChecksTest, RejectChecksumsOfOtherStations) {
   const auto file = line_volume_path(room.room().directory(), "x0");
   // Beside it first, as the room has the file mapped.
   const auto beside = std::filesystem::path(file).replace_extension(".other");
-  {
-    Hdf5File other = Hdf5File::create(beside);
-    other.write_strings("sha256", {std::string(64, 'a')});
-    other.close();
-  }
+  Hdf5File other = Hdf5File::create(beside);
+  other.write_strings("sha256", {std::string(64, 'a')});
+  other.close();
   std::filesystem::rename(beside, file);
   EXPECT_THAT([&] { checks_of(room.room()); },
               ThrowsMessage<Error>(HasSubstr("x0.h5: holds 1 checksums for 17 stations")));
@@ -259,14 +256,12 @@ ComparedPicture picture_of(double exposure, unsigned noise_seed, double shift_px
   std::mt19937 random(noise_seed);
   std::normal_distribution<double> noise(0.0, 0.5);
   cv::Mat picture(kComparisonWidth, kComparisonWidth / 2, CV_8UC3);
-  for (int u = 0; u < picture.rows; ++u) {
-    for (int v = 0; v < picture.cols; ++v) {
-      const double patch =
-          0.2 + 0.15 * std::sin(16.0 * 2.0 * M_PI * (u - shift_px) / 256.0) * std::cos(0.27 * v);
-      for (int c = 0; c < 3; ++c) {
-        const double light = patch * (1.0 + 0.2 * c) * exposure;
-        picture.at<cv::Vec3b>(u, v)[c] = cv::saturate_cast<uchar>(255.0 * light + noise(random));
-      }
+  for (const auto [v, u] : pixels_of({picture.cols, picture.rows})) {
+    const double patch =
+        0.2 + 0.15 * std::sin(16.0 * 2.0 * M_PI * (u - shift_px) / 256.0) * std::cos(0.27 * v);
+    for (int c = 0; c < 3; ++c) {
+      const double light = patch * (1.0 + 0.2 * c) * exposure;
+      picture.at<cv::Vec3b>(u, v)[c] = cv::saturate_cast<uchar>(255.0 * light + noise(random));
     }
   }
   return {.colours = picture};

@@ -113,23 +113,19 @@ TEST(DevelopedStationTest, IsStoredAsItIsAndDamageIsNoticed) {
 constexpr StationIndex kStation{0, 8};
 
 SyntheticRoomSpec pillar_room() {
-  SyntheticRoomSpec spec;
+  SyntheticRoomSpec spec{.spacing_m = 0.0625, .width = 256};
   spec.scene.obstacle = SceneBox{{-0.15, -0.6, -0.15}, {0.15, 0.4, 0.15}};
-  spec.spacing_m = 0.0625;
-  spec.width = 256;
   return spec;
 }
 
 // What the station shows, developed from the sources that refine takes, with true distances.
 DevelopedImage developed(const DepthTestRoom& room, const SyntheticScene& scene, int width) {
   SourceViews views(room.room());
-  const Eigen::Vector3d position_m = room.grid().lines[0].stations[8].position_m;
-  const InverseDistanceMap truth = true_map(scene, position_m, {width, width / 2});
+  const InverseDistanceMap truth =
+      true_map(scene, room.grid().station(kStation).position_m, {width, width / 2});
   InverseMap distances({width, width / 2});
-  for (int u = 0; u < width; ++u) {
-    for (int v = 0; v < width / 2; ++v) {
-      distances.at(u, v) = truth.inverse[pixel_index(u, v, truth.size)];
-    }
+  for (const auto [u, v] : pixels_of({width, width / 2})) {
+    distances.at(u, v) = truth.inverse[pixel_index(u, v, truth.size)];
   }
   std::vector<std::shared_ptr<const SourceView>> sources;
   for (const StationIndex source : sources_of(room.grid(), kStation, 3.0)) {
@@ -189,13 +185,11 @@ constexpr PanoramaSize kCoarse{128, 64};
 template <typename Place>
 InverseMap disc(PanoramaSize size, const Place& turn) {
   InverseMap map(size);
-  for (int u = 0; u < size.width; ++u) {
-    for (int v = 0; v < size.height; ++v) {
-      double across = (u + 0.5) / size.width - turn;
-      across -= std::round(across);
-      const double down = ((v + 0.5) / size.height - 0.5) / 2;
-      map.at(u, v) = std::hypot(across, down) < 0.11 ? kNear : kFar;
-    }
+  for (const auto [u, v] : pixels_of(size)) {
+    double across = (u + 0.5) / size.width - turn;
+    across -= std::round(across);
+    const double down = ((v + 0.5) / size.height - 0.5) / 2;
+    map.at(u, v) = std::hypot(across, down) < 0.11 ? kNear : kFar;
   }
   return map;
 }

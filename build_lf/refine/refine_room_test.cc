@@ -1,7 +1,6 @@
 #include "build_lf/refine/refine_room.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <chrono>
 #include <csignal>
@@ -27,20 +26,12 @@ namespace fs = std::filesystem;
 
 class RefineRoomTest : public testing::Test {
  protected:
-  // A cell of 1 m with 17 stations a line, every 4th of them with a map.
-  static SyntheticRoomSpec spec() {
-    SyntheticRoomSpec spec;
-    spec.spacing_m = 0.0625;
-    spec.width = 128;
-    spec.distance_every = 4;
-    return spec;
+  // A cell of 1 m with 17 stations a line, every 4th of them with a map. The photographs are half
+  // as wide where it does not matter what they show.
+  static SyntheticRoomSpec spec(int width = 128) {
+    return {.spacing_m = 0.0625, .width = width, .distance_every = 4};
   }
-  // The same in photographs half as wide, where it does not matter what they show.
-  static SyntheticRoomSpec small_spec() {
-    SyntheticRoomSpec small = spec();
-    small.width = 64;
-    return small;
-  }
+  static SyntheticRoomSpec small_spec() { return spec(64); }
   static RefineOptions options_of(const Room& room) {
     return {.room = room.directory(), .out = refined_room_path(room.directory())};
   }
