@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
@@ -74,14 +73,12 @@ TEST(GridAxes, UndoAnyRotationAndScale) {
        {Attitude{0.3, 0, 0}, {2.5, 1.2, -0.7}, {-1.7, -0.4, 3.0}, {0.78, 0, 0}}) {
     for (const double scale : {0.13, 4.0}) {
       const ImportedPoses poses = turned_square(turn, scale);
-      expect_frames(square_frames(), poses, fit_grid_axes(poses, {.scale = {.cell_m = 1.0}}), 1e-9);
-      expect_frames(square_frames(), poses, fit_grid_axes(poses, {.scale = {.spacing_m = 0.25}}),
-                    1e-9);
-      expect_frames(square_frames(), poses,
-                    fit_grid_axes(poses, {.scale = {.metres_per_unit = scale}}), 1e-9);
-      expect_frames(
-          square_frames(), poses,
-          fit_grid_axes(poses, {.scale = {.distance = KnownDistance{"00", "04.jpg", 1.0}}}), 1e-9);
+      for (const AxesOptions& known :
+           {AxesOptions{.scale = {.cell_m = 1.0}}, AxesOptions{.scale = {.spacing_m = 0.25}},
+            AxesOptions{.scale = {.metres_per_unit = scale}},
+            AxesOptions{.scale = {.distance = KnownDistance{"00", "04.jpg", 1.0}}}}) {
+        expect_frames(square_frames(), poses, fit_grid_axes(poses, known), 1e-9);
+      }
     }
   }
 }
@@ -145,14 +142,14 @@ TEST(GridAxes, ThatCannotBeFoundAreSaid) {
 TEST(KnownPositions, GiveScaleAndAxes) {
   const ImportedPoses poses = turned_square({1.5, 0.4, -0.2}, 3.0);
   const std::vector<ImportedFrame> truth = square_frames();
-  std::vector<KnownPosition> known;
-  for (const std::size_t i : {0U, 3U, 9U, 20U}) known.push_back({i, truth[i].pose.position_m});
-  expect_frames(square_frames(), poses, fit_known_positions(poses, known), 1e-12);
-  known.resize(2);
-  EXPECT_THAT(error_of([&] { fit_known_positions(poses, known); }), HasSubstr("at least three"));
-  known = {
-      {0, truth[0].pose.position_m}, {1, truth[1].pose.position_m}, {2, truth[2].pose.position_m}};
-  EXPECT_THAT(error_of([&] { fit_known_positions(poses, known); }), HasSubstr("on one line"));
+  const auto axes_of = [&](const std::vector<std::size_t>& frames) {
+    std::vector<KnownPosition> known;
+    for (const std::size_t i : frames) known.push_back({i, truth[i].pose.position_m});
+    return fit_known_positions(poses, known);
+  };
+  expect_frames(truth, poses, axes_of({0, 3, 9, 20}), 1e-12);
+  EXPECT_THAT(error_of([&] { axes_of({0, 3}); }), HasSubstr("at least three"));
+  EXPECT_THAT(error_of([&] { axes_of({0, 1, 2}); }), HasSubstr("on one line"));
 }
 
 // A folder with panoramas and a nerfstudio file of them, in other axes.
@@ -171,11 +168,7 @@ class ImportPosesTest : public ::testing::Test {
   fs::path transforms() const { return directory_ / "transforms.json"; }
   fs::path out() const { return directory_ / "hall"; }
   ImportOptions options() const {
-    ImportOptions options;
-    options.source = transforms();
-    options.axes.scale.cell_m = 1.0;
-    options.out = out();
-    return options;
+    return {.source = transforms(), .axes = {.scale = {.cell_m = 1.0}}, .out = out()};
   }
   // The list has the true frames and poses.
   void expect_true_list() const {
@@ -261,7 +254,7 @@ TEST_F(ImportPosesTest, WithoutScaleOrPicturesLeavesNothing) {
 TEST_F(ImportPosesTest, TakesAReferenceAndAFrameList) {
   std::string list = "file,x,y,z\n";
   for (const int i : {0, 3, 9, 20}) {
-    const ImportedFrame frame = square_frames()[static_cast<std::size_t>(i)];
+    const ImportedFrame frame = square_frames()[i];
     list += fmt::format("{},{},{},{}\n", frame.file, frame.pose.position_m.x(),
                         frame.pose.position_m.y(), frame.pose.position_m.z());
   }
@@ -319,7 +312,7 @@ TEST(FacePoses, FollowATable) {
 
 TEST(FacePoses, OfOtherFacesAreRefused) {
   const std::vector<ImportedFrame> frames = square_frames();
-  const auto error_for = [&](const std::vector<ColmapImage>& images) {
+  const auto error_for = [](const std::vector<ColmapImage>& images) {
     return error_of([&] { panoramas_of_faces(images, exported_faces(), "sparse/0"); });
   };
   EXPECT_THAT(

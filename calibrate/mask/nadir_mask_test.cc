@@ -136,6 +136,9 @@ TEST_F(NadirMaskTest, MasksOfEverythingAndInvalidPicturesAreRefused) {
   EXPECT_FALSE(std::filesystem::exists(directory_ / "out"));
   EXPECT_THAT(message_of(with_picture(cv::Mat(100, 180, CV_8UC1, cv::Scalar(255)))),
               HasSubstr("picture.png: 180x100 is not a panorama"));
+  EXPECT_THAT(message_of(with_picture(cv::Mat(90, 180, CV_8UC3, cv::Scalar::all(255)))),
+              HasSubstr("not an 8-bit grey image"));
+  EXPECT_THAT(message_of({.picture = directory_ / "nowhere.png"}), HasSubstr("nowhere.png"));
   CaptureSet fisheyes = one_panorama();
   fisheyes.layout = FrameLayout::kDualFisheye;
   EXPECT_THROW(write_mask(fisheyes, cone(20.0)), Error);
