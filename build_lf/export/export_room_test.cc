@@ -30,13 +30,14 @@ using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
 SyntheticRoomSpec small_room() {
-  SyntheticRoomSpec spec;
-  spec.spacing_m = 0.5;
-  spec.overhang_m = 0.5;
-  spec.height_m = 0.2;
+  SyntheticRoomSpec spec{.spacing_m = 0.5, .overhang_m = 0.5, .height_m = 0.2};
   spec.scene.obstacle = SceneBox{{-0.2, -1.2, -0.1}, {0.2, 0.4, 0.2}};
   return spec;
 }
+
+// Something below the cameras, masked.
+const CameraCompanion kBelow{
+    .hides = [](const std::string&, int, const Eigen::Vector3d& d) { return d.y() < -0.8; }};
 
 // Twenty stations. Files are flushed to disk one by one, so tests export few of them.
 class ExportRoomTest : public ::testing::Test {
@@ -72,19 +73,16 @@ class ExportRoomTest : public ::testing::Test {
       frames[frame.path.stem().string()] = frame;
     }
     const Room exported = Room::open(room());
-    std::size_t stations = 0;
-    for (const Line& line : exported.grid().lines) {
-      for (const Station& station : line.stations) {
-        const Frame frame = frames.at(fs::path(station.file).stem().string());
-        EXPECT_LT((frame.position_m - station.position_m).norm(), 1e-9);
-        const Attitude attitude = frame.attitude.value_or(Attitude{});
-        EXPECT_LT(
-            std::abs(attitude.yaw_rad) + std::abs(attitude.pitch_rad) + std::abs(attitude.roll_rad),
-            1e-9);
-        ++stations;
-      }
+    const std::vector<StationIndex> stations = all_stations(exported.grid());
+    EXPECT_EQ(frames.size(), stations.size());
+    for (const StationIndex index : stations) {
+      const Station& station = exported.grid().station(index);
+      const Frame frame = frames.at(fs::path(station.file).stem().string());
+      EXPECT_LT((frame.position_m - station.position_m).norm(), 1e-9);
+      const Attitude turned = frame.attitude.value_or(Attitude{});
+      EXPECT_LT(std::abs(turned.yaw_rad) + std::abs(turned.pitch_rad) + std::abs(turned.roll_rad),
+                1e-9);
     }
-    EXPECT_EQ(frames.size(), stations);
   }
 
   TestDirectory directory_;
@@ -190,12 +188,10 @@ TEST_F(ExportRoomTest, ColmapModelPicturesAndPosesAgree) {
   // Any picture of panoramas will do where only poses are asked for.
   const fs::path panoramas = directory_ / "panoramas";
   fs::create_directory(panoramas);
-  const Room exported = Room::open(room());
-  for (const Line& line : exported.grid().lines) {
-    for (const Station& station : line.stations) {
-      cv::imwrite((panoramas / fs::path(station.file).stem()).string() + ".png",
-                  cv::Mat(16, 32, CV_8UC3, cv::Scalar::all(0)));
-    }
+  const Grid grid = Room::open(room()).grid();
+  for (const StationIndex station : all_stations(grid)) {
+    cv::imwrite((panoramas / fs::path(grid.station(station).file).stem()).string() + ".png",
+                cv::Mat(16, 32, CV_8UC3, cv::Scalar::all(0)));
   }
   expect_poses_of_room(out(), panoramas);
   expect_poses_of_room(in_text, panoramas);
@@ -248,9 +244,8 @@ std::vector<PlyPoint> read_points(const fs::path& file) {
 TEST_F(ExportRoomTest, PlyHasTheSurfacesOfTheScene) {
   SyntheticRoomSpec spec = small_room();
   spec.scene.obstacle.reset();
-  // Something below the cameras, masked; and pixels of low confidence to the left.
-  spec.companion = CameraCompanion{
-      .hides = [](const std::string&, int, const Eigen::Vector3d& d) { return d.y() < -0.8; }};
+  spec.companion = kBelow;
+  // Pixels of low confidence to the left.
   spec.stored_confidence = [](int u, int) { return u < 8 ? std::uint8_t{20} : std::uint8_t{200}; };
   make_room(spec);
   ExportOptions ply = options(ExportFormat::kPly);
@@ -263,16 +258,13 @@ TEST_F(ExportRoomTest, PlyHasTheSurfacesOfTheScene) {
     // x right, y forward, z up.
     const Eigen::Vector3d world(point.position.x(), point.position.z(), point.position.y());
     const SceneBox& walls = spec.scene.walls;
-    const double off =
-        std::min({std::abs(world.x() - walls.min_m.x()), std::abs(world.x() - walls.max_m.x()),
-                  std::abs(world.y() - walls.min_m.y()), std::abs(world.y() - walls.max_m.y()),
-                  std::abs(world.z() - walls.min_m.z()), std::abs(world.z() - walls.max_m.z())});
+    const double off = std::min((world - walls.min_m).cwiseAbs().minCoeff(),
+                                (world - walls.max_m).cwiseAbs().minCoeff());
     // A mean over a cube at an edge of the room lies inside it.
     EXPECT_LT(off, 0.05);
     EXPECT_EQ(point.colour_and_confidence[3], 200);
-    cubes.insert({static_cast<int>(std::floor(world.x() / 0.05)),
-                  static_cast<int>(std::floor(world.y() / 0.05)),
-                  static_cast<int>(std::floor(world.z() / 0.05))});
+    const Eigen::Vector3i cube = (world / 0.05).array().floor().cast<int>();
+    cubes.insert({cube.x(), cube.y(), cube.z()});
   }
   EXPECT_GT(cubes.size(), points.size() - 20);  // but for rounding to float on a border
   EXPECT_THAT(error_of([&] { export_room(ply); }), HasSubstr("exists already"));
@@ -284,8 +276,7 @@ TEST_F(ExportRoomTest, PlyHasTheSurfacesOfTheScene) {
 
 TEST_F(ExportRoomTest, MasksAreExportedWhereThereAreAny) {
   SyntheticRoomSpec spec = small_room();
-  spec.companion = CameraCompanion{
-      .hides = [](const std::string&, int, const Eigen::Vector3d& d) { return d.y() < -0.8; }};
+  spec.companion = kBelow;
   make_room(spec);
   ExportOptions colmap = options(ExportFormat::kColmap);
   colmap.every = 5;

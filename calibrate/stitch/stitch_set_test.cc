@@ -403,6 +403,7 @@ TEST_F(StitchSetTest, LensFileOfAnotherSizeIsScaledIfTheAspectRatioAgrees) {
 
 TEST_F(StitchSetTest, FramesThatDoNotFitTheLensFileAreNamed) {
   EXPECT_THAT(message_of(line(1), std::nullopt), HasSubstr("raywalk-calibrate lens"));
+  EXPECT_THROW(stitch_set(line(1), std::nullopt, options()), UsageError);
   camera_.two_files = true;
   EXPECT_THAT(message_of(line(2), camera_), HasSubstr("station x0_0: one picture, no back half"));
   CaptureSet set = line(2);
