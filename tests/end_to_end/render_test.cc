@@ -1,6 +1,7 @@
 // End-to-end test of raywalk-render.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <fstream>
@@ -17,7 +18,6 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using ::testing::Not;
 namespace fs = std::filesystem;
 
 class RenderTest : public ::testing::Test {
@@ -27,9 +27,7 @@ class RenderTest : public ::testing::Test {
   }
   std::string room() const { return (directory_ / "room.lf").string(); }
   std::string file(const std::string& name) const { return (directory_ / name).string(); }
-  void make_room(const SyntheticRoomSpec& spec = {.overhang_m = 0.25, .width = 64}) const {
-    write_synthetic_room(spec, room());
-  }
+  void make_room(const SyntheticRoomSpec& spec) const { write_synthetic_room(spec, room()); }
   std::string view(const std::string& rest) const { return "view " + room() + " " + rest; }
   std::string view_to_png(const std::string& rest) const {
     return view(rest + " --out " + file("view.png"));
@@ -44,10 +42,11 @@ class RenderTest : public ::testing::Test {
     EXPECT_EQ(directory_.entries(), left);
   }
 
-  static std::string joined(const std::vector<std::string>& arguments) {
-    std::string text;
-    for (const std::string& argument : arguments) text += argument + " ";
-    return text;
+  static CommandResult run(const std::vector<std::string>& arguments) {
+    return run_command(fmt::format("{}", fmt::join(arguments, " ")));
+  }
+  static nlohmann::json json_in(const fs::path& path) {
+    return nlohmann::json::parse(read_file(path));
   }
   // By Ctrl-C, as soon as a file exists.
   static void expect_interrupted_once_there(const std::vector<std::string>& arguments,
@@ -58,24 +57,28 @@ class RenderTest : public ::testing::Test {
   TestDirectory directory_;
 };
 
-TEST_F(RenderTest, RendersAViewAndReportsItsSettings) {
-  make_room();
+class RenderViewTest : public RenderTest {
+ protected:
+  RenderViewTest() { make_room(spec_); }
+
+  const SyntheticRoomSpec spec_{.overhang_m = 0.25, .width = 64};
+};
+
+TEST_F(RenderViewTest, RendersAViewAndReportsItsSettings) {
   EXPECT_THAT(expect_success(render(view_to_png("--at -0.1,0.2 --method two-sided --k 76"))).output,
               AllOf(HasSubstr(file("view.png")), HasSubstr("64x32 at -0.1,0.2 m"),
                     HasSubstr("two-sided, hybrid at k = 76 degrees")));
   EXPECT_EQ(read_panorama(file("view.png")).cols, 64);
 }
 
-TEST_F(RenderTest, SettingsFileAndFlags) {
-  make_room();
+TEST_F(RenderViewTest, SettingsFileAndFlags) {
   std::ofstream(file("view.yaml")) << "connection: lfu\nwidth_px: 16\n";
   const CommandResult done = expect_success(
       render(view_to_png("--at=0.1,0.1 --width 32 --settings " + file("view.yaml"))));
   EXPECT_THAT(done.output, AllOf(HasSubstr("32x16"), HasSubstr("lfu at k = 45")));
 }
 
-TEST_F(RenderTest, TwoEyesAtAHeightOfTheirOwn) {
-  make_room();
+TEST_F(RenderViewTest, TwoEyesAtAHeightOfTheirOwn) {
   const CommandResult done = expect_success(
       render(view_to_png("--at -0.1 0.05 0.2 --stereo ods --ipd-mm 60 --yaw-deg 90")));
   EXPECT_THAT(done.output,
@@ -83,8 +86,7 @@ TEST_F(RenderTest, TwoEyesAtAHeightOfTheirOwn) {
   EXPECT_EQ(read_picture(file("view.png")).rows, 64);
 }
 
-TEST_F(RenderTest, RefusesWhatEyesCannotSee) {
-  make_room();
+TEST_F(RenderViewTest, RefusesWhatEyesCannotSee) {
   const std::vector<std::pair<std::string, std::string>> refused{
       {"--at 0,0 --ipd-mm 60", "give --stereo ods"},
       {"--at 0,0 --stereo ods --fov-deg 90", "leave out --fov-deg"},
@@ -99,8 +101,7 @@ TEST_F(RenderTest, RefusesWhatEyesCannotSee) {
                "choose a viewpoint farther inside");
 }
 
-TEST_F(RenderTest, ViewsAreCorrectedByDefaultAndMayBeJpeg) {
-  make_room();
+TEST_F(RenderViewTest, ViewsAreCorrectedByDefaultAndMayBeJpeg) {
   EXPECT_THAT(render(view("--at 0,0 --out " + file("view.jpg"))).output, HasSubstr("hlf-vd"));
   EXPECT_EQ(read_panorama(file("view.jpg")).cols, 64);
 }
@@ -111,8 +112,7 @@ TEST_F(RenderTest, ASingleLineRendersWithTheRestMarked) {
               HasSubstr("% empty: no line serves it"));
 }
 
-TEST_F(RenderTest, WrongUsageHasADifferentExitCodeThanFailure) {
-  make_room();
+TEST_F(RenderViewTest, WrongUsageHasADifferentExitCodeThanFailure) {
   expect_error(render(view_to_png("--at 0.1")), 2, "--at");
   expect_error(render(view_to_png("--at 0,zero")), 2, "--at");
   expect_error(render(view_to_png("--at 0,0 --connection lfu --k 76")), 2, "k = 45");
@@ -125,16 +125,18 @@ TEST_F(RenderTest, WrongUsageHasADifferentExitCodeThanFailure) {
   expect_error(render("connect-error " + room() + " --k-list 30"), 2, "45..90");
 }
 
-TEST_F(RenderTest, UnknownKeyInSettings) {
-  make_room();
+TEST_F(RenderViewTest, UnknownKeyInSettings) {
   std::ofstream(file("view.yaml")) << "method: hlf-vd\noverlap_dge: 5\n";
   expect_error(render(view_to_png("--at 0,0 --settings " + file("view.yaml"))), 2,
                "view.yaml:2: unknown key 'overlap_dge'; did you mean 'overlap_deg'?", 2);
 }
 
-TEST_F(RenderTest, MissingAndDamagedRoomsAndPlacesOutsideAreNamed) {
+TEST_F(RenderTest, AMissingRoomAndUnwritableOutputAreNamed) {
   expect_error(render(view_to_png("--at 0,0")), 1, "room.lf", 0);
-  make_room();
+  expect_error(render(view("--at 0,0 --out " + file("missing/view.png"))), 1, "missing", 0);
+}
+
+TEST_F(RenderViewTest, DamagedRoomsAndPlacesOutsideAreNamed) {
   expect_error(render(view_to_png("--at 0.7,0")), 1, "outside every cell");
   const fs::path volume = directory_ / "room.lf" / "lines" / "x0.h5";
   fs::resize_file(volume, fs::file_size(volume) / 2);
@@ -148,20 +150,14 @@ TEST_F(RenderTest, WithoutDistancesTheDepthCommandIsNamed) {
   EXPECT_EQ(render(view_to_png("--at 0,0 --method initial")).exit_code, 0);
 }
 
-TEST_F(RenderTest, UnwritableOutputIsDetectedBeforeTheRoomIsRead) {
-  expect_error(render(view("--at 0,0 --out " + file("missing/view.png"))), 1, "missing", 0);
-}
-
-TEST_F(RenderTest, AFullDiskLeavesNothing) {
-  make_room();
+TEST_F(RenderViewTest, AFullDiskLeavesNothing) {
   // A file size limit (here 512 bytes) makes a write fail partway, as a full disk does.
   const CommandResult result = run_command("ulimit -f 1; " + std::string(RAYWALK_RENDER) + " " +
                                            view_to_png("--at 0,0 --width 256"));
   expect_error(result, 1, "view.png");
 }
 
-TEST_F(RenderTest, ConnectErrorPrintsATable) {
-  make_room();
+TEST_F(RenderViewTest, ConnectErrorPrintsATable) {
   const CommandResult done = expect_success(render("connect-error " + room() +
                                                    " --method initial,hlf-vd --viewpoints 3"
                                                    " --k-list 45,80,90"));
@@ -173,10 +169,9 @@ TEST_F(RenderTest, ConnectErrorPrintsATable) {
 }
 
 TEST_F(RenderTest, ErrorModelWritesItsReport) {
-  const CommandResult result = render("error-model --viewpoints 7 --report " + file("fig11"));
-  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  const std::string command = "error-model --viewpoints 7 --report " + file("fig11");
+  EXPECT_THAT(expect_success(render(command)).output, HasSubstr("1.5"));
   EXPECT_TRUE(fs::exists(directory_ / "fig11" / "index.html"));
-  EXPECT_THAT(result.output, HasSubstr("1.5"));
 }
 
 // In a file that a stopped run left, behind its checksum; 0 without one.
@@ -187,11 +182,16 @@ std::size_t kept_results(const fs::path& partial) {
   return nlohmann::json::parse(file).size();
 }
 
-TEST_F(RenderTest, ValidatesAgainstTruth) {
-  const SyntheticRoomSpec spec{.overhang_m = 0.25, .width = 64};
-  make_room(spec);
-  write_image(file("truth.png"), render_truth(spec, {0.1, 0.2}, 64));
-  std::ofstream(file("gt.csv")) << "file,x,y,z\ntruth.png,0.1,0,0.2\n";
+// With a true view.
+class RenderReportTest : public RenderViewTest {
+ protected:
+  RenderReportTest() {
+    write_image(file("truth.png"), render_truth(spec_, {0.1, 0.2}, 64));
+    std::ofstream(file("gt.csv")) << "file,x,y,z\ntruth.png,0.1,0,0.2\n";
+  }
+};
+
+TEST_F(RenderReportTest, ValidatesAgainstTruth) {
   expect_error(render("validate " + room()), 2, "--truth is required", 3);
   const std::string command = "validate " + room() + " --truth " + file("gt.csv") + " --report " +
                               file("report") + " --viewpoints 2";
@@ -199,7 +199,7 @@ TEST_F(RenderTest, ValidatesAgainstTruth) {
               AllOf(HasSubstr("initial"), HasSubstr("distances in use: given"),
                     HasSubstr("report/index.html")));
   EXPECT_TRUE(fs::exists(directory_ / "report" / "index.html"));
-  const auto json = nlohmann::json::parse(read_file(directory_ / "report" / "metrics.json"));
+  const auto json = json_in(directory_ / "report" / "metrics.json");
   EXPECT_EQ(json["views"].size(), 3U);
   EXPECT_EQ(json["views"][0]["name"], "truth");
 
@@ -208,18 +208,14 @@ TEST_F(RenderTest, ValidatesAgainstTruth) {
   expect_error(render(command), 1, "gt.csv:3", 3);
 }
 
-TEST_F(RenderTest, ValidationsAreStoppedAnyhowAndResumed) {
-  const SyntheticRoomSpec spec{.overhang_m = 0.25, .width = 64};
-  make_room(spec);
-  std::ofstream list(file("gt.csv"));
-  list << "file,x,y,z\n";
+TEST_F(RenderReportTest, ValidationsAreStoppedAnyhowAndResumed) {
+  std::string list = "file,x,y,z\n";
   for (int i = 0; i < 8; ++i) {
     const double x_m = -0.35 + 0.1 * i;
-    const std::string name = "truth" + std::to_string(i) + ".png";
-    write_image(file(name), render_truth(spec, {x_m, 0.2}, 256));
-    list << name << "," << x_m << ",0,0.2\n";
+    write_image(file(fmt::format("truth{}.png", i)), render_truth(spec_, {x_m, 0.2}, 256));
+    list += fmt::format("truth{}.png,{},0,0.2\n", i, x_m);
   }
-  list.close();
+  write_file_atomically(file("gt.csv"), list);
   const std::vector<std::string> command{RAYWALK_RENDER, "validate",     room(), "--truth",
                                          file("gt.csv"), "--viewpoints", "2",    "--report",
                                          file("report")};
@@ -233,22 +229,17 @@ TEST_F(RenderTest, ValidationsAreStoppedAnyhowAndResumed) {
     EXPECT_FALSE(fs::exists(file("report/metrics.json")));
     before = kept();
   }
-  const CommandResult resumed = run_command(joined(command));
-  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
-  EXPECT_THAT(resumed.errors,
-              HasSubstr("validation.partial: " + std::to_string(before) + " results"));
+  EXPECT_THAT(expect_success(run(command)).errors,
+              HasSubstr(fmt::format("validation.partial: {} results", before)));
   EXPECT_FALSE(fs::exists(partial));
-  const auto resumed_json = nlohmann::json::parse(std::ifstream(file("report/metrics.json")));
-  EXPECT_EQ(run_command(joined(command)).exit_code, 0);
-  const auto whole = nlohmann::json::parse(std::ifstream(file("report/metrics.json")));
-  EXPECT_EQ(resumed_json["quarters"], whole["quarters"]);
-  EXPECT_EQ(resumed_json["connection_error"], whole["connection_error"]);
+  const auto resumed = json_in(file("report/metrics.json"));
+  expect_success(run(command));
+  const auto whole = json_in(file("report/metrics.json"));
+  EXPECT_EQ(resumed["quarters"], whole["quarters"]);
+  EXPECT_EQ(resumed["connection_error"], whole["connection_error"]);
 }
 
-TEST_F(RenderTest, TradesAreInterruptedByCtrlCAndResumed) {
-  make_room();
-  write_image(file("truth.png"), render_truth({.overhang_m = 0.25}, {0.1, 0.2}, 64));
-  std::ofstream(file("gt.csv")) << "file,x,y,z\ntruth.png,0.1,0,0.2\n";
+TEST_F(RenderReportTest, TradesAreInterruptedByCtrlCAndResumed) {
   const std::vector<std::string> command{RAYWALK_RENDER, "trade",         room(), "--truth",
                                          file("gt.csv"), "--repetitions", "5",    "--report",
                                          file("trade")};
@@ -258,52 +249,45 @@ TEST_F(RenderTest, TradesAreInterruptedByCtrlCAndResumed) {
   EXPECT_GE(kept, 1U);
   EXPECT_FALSE(fs::exists(file("trade/trade.json")));
 
-  const CommandResult resumed = run_command(joined(command));
-  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
+  const CommandResult resumed = expect_success(run(command));
   EXPECT_THAT(resumed.output, AllOf(HasSubstr("PSNR dB"), HasSubstr("index.html")));
-  const auto settings = nlohmann::json::parse(std::ifstream(file("trade/trade.json")))["settings"];
-  const std::string measured_now = "trade: " + std::to_string(settings.size() - kept) + " of " +
-                                   std::to_string(settings.size() - kept) + " settings (100 %)";
-  EXPECT_THAT(resumed.errors, HasSubstr(measured_now));
+  const std::size_t left = json_in(file("trade/trade.json"))["settings"].size() - kept;
+  EXPECT_THAT(resumed.errors, HasSubstr(fmt::format("trade: {0} of {0} settings (100 %)", left)));
   EXPECT_FALSE(fs::exists(partial));
 }
 
-TEST_F(RenderTest, SettingsAreChosenByPresetAndByMeasuredTrade) {
-  make_room();
-  const std::string view = "view " + room() + " --at 0.1,0.2 --out " + file("view.png") + " ";
-  const CommandResult preset = render(view + "--preset accurate");
-  EXPECT_EQ(preset.exit_code, 0) << preset.errors;
-  EXPECT_THAT(preset.output, AllOf(HasSubstr("preset accurate: "), HasSubstr("two-sided")));
-  expect_error(render(view + "--budget-ms 1000"), 1, "run raywalk-render trade on it first", 2);
+TEST_F(RenderViewTest, SettingsAreChosenByPresetAndByMeasuredTrade) {
+  const auto chosen = [&](const std::string& by) {
+    return render(view_to_png("--at 0.1,0.2 " + by));
+  };
+  EXPECT_THAT(expect_success(chosen("--preset accurate")).output,
+              AllOf(HasSubstr("preset accurate: "), HasSubstr("two-sided")));
+  expect_error(chosen("--budget-ms 1000"), 1, "run raywalk-render trade on it first", 2);
 
-  const CommandResult trade =
-      render("trade " + room() + " --held-out 4 --repetitions 1 --report " + file("trade"));
-  ASSERT_EQ(trade.exit_code, 0) << trade.errors;
-  EXPECT_THAT(trade.output, HasSubstr("preset fast"));
-  const CommandResult chosen = render(view + "--budget-ms 100000");
-  EXPECT_EQ(chosen.exit_code, 0) << chosen.errors;
-  EXPECT_THAT(chosen.output, HasSubstr("the best within 100000 ms"));
-  EXPECT_THAT(chosen.output, HasSubstr("(of the setting that trade measured)"));
-  expect_error(render(view + "--min-psnr-db 99"), 1, "reaches 99 dB", 3);
-  expect_error(render(view + "--budget-ms nan"), 2, "--budget-ms", 3);
-  expect_error(render(view + "--preset best"), 2, "--preset", 3);
+  const std::string trade = "trade " + room() + " --held-out 4 --repetitions 1 --report ";
+  EXPECT_THAT(expect_success(render(trade + file("trade"))).output, HasSubstr("preset fast"));
+  EXPECT_THAT(expect_success(chosen("--budget-ms 100000")).output,
+              AllOf(HasSubstr("the best within 100000 ms"),
+                    HasSubstr("(of the setting that trade measured)")));
+  expect_error(chosen("--min-psnr-db 99"), 1, "reaches 99 dB", 3);
+  expect_error(chosen("--budget-ms nan"), 2, "--budget-ms", 3);
+  expect_error(chosen("--preset best"), 2, "--preset", 3);
 }
 
 // A path with enough views to be interrupted midway.
-class RenderPathTest : public RenderTest {
+class RenderPathTest : public RenderViewTest {
  protected:
-  static constexpr int kViews = 60;
+  static constexpr std::size_t kViews = 60;
   RenderPathTest() {
-    make_room();
     std::ofstream list(file("path.csv"));
     list << "name,x,z\n";
-    for (int i = 0; i < kViews; ++i) list << "view" << i << "," << 0.4 - 0.01 * i << ",0.1\n";
+    for (std::size_t i = 0; i < kViews; ++i)
+      list << fmt::format("view{},{},0.1\n", i, 0.4 - 0.01 * i);
   }
   std::vector<std::string> arguments() const {
     return {RAYWALK_RENDER, "path",    room(), file("path.csv"), "--method",
             "initial",      "--width", "1024", "--out",          file("views")};
   }
-  std::string command() const { return joined(arguments()); }
   // The number of complete pictures; any other file except the record is a failure.
   size_t pictures() const {
     size_t count = 0;
@@ -320,17 +304,19 @@ TEST_F(RenderPathTest, CtrlCStopsCleanlyAndTheSameCommandResumes) {
   expect_interrupted_once_there(arguments(), file("views/view1.png"));
   const size_t before = pictures();
   EXPECT_GE(before, 2U);
-  EXPECT_LT(before, static_cast<size_t>(kViews));
+  EXPECT_LT(before, kViews);
 
-  EXPECT_THAT(expect_success(run_command(command())).output,
-              HasSubstr(std::to_string(kViews - before) + " of them rendered now"));
-  EXPECT_EQ(pictures(), static_cast<size_t>(kViews));
+  EXPECT_THAT(expect_success(run(arguments())).output,
+              HasSubstr(fmt::format("{} of them rendered now", kViews - before)));
+  EXPECT_EQ(pictures(), kViews);
 }
 
 TEST_F(RenderPathTest, OtherSettingsAreRefused) {
   std::ofstream(file("path.csv")) << "name,x,z\na,0,0\n";
-  ASSERT_EQ(run_command(command()).exit_code, 0);
-  expect_error(run_command(command() + "--overlap-deg 9"), 1, "overlap_deg", 3);
+  std::vector<std::string> arguments = this->arguments();
+  expect_success(run(arguments));
+  arguments.insert(arguments.end(), {"--overlap-deg", "9"});
+  expect_error(run(arguments), 1, "overlap_deg", 3);
 }
 
 TEST_F(RenderPathTest, AVideoIsWholeOrNothing) {
@@ -351,8 +337,9 @@ TEST_F(RenderPathTest, AVideoIsWholeOrNothing) {
             130);
   EXPECT_EQ(directory_.entries(), 2U) << "only the room and the table";
 
-  expect_error(run_command("ulimit -f 8; " + joined(arguments) + "-q"), 1, "walk.mp4: ffmpeg", 2);
-  expect_error(run_command("PATH=/nowhere " + joined(arguments)), 1, "apt install ffmpeg", 2);
+  const std::string command = fmt::format("{}", fmt::join(arguments, " "));
+  expect_error(run_command("ulimit -f 8; " + command + " -q"), 1, "walk.mp4: ffmpeg", 2);
+  expect_error(run_command("PATH=/nowhere " + command), 1, "apt install ffmpeg", 2);
   for (const char* wrong :
        {"--video walk.mp4 --quality 90", "--seconds 3", "--crf 20", "--fps 24", "--quality 90",
         "--video walk.mkv", "--smooth eased --seconds 2 --speed-m-per-s 1"}) {
