@@ -15,7 +15,6 @@
 namespace raywalk::build_lf {
 namespace {
 
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 using ::testing::ThrowsMessage;
@@ -54,22 +53,15 @@ Grid grid_of(const std::vector<double>& columns_m, const std::vector<double>& ro
 std::vector<double> map_places_m(const DepthPlan& plan, const Grid& grid, int line) {
   std::vector<double> places_m;
   for (const SweepReference& map : plan.maps) {
-    if (map.station.line != line) continue;
-    const Line& of = grid.lines[static_cast<size_t>(line)];
-    places_m.push_back(of.stations[static_cast<size_t>(map.station.station)].along_m);
+    if (map.station.line == line) places_m.push_back(grid.station(map.station).along_m);
   }
   return places_m;
 }
 
-std::vector<StationIndex> stations_with_map(const DepthPlan& plan) {
+template <typename Of>
+std::vector<StationIndex> stations_of(const std::vector<Of>& all) {
   std::vector<StationIndex> stations;
-  for (const SweepReference& map : plan.maps) stations.push_back(map.station);
-  return stations;
-}
-
-std::vector<StationIndex> stations_compared(const DepthPlan& plan) {
-  std::vector<StationIndex> stations;
-  for (const SweepCandidate& candidate : plan.candidates) stations.push_back(candidate.station);
+  for (const Of& one : all) stations.push_back(one.station);
   return stations;
 }
 
@@ -81,8 +73,8 @@ TEST(DepthPlanTest, IsInvariantToScale) {
     const DepthTestRoom scaled(tiny_room(scale, 2, 1));
     const DepthPlan plan = plan_depth(scaled.room(), {});
     EXPECT_NEAR(plan.reach_m, 0.5 * scale, 1e-12 * scale);
-    EXPECT_EQ(stations_with_map(plan), stations_with_map(of_metre)) << scale;
-    EXPECT_EQ(stations_compared(plan), stations_compared(of_metre)) << scale;
+    EXPECT_EQ(stations_of(plan.maps), stations_of(of_metre.maps)) << scale;
+    EXPECT_EQ(stations_of(plan.candidates), stations_of(of_metre.candidates)) << scale;
   }
 }
 
@@ -134,7 +126,7 @@ TEST(DepthPlanTest, SpreadsMapsOverIrregularStations) {
     const DepthPlan plan = plan_depth(room.room(), {});
     const double gap_m = 0.4 * plan.reach_m;
     for (int l = 0; l < 4; ++l) {
-      const Line& line = room.grid().lines[static_cast<size_t>(l)];
+      const Line& line = room.grid().lines[l];
       const std::vector<double> maps_m = map_places_m(plan, room.grid(), l);
       EXPECT_EQ(maps_m.front(), line.first_m());
       EXPECT_LE(line.last_m() - maps_m.back(), 0.5 * gap_m);
@@ -144,7 +136,7 @@ TEST(DepthPlanTest, SpreadsMapsOverIrregularStations) {
         const auto between = [&](const Station& station) {
           return station.along_m >= maps_m[i - 1] + 1.001 * gap_m && station.along_m < maps_m[i];
         };
-        EXPECT_FALSE(std::any_of(line.stations.begin(), line.stations.end(), between));
+        EXPECT_FALSE(std::ranges::any_of(line.stations, between));
       }
     }
   }
@@ -188,8 +180,8 @@ TEST(DepthPlanTest, StationsLeftOutAreNeitherMappedNorCompared) {
   EXPECT_EQ(plan.maps.size(), whole.maps.size() - 1);
   EXPECT_EQ(plan.candidates.size(), whole.candidates.size() - 2);
   for (const StationIndex station : bad) {
-    EXPECT_THAT(stations_with_map(plan), ::testing::Not(::testing::Contains(station)));
-    EXPECT_THAT(stations_compared(plan), ::testing::Not(::testing::Contains(station)));
+    EXPECT_THAT(stations_of(plan.maps), ::testing::Not(::testing::Contains(station)));
+    EXPECT_THAT(stations_of(plan.candidates), ::testing::Not(::testing::Contains(station)));
   }
 }
 
@@ -197,42 +189,45 @@ TEST(DepthPlanTest, StationsLeftOutAreNeitherMappedNorCompared) {
 TEST(DepthPlanTest, NothingLeftToCompareAndNoMapLeftAreErrors) {
   const DepthTestRoom room(tiny_room(1.0));
   DepthPlan plan = plan_depth(room.room(), {});
-  std::vector<StationIndex> all_but_first;
-  for (const StationIndex station : stations_compared(plan)) {
-    if (station.station > 0) all_but_first.push_back(station);
-  }
+  std::vector<StationIndex> all_but_first = stations_of(plan.candidates);
+  std::erase_if(all_but_first, [](StationIndex station) { return station.station == 0; });
   EXPECT_THAT([&] { exclude_stations(all_but_first, &plan); },
               ThrowsMessage<Error>(HasSubstr("64 of 68 stations had to be left out")));
   plan = plan_depth(room.room(), {.every = 1000});
-  EXPECT_THAT([&] { exclude_stations(stations_with_map(plan), &plan); },
+  EXPECT_THAT([&] { exclude_stations(stations_of(plan.maps), &plan); },
               ThrowsMessage<Error>(HasSubstr("--every")));
 }
 
-TEST(DepthPlanTest, TheNearestMapsVote) {
-  const DepthTestRoom room(tiny_room(1.0, 3, 2));
-  const DepthPlan plan = plan_depth(room.room(), {});
-  for (int which = 0; which < static_cast<int>(plan.maps.size()); ++which) {
-    const SweepReference& own = plan.maps[static_cast<size_t>(which)];
-    const std::vector<int> voters = voters_of(plan, which);
+class DepthVotersTest : public ::testing::Test {
+ protected:
+  int maps() const { return static_cast<int>(plan_.maps.size()); }
+  double distance_m(int a, int b) const {
+    return (plan_.maps[a].position_m - plan_.maps[b].position_m).norm();
+  }
+
+  const DepthTestRoom room_{tiny_room(1.0, 3, 2)};
+  const DepthPlan plan_ = plan_depth(room_.room(), {});
+};
+
+TEST_F(DepthVotersTest, AreTheNearestMaps) {
+  for (int which = 0; which < maps(); ++which) {
+    const std::vector<int> voters = voters_of(plan_, which);
     EXPECT_EQ(voters.front(), which);
     EXPECT_EQ(std::set<int>(voters.begin(), voters.end()).size(), voters.size());
     const auto is_own = [&](int i) {
-      return plan.maps[static_cast<size_t>(i)].station.line == own.station.line;
+      return plan_.maps[i].station.line == plan_.maps[which].station.line;
     };
-    EXPECT_EQ(std::count_if(voters.begin(), voters.end(), is_own), 1 + 4);
+    EXPECT_EQ(std::ranges::count_if(voters, is_own), 1 + 4);
     EXPECT_EQ(voters.size(), 1U + 4U + 8U);
-    const auto away_m = [&](int i) {
-      return (plan.maps[static_cast<size_t>(i)].position_m - own.position_m).norm();
-    };
     // Maps that do not vote are at least as far away as those of the same kind that do.
     for (const bool of_own_line : {true, false}) {
       double farthest_m = 0.0;
       for (const int i : voters) {
-        if (is_own(i) == of_own_line) farthest_m = std::max(farthest_m, away_m(i));
+        if (is_own(i) == of_own_line) farthest_m = std::max(farthest_m, distance_m(i, which));
       }
-      for (int i = 0; i < static_cast<int>(plan.maps.size()); ++i) {
-        if (is_own(i) != of_own_line || std::count(voters.begin(), voters.end(), i) > 0) continue;
-        EXPECT_GE(away_m(i), farthest_m);
+      for (int i = 0; i < maps(); ++i) {
+        if (is_own(i) != of_own_line || std::ranges::count(voters, i) > 0) continue;
+        EXPECT_GE(distance_m(i, which), farthest_m);
       }
     }
   }
@@ -242,7 +237,7 @@ TEST(DepthPlanTest, FewMapsAllVoteAndLeaveNoFallback) {
   const DepthTestRoom room(tiny_room(1.0, 1, 0));
   const DepthPlan plan = plan_depth(room.room(), {.every = 8});
   const std::vector<int> voters = voters_of(plan, 1);
-  EXPECT_THAT(voters, ElementsAre(1, 0, 2));
+  EXPECT_THAT(voters, ::testing::ElementsAre(1, 0, 2));
   EXPECT_TRUE(fallback_voters_of(plan, voters).empty());
 }
 
@@ -251,31 +246,23 @@ TEST(DepthPlanTest, StationsFarAwayAreNotCompared) {
   const DepthPlan plan = plan_depth(room.room(), {});
   const SweepReference& reference = plan.maps.front();
   const std::vector<SweepCandidate> near = candidates_near(plan, reference);
-  size_t expected = 0;
-  for (const SweepCandidate& candidate : plan.candidates) {
-    const double away_m = (candidate.position_m - reference.position_m).norm();
-    expected += away_m <= 1.5 && candidate.station != reference.station ? 1 : 0;
-  }
-  EXPECT_THAT(near, SizeIs(expected));
+  const auto is_near = [&](const SweepCandidate& candidate) {
+    return (candidate.position_m - reference.position_m).norm() <= 1.5 &&
+           candidate.station != reference.station;
+  };
+  EXPECT_THAT(near, SizeIs(std::ranges::count_if(plan.candidates, is_near)));
   EXPECT_LT(near.size(), plan.candidates.size() - 1);
   for (const SweepCandidate& candidate : near) EXPECT_NE(candidate.station, reference.station);
 }
 
-TEST(DepthPlanTest, FallbackVotersSpreadOverTheRoom) {
-  const DepthTestRoom room(tiny_room(1.0, 3, 2));
-  const DepthPlan plan = plan_depth(room.room(), {});
-  const auto distance_m = [&](int a, int b) {
-    return (plan.maps[static_cast<size_t>(a)].position_m -
-            plan.maps[static_cast<size_t>(b)].position_m)
-        .norm();
-  };
-  for (int which = 0; which < static_cast<int>(plan.maps.size()); ++which) {
-    const std::vector<int> near = voters_of(plan, which);
-    const std::vector<int> farther = fallback_voters_of(plan, near);
+TEST_F(DepthVotersTest, SpreadOverTheRoomAsAFallback) {
+  for (int which = 0; which < maps(); ++which) {
+    const std::vector<int> near = voters_of(plan_, which);
+    const std::vector<int> farther = fallback_voters_of(plan_, near);
     EXPECT_GT(farther.size(), 0U);
     EXPECT_LE(farther.size(), 8U);
     for (size_t i = 0; i < farther.size(); ++i) {
-      EXPECT_EQ(std::count(near.begin(), near.end(), farther[i]), 0);
+      EXPECT_EQ(std::ranges::count(near, farther[i]), 0);
       for (const int other : near) {
         EXPECT_GE(distance_m(farther[i], other), 0.25 * distance_m(farther[i], which));
       }

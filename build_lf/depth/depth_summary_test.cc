@@ -10,18 +10,15 @@
 #include "build_lf/depth/map_images.h"
 #include "core/base/error.h"
 #include "core/base/test_error.h"
+#include "core/files/test_json.h"
 
 namespace raywalk::build_lf {
 namespace {
 
 using ::testing::AllOf;
-using ::testing::Each;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::SizeIs;
-using ::testing::ThrowsMessage;
 
 DepthSummary some_summary() {
   DepthSummary summary{.room = "room.lf",
@@ -40,11 +37,6 @@ DepthSummary some_summary() {
   summary.frame_findings = {{{0, 7}, "front_7.png", FrameFault::kExposureStep, {0, 6}, 1.3}};
   summary.warnings = {"the exposure of front_7.png is 1.30 times that of front_6.png"};
   return summary;
-}
-
-// Expects the keys of `expected` with its values, in whatever order and beside others.
-void expect_keys(const nlohmann::json& document, const nlohmann::json& expected) {
-  for (const auto& [key, value] : expected.items()) EXPECT_EQ(document[key], value) << key;
 }
 
 TEST(DepthSummaryTest, EveryFigureHasItsKey) {
@@ -78,8 +70,8 @@ TEST(DepthSummaryTest, TextSaysWhatWasMadeAndWhatViewsUse) {
   DepthSummary summary = some_summary();
   EXPECT_THAT(text_of(summary), AllOf(HasSubstr("2 distance maps of 256 x 128"),
                                       HasSubstr("low confidence (below 0.25) in 18.8 % of"),
-                                      HasSubstr("views now use the distances estimated by sweep")));
-  EXPECT_THAT(text_of(summary), Not(HasSubstr("given")));
+                                      HasSubstr("views now use the distances estimated by sweep"),
+                                      Not(HasSubstr("given"))));
   summary.truth =
       TruthComparison{.maps = 2, .within_1px_share = 0.5, .median_relative_error = 0.02};
   summary.kept_given = "room.lf/distances-given";
@@ -113,10 +105,10 @@ TEST(ParallaxWarningsTest, NameTheLinesWithoutParallax) {
       {.line = "x0", .parallax_share = 0.005}, {.line = "x0", .parallax_share = 0.5},
       {.line = "x1", .parallax_share = 0.9},   {.line = "z0", .parallax_share = 0.0},
       {.line = "z0", .parallax_share = 0.009}, {.line = "z1", .parallax_share = 0.02}};
-  EXPECT_THAT(
-      parallax_warnings(maps, 81.49),
-      ElementsAre(AllOf(HasSubstr("line z0"), HasSubstr("81.5 m"), HasSubstr("did not move"))));
-  EXPECT_THAT(parallax_warnings({}, 81.49), IsEmpty());
+  EXPECT_THAT(parallax_warnings(maps, 81.49),
+              ::testing::ElementsAre(
+                  AllOf(HasSubstr("line z0"), HasSubstr("81.5 m"), HasSubstr("did not move"))));
+  EXPECT_THAT(parallax_warnings({}, 81.49), ::testing::IsEmpty());
 }
 
 constexpr PanoramaSize kTruthSize{64, 32};
@@ -128,17 +120,24 @@ class DepthTruthTest : public ::testing::Test {
     small.width = kTruthSize.width;
     return small;
   }
-  // Maps at every eighth station: the truth, modified by `change(pixel, map)`.
+  // Maps at every eighth station: those of `scene`, modified by `change(map)`.
   template <typename Change>
-  TruthComparison compare(const Change& change) {
+  TruthComparison compare_maps_of(const SyntheticScene& scene, const Change& change) {
     PartialMaps partial(room_.room().directory(), "inputs");
     for (const SweepReference& reference : plan_.maps) {
-      InverseDistanceMap map = true_map(spec().scene, reference.position_m, plan_.size);
+      InverseDistanceMap map = true_map(scene, reference.position_m, plan_.size);
       map.station = reference.station;
-      for (size_t pixel = 0; pixel < map.inverse.size(); ++pixel) change(pixel, &map);
-      partial.store("final", map);
+      change(&map);
+      partial.store(kFinalStage, map);
     }
     return compare_with_truth(GivenDistances(room_.room()), plan_, partial);
+  }
+  // Those of the room, modified by `change(pixel, map)`.
+  template <typename Change>
+  TruthComparison compare(const Change& change) {
+    return compare_maps_of(spec().scene, [&](InverseDistanceMap* map) {
+      for (size_t pixel = 0; pixel < map->inverse.size(); ++pixel) change(pixel, map);
+    });
   }
   static void as_they_are(size_t, InverseDistanceMap*) {}
   // A pixel of parallax at the reach, 1/m.
@@ -206,21 +205,16 @@ TEST_F(DepthTruthTest, SilhouettesAreJudgedByThemselves) {
   SyntheticRoomSpec with_box = spec();
   with_box.scene.obstacle = SceneBox{{-0.2, -0.2, 0.9}, {0.2, 0.2, 1.0}};
   room_.give_distances(with_box.scene, kTruthSize);
-  PartialMaps partial(room_.room().directory(), "inputs");
   std::int64_t pixels = 0;
-  for (const SweepReference& reference : plan_.maps) {
-    InverseDistanceMap map = true_map(with_box.scene, reference.position_m, plan_.size);
-    map.station = reference.station;
-    const InverseDistanceMap without = true_map(spec().scene, reference.position_m, plan_.size);
-    for (size_t pixel = 0; pixel < map.inverse.size(); ++pixel, ++pixels) {
-      const bool outline = pixel >= 2 && map.inverse[pixel] != without.inverse[pixel] &&
-                           map.inverse[pixel - 2] == without.inverse[pixel - 2];
-      if (outline) map.inverse[pixel - 2] = map.inverse[pixel];
+  const auto widen = [&](InverseDistanceMap* map) {
+    const InverseDistanceMap without = true_map(spec().scene, map->position_m, plan_.size);
+    for (size_t pixel = 0; pixel < map->inverse.size(); ++pixel, ++pixels) {
+      const bool outline = pixel >= 2 && map->inverse[pixel] != without.inverse[pixel] &&
+                           map->inverse[pixel - 2] == without.inverse[pixel - 2];
+      if (outline) map->inverse[pixel - 2] = map->inverse[pixel];
     }
-    partial.store(kFinalStage, map);
-  }
-  const TruthComparison comparison =
-      compare_with_truth(GivenDistances(room_.room()), plan_, partial);
+  };
+  const TruthComparison comparison = compare_maps_of(with_box.scene, widen);
   ASSERT_THAT(comparison.edges, SizeIs(1));
   ASSERT_THAT(comparison.elsewhere, SizeIs(1));
   EXPECT_EQ(comparison.edges[0].pixels + comparison.elsewhere[0].pixels, pixels);
@@ -246,8 +240,7 @@ TEST_F(DepthTruthTest, InfinityIsComparedAsParallax) {
 
 TEST_F(DepthTruthTest, ComparesMapsOfAnotherSize) {
   room_.give_distances(spec().scene, {4 * kTruthSize.width, 2 * kTruthSize.width});
-  const TruthComparison comparison = compare(as_they_are);
-  EXPECT_GT(comparison.within_1px_share, 0.98);
+  EXPECT_GT(compare(as_they_are).within_1px_share, 0.98);
 }
 
 TEST_F(DepthTruthTest, OnlyStationsWithBothMapsCountAndNoneIsAnError) {
@@ -256,7 +249,7 @@ TEST_F(DepthTruthTest, OnlyStationsWithBothMapsCountAndNoneIsAnError) {
   EXPECT_FALSE(GivenDistances(room_.room()).inverse_of({0, 8}, kTruthSize).has_value());
   std::erase_if(plan_.maps,
                 [](const SweepReference& map) { return map.station.station % 16 == 0; });
-  EXPECT_THAT([&] { compare(as_they_are); }, ThrowsMessage<Error>(HasSubstr("--every")));
+  EXPECT_THAT([&] { compare(as_they_are); }, ::testing::ThrowsMessage<Error>(HasSubstr("--every")));
 }
 
 TEST_F(DepthTruthTest, GivenDistancesAreFoundWhereOthersAreInUse) {
@@ -265,9 +258,8 @@ TEST_F(DepthTruthTest, GivenDistancesAreFoundWhereOthersAreInUse) {
   const GivenDistances in_use(room_.room());
   const auto before = in_use.inverse_of({1, 4}, kTruthSize);
   ASSERT_TRUE(before.has_value());
-  EXPECT_THAT(*before, Each(::testing::Gt(0.0f)));
-  const std::filesystem::path directory = room_.room().directory();
-  const GivenDistances unused(Room::open_rays(directory));
+  EXPECT_THAT(*before, ::testing::Each(::testing::Gt(0.0f)));
+  const GivenDistances unused(Room::open_rays(room_.room().directory()));
   EXPECT_FALSE(unused.empty());
   EXPECT_EQ(unused.inverse_of({1, 4}, kTruthSize), before);
 }

@@ -31,21 +31,17 @@ bool in_cone(int u, int v, PanoramaSize size, double cone_deg) {
 // A dolly with a pattern, the same in every frame.
 void paint_dolly(StationIndex, cv::Mat* frame) {
   const PanoramaSize size{frame->cols, frame->rows};
-  for (int v = 0; v < size.height; ++v) {
-    for (int u = 0; u < size.width; ++u) {
-      if (!in_cone(u, v, size, kConeDeg)) continue;
-      const bool light = (u / 5 + v / 3) % 2 == 0;
-      frame->at<cv::Vec3b>(v, u) = light ? cv::Vec3b(240, 20, 230) : cv::Vec3b(20, 90, 30);
-    }
+  for (const auto [u, v] : pixels_of(size)) {
+    if (!in_cone(u, v, size, kConeDeg)) continue;
+    const bool light = (u / 5 + v / 3) % 2 == 0;
+    frame->at<cv::Vec3b>(v, u) = light ? cv::Vec3b(240, 20, 230) : cv::Vec3b(20, 90, 30);
   }
 }
 
 DepthTestRoom::Mask cone_mask(PanoramaSize size, double cone_deg = kConeDeg) {
   cv::Mat mask(size.height, size.width, CV_8UC1, cv::Scalar(255));
-  for (int v = 0; v < size.height; ++v) {
-    for (int u = 0; u < size.width; ++u) {
-      if (in_cone(u, v, size, cone_deg)) mask.at<uchar>(v, u) = 0;
-    }
+  for (const auto [u, v] : pixels_of(size)) {
+    if (in_cone(u, v, size, cone_deg)) mask.at<uchar>(v, u) = 0;
   }
   return [mask](StationIndex) { return mask; };
 }
@@ -81,12 +77,12 @@ double share_within_a_pixel_below(const SyntheticRoomSpec& spec, const Room& roo
   const Room estimated = Room::open(room.directory());
   double sum = 0.0;
   int maps = 0;
-  for (int l = 0; l < static_cast<int>(room.grid().lines.size()); ++l) {
-    const DistanceVolume& volume = estimated.distances(l);
+  for (int line = 0; line < 4; ++line) {
+    const DistanceVolume& volume = estimated.distances(line);
     const PanoramaSize size = volume.size();
-    for (int m = 0; m < volume.maps(); ++m) {
+    for (int m = 0; m < volume.maps(); ++m, ++maps) {
       const StationDistances stored = stored_distances(volume, m);
-      const StationIndex station{l, volume.stations()[static_cast<size_t>(m)]};
+      const StationIndex station{line, volume.stations()[m]};
       InverseDistanceMap map{station, room.grid().station(station).position_m, size, {}, {}};
       for (size_t pixel = 0; pixel < stored.distance_m.size(); ++pixel) {
         const bool known = stored.confidence[pixel] >= kMinConfidence;
@@ -94,11 +90,10 @@ double share_within_a_pixel_below(const SyntheticRoomSpec& spec, const Room& roo
       }
       // A pixel of parallax at the reach, half the cell's side.
       const double pixel_per_m = kTwoPi / size.width / (0.5 * spec.side_m);
-      sum += share_within(
-          map, true_map(spec.scene, map.position_m, size), pixel_per_m, [&](size_t pixel) {
-            return in_cone(0, static_cast<int>(pixel) % size.height, size, kConeDeg);
-          });
-      ++maps;
+      const auto is_below = [&](int pixel) {
+        return in_cone(0, pixel % size.height, size, kConeDeg);
+      };
+      sum += share_within(map, true_map(spec.scene, map.position_m, size), pixel_per_m, is_below);
     }
   }
   return sum / maps;
@@ -110,14 +105,10 @@ TEST(DepthMasks, FloorBelowComesFromOtherStations) {
   spec.spacing_m = 0.125;
   spec.scene.texture_wavelength_m = 0.5;
   spec.overhang_m = 0.25;
-  DepthOptions options;
-  options.every = 2;
   const DepthTestRoom painted(spec, paint_dolly);
-  options.room = painted.room().directory();
-  estimate_depth(options);
+  estimate_depth({.room = painted.room().directory(), .every = 2});
   const DepthTestRoom masked(spec, paint_dolly, cone_mask(size_of(spec)));
-  options.room = masked.room().directory();
-  const DepthSummary summary = estimate_depth(options);
+  const DepthSummary summary = estimate_depth({.room = masked.room().directory(), .every = 2});
   EXPECT_TRUE(summary.frame_findings.empty());
   EXPECT_LT(share_within_a_pixel_below(spec, painted.room()), 0.5);
   EXPECT_GT(share_within_a_pixel_below(spec, masked.room()), 0.95);
@@ -145,12 +136,8 @@ TEST(DepthMasks, MovingObjectsOnTheRigDoNotHideMotion) {
 TEST(DepthMasks, FullyMaskedRoomGetsUnknownMaps) {
   const SyntheticRoomSpec spec = line_of_scale(1.0);
   const DepthTestRoom room(spec, nullptr, cone_mask(size_of(spec), 180.0));
-  DepthOptions options;
-  options.room = room.room().directory();
-  options.every = 8;
-  for (const MapSummary& map : estimate_depth(options).maps) {
-    EXPECT_EQ(map.mean_confidence, 0.0);
-  }
+  const DepthSummary summary = estimate_depth({.room = room.room().directory(), .every = 8});
+  for (const MapSummary& map : summary.maps) EXPECT_EQ(map.mean_confidence, 0.0);
 }
 
 // A room with exposures that differ and a person, so that every step finds something.

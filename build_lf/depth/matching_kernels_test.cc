@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "build_lf/depth/pixel_directions.h"
-#include "core/geometry/sphere.h"
+#include "core/geometry/test_pixels.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -21,12 +21,10 @@ constexpr int kHeight = 64;
 std::vector<MatchingSample> picture(bool noise, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<MatchingSample> samples;
-  for (int u = 0; u < kWidth; ++u) {
-    for (int v = 0; v < kHeight; ++v) {
-      samples.push_back(noise ? MatchingSample(random())
-                              : matching_sample(unsigned(u), unsigned(2 * v), unsigned(u / 2 + v),
-                                                unsigned(1 + v)));
-    }
+  for (const auto [u, v] : pixels_of({kWidth, kHeight})) {
+    samples.push_back(noise ? MatchingSample(random())
+                            : matching_sample(unsigned(u), unsigned(2 * v), unsigned(u / 2 + v),
+                                              unsigned(1 + v)));
   }
   return samples;
 }
@@ -136,9 +134,9 @@ std::vector<int> extended(const std::vector<std::uint8_t>& cost,
   for (int k = 0; k < layers; ++k) {
     int best = least + large_step;
     for (int from = std::max(0, k - 1); from <= std::min(layers - 1, k + 1); ++from) {
-      best = std::min(best, previous[static_cast<size_t>(from)] + (from == k ? 0 : small_step));
+      best = std::min(best, previous[from] + (from == k ? 0 : small_step));
     }
-    path.push_back(cost[static_cast<size_t>(k)] + best - least);
+    path.push_back(cost[k] + best - least);
   }
   return path;
 }

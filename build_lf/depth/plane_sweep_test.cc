@@ -1,6 +1,6 @@
 #include "build_lf/depth/plane_sweep.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <atomic>
@@ -12,6 +12,7 @@
 
 #include "build_lf/depth/depth_test_room.h"
 #include "build_lf/depth/file_memory.h"
+#include "build_lf/depth/flow_depth.h"
 #include "build_lf/depth/inverse_distance_map.h"
 #include "build_lf/depth/semi_global.h"
 #include "build_lf/depth/sphere_walks.h"
@@ -130,10 +131,8 @@ TEST(PlaneSweepTest, PrefersTheDistanceAtWhichMoreViewsShowAPlainSurface) {
   };
   const DepthTestRoom room(spec, [&](StationIndex station, cv::Mat* frame) {
     const auto& from_m = grid.station(station).position_m;
-    for (int u = 0; u < frame->cols; ++u) {
-      for (int v = 0; v < frame->rows; ++v) {
-        if (is_box(from_m, u, v)) frame->at<cv::Vec3b>(v, u) = {255, 255, 255};
-      }
+    for (const auto [u, v] : pixels_of({frame->cols, frame->rows})) {
+      if (is_box(from_m, u, v)) frame->at<cv::Vec3b>(v, u) = {255, 255, 255};
     }
   });
   constexpr StationIndex kReference{1, 8};
@@ -142,9 +141,8 @@ TEST(PlaneSweepTest, PrefersTheDistanceAtWhichMoreViewsShowAPlainSurface) {
   sweeper.sweep_into(&volume, kReference, 0.5, 2.0);
   const Eigen::Vector3d from_m = grid.lines[1].stations[8].position_m;
   const auto cost_at = [&](size_t pixel, double inverse) {
-    const auto layers = static_cast<size_t>(volume.layers.count);
-    return volume.cost[pixel * layers +
-                       static_cast<size_t>(std::lround(inverse / volume.layers.step_per_m))];
+    const SweepLayers& layers = volume.layers;
+    return volume.cost[pixel * layers.count + std::lround(inverse / layers.step_per_m)];
   };
   const InverseDistanceMap box = true_map(with_box, from_m, kSweptSize);
   const InverseDistanceMap wall = true_map(spec.scene, from_m, kSweptSize);
@@ -180,12 +178,9 @@ TEST(PlaneSweepTest, IsUnknownWithoutOtherStations) {
   CostVolume volume;
   sweep(TileViews(reference, {}, 0.5, kSweptSize, &pictures), sweep_layers(2.0, 0.5, kSweptSize),
         &volume);
+  EXPECT_THAT(volume.valid, ::testing::Each(0));
   SemiGlobalScratch scratch;
-  const auto map = regularise(volume, reference, &scratch);
-  for (size_t pixel = 0; pixel < map.inverse.size(); ++pixel) {
-    ASSERT_EQ(volume.valid[pixel], 0);
-    ASSERT_EQ(map.confidence[pixel], 0);
-  }
+  EXPECT_THAT(regularise(volume, reference, &scratch).confidence, ::testing::Each(0));
 }
 
 TEST(PlaneSweepTest, LeavesMaskedPixelsUnknown) {
@@ -193,10 +188,10 @@ TEST(PlaneSweepTest, LeavesMaskedPixelsUnknown) {
   cv::Mat valid(kSweptSize.height, kSweptSize.width, CV_8UC1, cv::Scalar(255));
   valid.rowRange(50, kSweptSize.height).setTo(0);
   const auto map = Sweeper(room.room(), valid).map({0, 8}, 0.5, 2.0);
-  for (int theta = 0; theta < kSweptSize.width; ++theta) {
-    const auto column = static_cast<size_t>(theta * kSweptSize.height);
-    EXPECT_GT(map.confidence[column + 20], 0);
-    for (size_t phi = 50; phi < 64; ++phi) ASSERT_EQ(map.confidence[column + phi], 0);
+  for (const auto [theta, phi] : pixels_of(kSweptSize)) {
+    const int confidence = map.confidence[pixel_index(theta, phi, kSweptSize)];
+    if (phi != 20 && phi < 50) continue;
+    ASSERT_EQ(confidence > 0, phi == 20);
   }
 }
 
@@ -216,9 +211,7 @@ constexpr PanoramaSize kCostSize{64, 32};
 constexpr int kLayers = 32;
 constexpr double kStep_per_m = 0.1;
 
-size_t cost_pixel_at(int theta, int phi) {
-  return static_cast<size_t>(theta * kCostSize.height + phi);
-}
+size_t cost_pixel_at(int theta, int phi) { return pixel_index(theta, phi, kCostSize); }
 
 // A volume without information, in a single colour.
 CostVolume blank_volume() {
@@ -233,7 +226,7 @@ CostVolume blank_volume() {
 // Costs that rise from 0 at `layer` to at most 176.
 void set_layer(CostVolume* volume, int theta, int phi, double layer) {
   for (int k = 0; k < kLayers; ++k) {
-    volume->cost[cost_pixel_at(theta, phi) * kLayers + static_cast<size_t>(k)] =
+    volume->cost[cost_pixel_at(theta, phi) * kLayers + k] =
         static_cast<std::uint8_t>(std::min(176.0, 8.0 * (k - layer) * (k - layer)));
   }
 }
@@ -252,22 +245,18 @@ double step_layer(int theta) { return theta < kCostSize.width / 2 ? 5.3 : 20.7; 
 
 CostVolume step_volume() {
   CostVolume volume = blank_volume();
-  for (int theta = 0; theta < kCostSize.width; ++theta) {
-    for (int phi = 0; phi < kCostSize.height; ++phi) {
-      set_layer(&volume, theta, phi, step_layer(theta));
-      volume.luminance[cost_pixel_at(theta, phi)] = theta < kCostSize.width / 2 ? 50 : 150;
-    }
+  for (const auto [theta, phi] : pixels_of(kCostSize)) {
+    set_layer(&volume, theta, phi, step_layer(theta));
+    volume.luminance[cost_pixel_at(theta, phi)] = theta < kCostSize.width / 2 ? 50 : 150;
   }
   return volume;
 }
 
 TEST(SemiGlobalTest, KeepsStepsAndInterpolatesBetweenLayers) {
   const auto map = regularised(step_volume());
-  for (int theta = 0; theta < kCostSize.width; ++theta) {
-    for (int phi = 0; phi < kCostSize.height; ++phi) {
-      ASSERT_NEAR(layer_of(map, theta, phi), step_layer(theta), 0.2) << theta << ' ' << phi;
-      ASSERT_GT(map.confidence[cost_pixel_at(theta, phi)], 200);
-    }
+  for (const auto [theta, phi] : pixels_of(kCostSize)) {
+    ASSERT_NEAR(layer_of(map, theta, phi), step_layer(theta), 0.2) << theta << ' ' << phi;
+    ASSERT_GT(map.confidence[cost_pixel_at(theta, phi)], 200);
   }
 }
 
@@ -281,10 +270,8 @@ TEST(SemiGlobalTest, SmoothsOutWeakOutliers) {
   }
   const auto map = regularised(volume);
   int right = 0;
-  for (int theta = 0; theta < kCostSize.width; ++theta) {
-    for (int phi = 0; phi < kCostSize.height; ++phi) {
-      right += std::fabs(layer_of(map, theta, phi) - step_layer(theta)) < 1.0 ? 1 : 0;
-    }
+  for (const auto [theta, phi] : pixels_of(kCostSize)) {
+    right += std::fabs(layer_of(map, theta, phi) - step_layer(theta)) < 1.0 ? 1 : 0;
   }
   EXPECT_GT(right, 0.97 * kCostSize.width * kCostSize.height);
 }
@@ -292,12 +279,10 @@ TEST(SemiGlobalTest, SmoothsOutWeakOutliers) {
 TEST(SemiGlobalTest, CarriesDistancesThroughTheSeam) {
   // The blank pixels have the colour of those beyond the seam, not of those beside them.
   CostVolume volume = blank_volume();
-  for (int theta = 0; theta < kCostSize.width; ++theta) {
-    for (int phi = 0; phi < kCostSize.height; ++phi) {
-      if (theta >= 4) set_layer(&volume, theta, phi, theta < kCostSize.width / 2 ? 3.0 : 9.0);
-      if (theta >= 4 && theta < kCostSize.width / 2)
-        volume.luminance[cost_pixel_at(theta, phi)] = 250;
-    }
+  for (const auto [theta, phi] : pixels_of(kCostSize)) {
+    if (theta >= 4) set_layer(&volume, theta, phi, theta < kCostSize.width / 2 ? 3.0 : 9.0);
+    if (theta >= 4 && theta < kCostSize.width / 2)
+      volume.luminance[cost_pixel_at(theta, phi)] = 250;
   }
   const auto map = regularised(volume);
   for (int theta = 0; theta < 4; ++theta) {
@@ -336,20 +321,16 @@ TEST(SemiGlobalTest, IsInvariantToRotation) {
   const int turn = 21;
   CostVolume volume = blank_volume();
   CostVolume turned = blank_volume();
-  for (int theta = 0; theta < kCostSize.width; ++theta) {
-    for (int phi = 0; phi < kCostSize.height; ++phi) {
-      const double layer = layers[cost_pixel_at(theta / 8 * 8, phi / 8 * 8)];
-      set_layer(&volume, theta, phi, layer);
-      set_layer(&turned, (theta + turn) % kCostSize.width, phi, layer);
-    }
+  for (const auto [theta, phi] : pixels_of(kCostSize)) {
+    const double layer = layers[cost_pixel_at(theta / 8 * 8, phi / 8 * 8)];
+    set_layer(&volume, theta, phi, layer);
+    set_layer(&turned, (theta + turn) % kCostSize.width, phi, layer);
   }
   const auto map = regularised(volume);
   const auto map_turned = regularised(turned);
-  for (int theta = 0; theta < kCostSize.width; ++theta) {
-    for (int phi = 0; phi < kCostSize.height; ++phi) {
-      ASSERT_NEAR(layer_of(map, theta, phi),
-                  layer_of(map_turned, (theta + turn) % kCostSize.width, phi), 0.1);
-    }
+  for (const auto [theta, phi] : pixels_of(kCostSize)) {
+    ASSERT_NEAR(layer_of(map, theta, phi),
+                layer_of(map_turned, (theta + turn) % kCostSize.width, phi), 0.1);
   }
 }
 
@@ -382,6 +363,115 @@ TEST(SphereWalksTest, CrossEveryPixelOncePerDirection) {
     });
     for (const auto& count : visits) EXPECT_EQ(count, kPaths) << size.width;
   }
+}
+
+// --- Distances by optical flow along a line ------------------------------------------------------
+
+constexpr PanoramaSize kFlowSize{256, 128};
+
+// A pixel of parallax over half the cell's side, as an inverse distance.
+double pixel_per_m(double reach_m) { return kTwoPi / kFlowSize.width / reach_m; }
+
+SyntheticRoomSpec captured_line(double scale, unsigned seed = 1) {
+  SyntheticRoomSpec spec = line_of_scale(scale, seed);
+  spec.width = kFlowSize.width;
+  return spec;
+}
+
+InverseDistanceMap truth_at(const SyntheticRoomSpec& spec, const Grid& grid, StationIndex station) {
+  return true_map(spec.scene, grid.station(station).position_m, kFlowSize);
+}
+
+class FlowDepthOfScale : public ::testing::TestWithParam<double> {};
+
+TEST_P(FlowDepthOfScale, FindsTheWallsOfABox) {
+  const double reach_m = 0.5 * GetParam();
+  for (const unsigned seed : {1U, 2U}) {
+    const SyntheticRoomSpec spec = captured_line(GetParam(), seed);
+    const DepthTestRoom room(spec);
+    const StationIndex station{0, 8};
+    const auto map =
+        flow_map(room.room(), station, reach_m, kFlowSize, unit_gain_fields(room.grid()));
+    const auto truth = truth_at(spec, room.grid(), station);
+    EXPECT_EQ(map.station, station);
+    EXPECT_EQ(map.position_m, truth.position_m);
+    const double all = share_within(map, truth, pixel_per_m(reach_m));
+    EXPECT_GT(all, 0.75) << seed;
+    // Confident pixels are more often right.
+    const auto certain = [&](size_t pixel) { return map.confidence[pixel] > 160; };
+    EXPECT_GT(share_within(map, truth, pixel_per_m(reach_m), certain), all + 0.03) << seed;
+  }
+}
+
+TEST_P(FlowDepthOfScale, IsLessCertainAtTheEndOfALine) {
+  const SyntheticRoomSpec spec = captured_line(GetParam());
+  const double reach_m = 0.5 * GetParam();
+  const DepthTestRoom room(spec);
+  for (const int end : {0, 16}) {
+    const auto map =
+        flow_map(room.room(), {0, end}, reach_m, kFlowSize, unit_gain_fields(room.grid()));
+    const auto truth = truth_at(spec, room.grid(), {0, end});
+    EXPECT_GT(share_within(map, truth, pixel_per_m(reach_m)), 0.7);
+    EXPECT_LE(*std::max_element(map.confidence.begin(), map.confidence.end()), 128);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(CellSides, FlowDepthOfScale, ::testing::Values(0.2, 1.0, 5.0));
+
+TEST(FlowDepthTest, FindsInfinityFarAway) {
+  SyntheticRoomSpec spec = captured_line(1.0);
+  spec.scene.infinitely_far = true;
+  const DepthTestRoom room(spec);
+  const auto map = flow_map(room.room(), {0, 5}, 0.5, kFlowSize, unit_gain_fields(room.grid()));
+  for (const float inverse : map.inverse) ASSERT_LT(inverse, 0.1 * pixel_per_m(0.5));
+}
+
+TEST(FlowDepthTest, FillsUnknownPixelsAlongTheRail) {
+  const SyntheticRoomSpec spec = captured_line(1.0);
+  const DepthTestRoom room(spec);
+  const auto map = flow_map(room.room(), {0, 8}, 0.5, kFlowSize, unit_gain_fields(room.grid()));
+  // Line x0 runs along x, which is theta = +-90 degrees.
+  const auto at = [](int theta) { return pixel_index(theta, kFlowSize.height / 2, kFlowSize); };
+  for (const int along : {kFlowSize.width / 4, 3 * kFlowSize.width / 4}) {
+    EXPECT_EQ(map.confidence[at(along)], 0);
+    int left = along, right = along;
+    while (map.confidence[at(left)] == 0) --left;
+    while (map.confidence[at(right)] == 0) ++right;
+    EXPECT_LT(right - left, kFlowSize.width / 8);
+    EXPECT_EQ(map.inverse[at(along)], std::min(map.inverse[at(left)], map.inverse[at(right)]));
+  }
+}
+
+TEST(FlowDepthTest, EqualisesExposuresFirst) {
+  const SyntheticRoomSpec spec = captured_line(1.0);
+  auto gains = unit_gain_fields(synthetic_grid(spec));
+  for (size_t i = 0; i < gains[0].size(); ++i) {
+    gains[0][i].whole *= i % 2 == 0 ? 1.25f : 1.0f;
+  }
+  const DepthTestRoom room(spec, [&](StationIndex station, cv::Mat* frame) {
+    const double gain = gain_field(gains, station).whole[0];
+    cv::multiply(*frame, cv::Scalar::all(1.0 / gain), *frame);
+  });
+  const DepthTestRoom constant(spec);
+  // Exposures alternate, and a quarter of the reach is three stations away.
+  const StationIndex station{0, 8};
+  const double reach_m = 4.0 * 3.0 * spec.spacing_m;
+  const auto truth = truth_at(spec, room.grid(), station);
+  const auto share = [&](const Room& captured, const auto& applied) {
+    return share_within(flow_map(captured, station, reach_m, kFlowSize, applied), truth,
+                        pixel_per_m(0.5));
+  };
+  EXPECT_NEAR(share(room.room(), gains), share(constant.room(), unit_gain_fields(room.grid())),
+              0.03);
+}
+
+TEST(FlowDepthTest, GivesEveryPixelAValueInAPlainRoom) {
+  SyntheticRoomSpec spec = captured_line(1.0);
+  spec.scene.contrast = 0.0;
+  const DepthTestRoom room(spec);
+  const auto map = flow_map(room.room(), {0, 3}, 0.5, kFlowSize, unit_gain_fields(room.grid()));
+  ASSERT_EQ(map.inverse.size(), size_t{256 * 128});
+  for (const float inverse : map.inverse) ASSERT_TRUE(std::isfinite(inverse) && inverse >= 0.0f);
 }
 
 }  // namespace
