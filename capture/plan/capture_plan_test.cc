@@ -335,10 +335,6 @@ TEST_F(PlanReportTest, CountsValidationLinesAndStationsApart) {
   config_.validation = {{LineAxis::kX, 0.0, -0.4, 0.4, 200.0}};
   config_.camera.exposure.bracket_ev = {0.0, -2.0};
   const PlanJson report = this->report();
-  EXPECT_EQ(report["grid"]["lines"], 4);
-  EXPECT_EQ(report["grid"]["stations"], 132);
-  EXPECT_EQ(report["validation"]["lines"], 1);
-  EXPECT_EQ(report["validation"]["stations"], 5);
   EXPECT_EQ(report["storage"]["pictures"], 274);
   EXPECT_THAT(plan_report_text(report), AllOf(HasSubstr("4 lines, 132 stations, 50 mm apart\n"),
                                               HasSubstr("1 line for validation, 5 stations\n")));
