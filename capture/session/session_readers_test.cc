@@ -22,7 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 using testing::AllOf;
 using testing::ContainsRegex;
-using testing::ElementsAre;
 using testing::EndsWith;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -149,25 +148,6 @@ TEST_F(SessionReadersTest, VerifyListsFilesOfNoStationWithoutAFault) {
   EXPECT_EQ(verification.bytes,
             15 * static_cast<std::int64_t>(test_picture("x0_000 0").bytes.size()));
   EXPECT_THAT(verification_text(verification), HasSubstr("frames/x0_001_a2.jpg: belongs to no"));
-}
-
-TEST_F(SessionReadersTest, StationsOfLostFramesCanBeGivenUpAndCapturedAgain) {
-  capture_.capture_missing(capture_.open().get());
-  fs::remove(capture_.directory / "frames/x0_001.jpg");
-  std::ofstream(capture_.directory / "frames/x0_002.jpg") << "other";
-  EXPECT_THAT(status_text(status()), AllOf(HasSubstr("13 of 15 stations captured, 2 lost"),
-                                           HasSubstr("lost: frames/x0_0"), HasSubstr("--give-up")));
-  EXPECT_THAT(give_up_lost_stations(capture_.verify(), capture_.directory, &capture_.clock),
-              HasSubstr("2 stations given up"));
-  EXPECT_TRUE(capture_.verify().is_whole());
-  EXPECT_EQ(capture_.verify().frames, 13);
-  const std::unique_ptr<Session> session = capture_.open();
-  EXPECT_TRUE(session->is_captured("x0_000"));
-  EXPECT_FALSE(session->is_captured("x0_001"));
-  capture_.capture_missing(session.get());
-  EXPECT_TRUE(capture_.verify().is_whole());
-  EXPECT_EQ(capture_.verify().frames, 15);
-  EXPECT_THAT(capture_.verify().leftover, ElementsAre("frames/x0_002.jpg"));
 }
 
 TEST_F(SessionReadersTest, ExportWritesAGridWithItsCellAndGroundTruth) {

@@ -232,7 +232,9 @@ TEST_F(CaptureCommandTest, ALostFrameIsNeverCalledCaptured) {
   ASSERT_EQ(run().exit_code, 0);
   const fs::path frame = fs::path(session()) / "frames/x0_001.jpg";
   fs::remove(frame);
-  EXPECT_THAT(capture("status " + session()).output, HasSubstr("11 of 12 stations captured"));
+  EXPECT_THAT(capture("status " + session()).output,
+              AllOf(HasSubstr("11 of 12 stations captured, 1 lost"),
+                    HasSubstr("lost: frames/x0_001.jpg"), HasSubstr("--give-up")));
   for (const CommandResult& refused : {capture("export " + session()), run()}) {
     EXPECT_EQ(refused.exit_code, 1);
     EXPECT_THAT(refused.errors, AllOf(HasSubstr("frames/x0_001.jpg"), HasSubstr("--give-up")));
