@@ -200,9 +200,6 @@ class MatchPicturesTest : public testing::Test {
     card_.shots.erase(card_.shots.begin() + static_cast<std::ptrdiff_t>(index));
   }
   PictureMatch match() const { return match_pictures(session_, card_); }
-  PictureMatch match_from(const std::string& station) const {
-    return assign_by_name(session_, card_, station);
-  }
   std::string error_of_match() const {
     return error_of([this] { match(); });
   }
@@ -263,21 +260,10 @@ TEST_F(MatchPicturesTest, AClockThatJumpsIsNamed) {
   EXPECT_THAT(error_of_match(),
               AllOf(HasSubstr("clock jumps by -45540 s between R0002.JPG and R0003.JPG"),
                     HasSubstr("--station x0_000")));
-  const PictureMatch named = match_from("x0_000");
+  const PictureMatch named = assign_by_name(session_, card_, "x0_000");
   ASSERT_EQ(named.complete.size(), 20U);
   EXPECT_THAT(named.mismatches, IsEmpty());
   EXPECT_EQ(card_.shots[named.complete[1].shots[0]][0].file, "card/R0002.JPG");
-}
-
-TEST_F(MatchPicturesTest, PicturesAreAssignedByHandFromAStationOn) {
-  card_.shots.resize(2);
-  const PictureMatch found = match_from("x1_003");
-  ASSERT_EQ(found.complete.size(), 2U);
-  EXPECT_EQ(found.complete[0].station, 13U);
-  EXPECT_THAT(found.complete[1].shots, ElementsAre(1U));
-  EXPECT_THAT(error_of([&] { match_from("x1_009"); }),
-              HasSubstr("2 pictures for the 1 stations from x1_009 on"));
-  EXPECT_THAT(error_of([&] { match_from("x7"); }), HasSubstr("'x7' has no pictures on the card"));
 }
 
 double log_uniform(std::mt19937& random, double from, double to) {
@@ -510,6 +496,11 @@ TEST_F(ImportPicturesTest, APictureIsAssignedByHandWhateverItsTime) {
   ASSERT_EQ(imported.frames.size(), 1U);
   EXPECT_EQ(imported.station_of(imported.frames[0]).name, "x1_004");
   EXPECT_TRUE(imported.frames[0].file.ends_with(".jpg"));
+  EXPECT_THAT(error_of([&] { import(false, "x7"); }),
+              HasSubstr("'x7' has no pictures on the card"));
+  write_picture("LATER2.JPG", taken_[9].second + 13h);
+  EXPECT_THAT(error_of([&] { import(false, "z1_004"); }),
+              HasSubstr("2 pictures for the 1 stations from z1_004 on"));
 }
 
 TEST_F(ImportPicturesTest, APictureOfAnInterruptedAttemptIsLeftOut) {
