@@ -176,18 +176,6 @@ TEST_F(SimulatedDriveTest, AlarmHaltsUntilItIsReset) {
   expect_at(300.0);
 }
 
-TEST_F(SimulatedDriveTest, FeedbackFaultsDoNotMoveTheCarriage) {
-  faults_.add({.kind = kFeedbackJump, .amount = 3.0, .for_ms = 1000.0});
-  expect_at(3.0, false, 0.0);
-  pass(1000.0);
-  expect_at(0.0);
-  faults_.add({.kind = kFeedbackDrift, .amount = 2.0});
-  pass(500.0);
-  expect_at(1.0, false, 0.0);
-  faults_.clear();
-  expect_at(0.0);
-}
-
 double log_uniform(std::mt19937* random, double min, double max) {
   return std::exp(std::uniform_real_distribution<double>(std::log(min), std::log(max))(*random));
 }

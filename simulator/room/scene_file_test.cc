@@ -16,7 +16,6 @@
 #include "core/files/test_directory.h"
 #include "core/files/test_yaml_keys.h"
 #include "core/geometry/sphere.h"
-#include "simulator/room/embree_scene.h"
 #include "simulator/room/hash_random.h"
 #include "simulator/room/noise.h"
 #include "simulator/room/room_settings.h"
@@ -307,20 +306,6 @@ TEST(ShapesTest, PanelsFaceTheRoomWithUprightTextures) {
   const Facet quad = make_quad({c[0], c[1], c[2], c[3]}, 0);
   EXPECT_LT((quad.normal - front.normal).norm(), 1e-12);
   EXPECT_LT((quad.texture.t_axis - front.texture.t_axis).norm(), 1e-12);
-}
-
-TEST(EmbreeSceneTest, FindsTheNearestFacetAndItsExactDistance) {
-  std::vector<Facet> facets;
-  add_box({}, {-1, -1, 2}, {1, 1, 3}, 0, &facets);
-  add_box({}, {-1, -1, 5}, {1, 1, 6}, 0, &facets);
-  const EmbreeScene scene(facets);
-  const Vector3d direction = Vector3d(0.1, -0.2, 1.0).normalized();
-  const Hit hit = scene.intersect(Ray{{0, 0, 0}, direction});
-  ASSERT_GE(hit.facet, 0);
-  EXPECT_NEAR(hit.distance, 2.0 / direction.z(), 1e-14);
-  EXPECT_LT(scene.intersect(Ray{{0, 0, 0}, {0, 0, -1}}).facet, 0);
-  EXPECT_TRUE(scene.occluded({{0, 0, 0}, {0, 0, 1}}, 2.1));
-  EXPECT_FALSE(scene.occluded({{0, 0, 0}, {0, 0, 1}}, 1.9));
 }
 
 // --- Randomness and patterns ---------------------------------------------------------------------
