@@ -163,15 +163,5 @@ TEST(PymodbusPeerTest, MapOfAnotherDriveIsDetected) {
   expect_fault(FaultKind::kWrongDevice, "is another device", [&] { slider->read_state(); });
 }
 
-TEST(PymodbusPeerTest, MissingUnitIsReported) {
-  const SlaveProcess slave("generic", "pty");
-  SystemClock clock;
-  SliderConfig config = config_for(slave, "pty", "generic");
-  config.unit = 9;
-  config.tries = 1;
-  const auto slider = open_slider(config, &clock);
-  EXPECT_THROW(slider->read_state(), DeviceFault);
-}
-
 }  // namespace
 }  // namespace raywalk::capture
