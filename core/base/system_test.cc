@@ -95,6 +95,17 @@ void expect_in_own_process(const Condition& holds) {
   EXPECT_EXIT(std::exit(holds() ? 42 : 1), testing::ExitedWithCode(42), "");
 }
 
+// In a process of its own, that the signal is to end.
+template <typename Action>
+void expect_killed_by(int signal, const Action& action) {
+  const auto end = [&] {
+    action();
+    std::raise(signal);
+    std::exit(0);
+  };
+  EXPECT_EXIT(end(), testing::KilledBySignal(signal), "");
+}
+
 bool is_interrupted(const std::function<void()>& work) {
   try {
     work();
@@ -196,14 +207,10 @@ TEST(InterruptDeathTest, SighupIgnoredByNohupStaysIgnored) {
 }
 
 TEST(InterruptDeathTest, SecondSigintEndsTheProcessAtOnce) {
-  EXPECT_EXIT(
-      {
-        install_interrupt_handlers();
-        std::raise(SIGINT);
-        std::raise(SIGINT);
-        std::exit(0);
-      },
-      testing::KilledBySignal(SIGINT), "");
+  expect_killed_by(SIGINT, [] {
+    install_interrupt_handlers();
+    std::raise(SIGINT);
+  });
 }
 
 TEST(InterruptDeathTest, DeferredSignalsDoNotEndTheProcessUntilHandlersAreRestored) {
@@ -213,13 +220,7 @@ TEST(InterruptDeathTest, DeferredSignalsDoNotEndTheProcessUntilHandlersAreRestor
     for (const int signal : {SIGINT, SIGINT, SIGTERM, SIGHUP, SIGQUIT}) std::raise(signal);
     return interrupt_requested();
   });
-  EXPECT_EXIT(
-      {
-        { const DeferStopSignals protection; }
-        std::raise(SIGHUP);
-        std::exit(0);
-      },
-      testing::KilledBySignal(SIGHUP), "");
+  expect_killed_by(SIGHUP, [] { const DeferStopSignals protection; });
 }
 
 // A host program's own handler.

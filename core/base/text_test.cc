@@ -32,12 +32,9 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
 
-TEST(OneLine, FoldsLineBreaksAndTrims) {
+TEST(OneLine, FoldsLineBreaksTrimsAndKeepsNoControlCharacterForTheTerminal) {
   EXPECT_EQ(one_line("  OpenCV(4.6.0)\r\n\terror: (-215)  in 'f'\n"),
             "OpenCV(4.6.0) error: (-215) in 'f'");
-}
-
-TEST(OneLine, KeepsNoControlCharacterForTheTerminal) {
   EXPECT_EQ(one_line("a\x1b[31mred\x7f"), R"(a\u001b[31mred\u007f)");
 }
 
@@ -63,19 +60,13 @@ TEST(ShellWord, IsTakenByAShellAsTheName) {
   EXPECT_EQ(shell_word(""), "''");
 }
 
-TEST(Escaped, ShowsControlCharacters) {
+TEST(Escaped, ShowsControlCharactersLineBreaksTurnedTextAndBytesThatAreNotUtf8) {
   EXPECT_EQ(escaped("a\nb\tc\r"), R"(a\nb\tc\r)");
   EXPECT_EQ(escaped("\x1b[31mred\x7f"), R"(\u001b[31mred\u007f)");
   EXPECT_EQ(escaped(std::string_view("a\0b", 3)), R"(a\u0000b)");
   EXPECT_EQ(escaped("\xC2\x9B[2J"), R"(\u009b[2J)");  // U+009B, as ESC [
-}
-
-TEST(Escaped, ShowsWhatBreaksLinesOrTurnsText) {
   EXPECT_EQ(escaped("a\u2028b"), R"(a\u2028b)");
   EXPECT_EQ(escaped("a\u202Egpj.exe"), R"(a\u202egpj.exe)");
-}
-
-TEST(Escaped, ShowsBytesThatAreNotUtf8) {
   EXPECT_EQ(escaped("a\xFFz"), R"(a\xffz)");
   EXPECT_EQ(escaped("a\xC3"), R"(a\xc3)");                        // cut short
   EXPECT_EQ(escaped("\xC3("), R"(\xc3()");                        // bad continuation
@@ -114,14 +105,20 @@ TEST(Counted, HasAPluralUnlessThereIsOne) {
   EXPECT_EQ(counted(2, "line"), "2 lines");
 }
 
-// What is logged of 60 frames, of which so many are done.
-std::string progress_of(int done, Progress::Shown shown = Progress::Shown::kAlways) {
+// What is logged while `work` runs.
+template <typename Work>
+std::string logged(const Work& work) {
   testing::internal::CaptureStderr();
-  {
+  work();
+  return testing::internal::GetCapturedStderr();
+}
+
+// Of 60 frames, of which so many are done.
+std::string progress_of(int done, Progress::Shown shown = Progress::Shown::kAlways) {
+  return logged([&] {
     Progress progress("packing", 60, "frames", shown);
     for (int i = 0; i < done; ++i) progress.advance();
-  }
-  return testing::internal::GetCapturedStderr();
+  });
 }
 
 TEST(Progress, QuickWorkInALogIsOneLineWithWhatIsDone) {
@@ -134,48 +131,41 @@ TEST(Progress, QuickWorkInALogIsOneLineWithWhatIsDone) {
 
 // From a second on there is a line, however small the share that is done.
 TEST(Progress, LongWorkInALogIsShownFromASecondOn) {
-  testing::internal::CaptureStderr();
-  {
+  const std::string log = logged([] {
     Progress progress("looking for", 1000000, "frames", Progress::Shown::kIfLong);
     progress.advance();
     std::this_thread::sleep_for(std::chrono::milliseconds(1050));
     progress.advance();
-  }
-  EXPECT_THAT(testing::internal::GetCapturedStderr(),
-              StartsWith("looking for: 2 of 1000000 frames (0 %)"));
+  });
+  EXPECT_THAT(log, StartsWith("looking for: 2 of 1000000 frames (0 %)"));
 }
 
 // What the first unit took says little: it also started the work.
 TEST(Progress, WhatIsLeftIsNotEstimatedFromTheFirstSeconds) {
-  testing::internal::CaptureStderr();
-  {
+  const std::string log = logged([] {
     Progress progress("packing", 60, "frames");
     std::this_thread::sleep_for(std::chrono::milliseconds(1050));
     progress.advance(30);
-  }
-  EXPECT_THAT(testing::internal::GetCapturedStderr(),
-              AllOf(StartsWith("packing: 30 of 60 frames (50 %)"), Not(HasSubstr("left"))));
+  });
+  EXPECT_THAT(log, AllOf(StartsWith("packing: 30 of 60 frames (50 %)"), Not(HasSubstr("left"))));
 }
 
 TEST(Progress, CountsFromAllThreadsAndWithoutATotal) {
-  testing::internal::CaptureStderr();
-  {
+  const std::string columns = logged([] {
     Progress progress("rendering", 4000, "columns");
-    std::vector<std::thread> threads;
+    std::vector<std::jthread> threads;
     for (int t = 0; t < 4; ++t) {
       threads.emplace_back([&progress] {
         for (int i = 0; i < 1000; ++i) progress.advance();
       });
     }
-    for (std::thread& thread : threads) thread.join();
-  }
-  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("4000 of 4000 columns (100 %)"));
-  testing::internal::CaptureStderr();
-  {
+  });
+  EXPECT_THAT(columns, HasSubstr("4000 of 4000 columns (100 %)"));
+  const std::string without_total = logged([] {
     Progress("packing", 0, "frames").advance(0);
     Progress("reading", 0, "rows").advance(5);
-  }
-  EXPECT_THAT(testing::internal::GetCapturedStderr(), Not(ContainsRegex("nan|inf|%")));
+  });
+  EXPECT_THAT(without_total, Not(ContainsRegex("nan|inf|%")));
 }
 
 // Runs `work` with stderr on a pseudo-terminal and returns the terminal output.
@@ -210,9 +200,8 @@ TEST(Progress, OnATerminalOneLineIsRewrittenAndThenEnded) {
     progress.advance();
     progress.advance();
   });
-  EXPECT_THAT(shown, StartsWith("\rpacking: 1 of 2 frames (50 %)"));
-  EXPECT_THAT(shown, HasSubstr("\rpacking: 2 of 2 frames (100 %)"));
-  EXPECT_THAT(shown, EndsWith("\n"));
+  EXPECT_THAT(shown, AllOf(StartsWith("\rpacking: 1 of 2 frames (50 %)"),
+                           HasSubstr("\rpacking: 2 of 2 frames (100 %)"), EndsWith("\n")));
   EXPECT_EQ(std::count(shown.begin(), shown.end(), '\n'), 1);
 }
 

@@ -39,6 +39,14 @@ struct Outcome {
   std::string err;
 };
 
+int exit_code_of(CLI::App& app, std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "raywalk-test");
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  return run_program(app, static_cast<int>(arguments.size()), argv.data());
+}
+
 // Runs "raywalk-test <arguments>", whose subcommand `work` calls `work`.
 Outcome run(
     std::vector<std::string> arguments, const std::function<void()>& work = [] {}) {
@@ -49,31 +57,25 @@ Outcome run(
   double k_deg = 0.0;
   command->add_option("--k", k_deg);
   command->callback(work);
-  arguments.insert(arguments.begin(), "raywalk-test");
-  std::vector<char*> argv;
-  for (std::string& argument : arguments) argv.push_back(argument.data());
-  argv.push_back(nullptr);
 
   Outcome outcome;
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
-  outcome.exit_code = run_program(app, static_cast<int>(arguments.size()), argv.data());
+  outcome.exit_code = exit_code_of(app, std::move(arguments));
   outcome.err = testing::internal::GetCapturedStderr();
   outcome.out = testing::internal::GetCapturedStdout();
   return outcome;
 }
 
 TEST(RunProgram, HelpAndVersionGoToStdoutAndAreNoFailure) {
-  const Outcome help = run({"--help"});
-  EXPECT_EQ(help.exit_code, 0);
-  EXPECT_THAT(help.out, HasSubstr("Does the work"));
-  EXPECT_EQ(help.err, "");
-  const Outcome command_help = run({"work", "--help"});
-  EXPECT_EQ(command_help.exit_code, 0);
-  EXPECT_THAT(command_help.out, HasSubstr("--k"));
-  const Outcome version = run({"--version"});
-  EXPECT_EQ(version.exit_code, 0);
-  EXPECT_EQ(version.out, "raywalk 0.1.0\n");
+  for (const auto& [arguments, shown] :
+       std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{"--help"}, "Does the work"}, {{"work", "--help"}, "--k"}, {{"--version"}, "0.1.0"}}) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << shown;
+    EXPECT_THAT(outcome.out, HasSubstr(shown));
+    EXPECT_EQ(outcome.err, "");
+  }
 }
 
 TEST(RunProgram, WrongCommandLinesAreOneLineAndExitCode2) {
@@ -160,10 +162,8 @@ TEST(RunProgram, FileNamesAreEscapedInErrorsLogAndProgress) {
 int exit_code_with_stdout(int descriptor) {
   CLI::App app("", "raywalk-test");
   app.callback([] { std::cout << "a line of results\n"; });
-  std::string name = "raywalk-test";
-  char* argv[] = {name.data(), nullptr};
   dup2(descriptor, STDOUT_FILENO);
-  return run_program(app, 1, argv);
+  return exit_code_of(app, {});
 }
 
 // These break stdout, so each runs in its own process.
@@ -191,9 +191,7 @@ int exit_code_after_ctrl_c() {
     std::raise(SIGINT);
     throw_if_interrupted();
   });
-  std::string name = "raywalk-test", work = "work";
-  std::vector<char*> argv = {name.data(), work.data(), nullptr};
-  return run_program(app, 2, argv.data());
+  return exit_code_of(app, {"work"});
 }
 
 TEST(RunProgramDeathTest, CtrlCGives130AndSaysThatTheCommandResumes) {
@@ -203,7 +201,7 @@ TEST(RunProgramDeathTest, CtrlCGives130AndSaysThatTheCommandResumes) {
 
 TEST(ThreadsOptionTest, TakesANumberOfThreads) {
   int threads = -1;
-  CLI::App app("", "raywalk-test");
+  CLI::App app;
   add_threads_option(&app, &threads);
   app.parse("--threads 0");
   EXPECT_EQ(threads, 0);
@@ -220,12 +218,9 @@ TEST(OneOfTest, AnotherWordIsRefusedWithTheNearest) {
   app.parse("--method hlf-vd");
   EXPECT_EQ(method, "hlf-vd");
   EXPECT_THAT(app.help(), testing::HasSubstr("{initial,hlf-vd,two-sided}"));
-  try {
-    app.parse("--method twosided");
-    FAIL();
-  } catch (const CLI::ParseError& e) {
-    EXPECT_STREQ(e.what(), "--method: 'twosided' is not a valid choice; did you mean 'two-sided'?");
-  }
+  EXPECT_THAT([&] { app.parse("--method twosided"); },
+              testing::ThrowsMessage<CLI::ParseError>(
+                  "--method: 'twosided' is not a valid choice; did you mean 'two-sided'?"));
 }
 
 TEST(LineToleranceOptionsTest, GiveMetres) {

@@ -237,12 +237,6 @@ TEST(ReadFileDeathTest, DashIsStandardInput) {
       testing::ExitedWithCode(42), "");
 }
 
-TEST(OutputFolderTest, RemovesATrailingSlash) {
-  EXPECT_EQ(without_trailing_slash("a/room.lf/"), "a/room.lf");
-  EXPECT_EQ(without_trailing_slash("a/room.lf"), "a/room.lf");
-  EXPECT_EQ(without_trailing_slash(""), "");
-}
-
 TEST(OutputFolderTest, ExistingPathIsAnErrorNamingPathAndOption) {
   const TestDirectory directory;
   EXPECT_NO_THROW(require_absent(directory / "free", "--out"));

@@ -288,32 +288,22 @@ TEST_F(ErrorModelNumerics, CornerAngleIsExactToFourUlp) {
 }
 
 TEST(ConnectionErrorCurve, IsTheSumOfTheEquations) {
-  // (7) and (10) term by term, in the paper's own coordinates and over all of its terms.
+  // (7) and (10) in the paper's own coordinates and over all of their terms.
   const CellSampling sampling{.side_m = 2.0, .step_m = 0.1, .viewpoints = 4};
   const double d = 2.7;
   const int k_deg = 63;
-  double mismatch_rad = 0.0;
-  for (const double x : {-0.75, -0.25, 0.25, 0.75}) {
-    for (const double z : {-0.75, -0.25, 0.25, 0.75}) {
-      const double a = std::max(1.0 - x, 1.0 - z);
-      const double b = std::min(1.0 - x, 1.0 - z);
-      const double k = radians_from_degrees(k_deg);
-      const double apart = std::max(0.0, (a - b * std::tan(k)) / std::cos(kHalfPi - k));
-      for (int j = -90; j <= 90; ++j) {
-        const double phi = radians_from_degrees(j);
-        mismatch_rad += std::abs(phi - std::atan2(d * std::sin(phi), d * std::cos(phi) + apart));
+  double mismatch_rad = 0.0, bending_rad = 0.0;
+  for (int j = -90; j <= 90; ++j) {
+    const double phi = radians_from_degrees(j);
+    for (const double x : {-0.75, -0.25, 0.25, 0.75}) {
+      for (const double z : {-0.75, -0.25, 0.25, 0.75}) {
+        const CornerOffset offset{std::max(1.0 - x, 1.0 - z), std::min(1.0 - x, 1.0 - z)};
+        mismatch_rad += std::abs(latitude_shift(d, phi, mismatch_distance(offset, k_deg)));
       }
     }
-  }
-  double bending_rad = 0.0;
-  for (int i = 0; i <= k_deg; ++i) {
-    const double theta = radians_from_degrees(i);
-    for (int j = -90; j <= 90; ++j) {
-      const double phi = radians_from_degrees(j);
-      const double c = d * std::cos(phi);
-      const double apart =
-          std::hypot(c * std::cos(theta), c * std::sin(theta) + sampling.step_m) - c;
-      bending_rad += std::abs(phi - std::atan2(d * std::sin(phi), c + std::abs(apart)));
+    for (int i = 0; i <= k_deg; ++i) {
+      const double apart = bending_distance(d, phi, radians_from_degrees(i), sampling.step_m);
+      bending_rad += std::abs(latitude_shift(d, phi, std::abs(apart)));
     }
   }
   const ConnectionErrorCurve curve = connection_error_curve(sampling, d);
@@ -381,6 +371,13 @@ double ghost_angle(double step_m, double inverse, double assumed_inverse) {
                           1.0 + h * h * inverse * assumed_inverse);
 }
 
+// Inverse distance of the layer nearest to `inverse`.
+double layer_of(double inverse, InverseRange range, int count) {
+  const double step = (range.max - range.min) / count;
+  const double index = std::clamp(std::floor((inverse - range.min) / step), 0.0, count - 1.0);
+  return range.min + (index + 0.5) * step;
+}
+
 class Spacing : public Numerics {
  protected:
   double inverse_distance() { return one_in(10) ? 0.0 : log_uniform(1e-12, 1e9); }
@@ -445,14 +442,11 @@ TEST_F(Spacing, SpacingNeededHoldsForEverySourceOfTheScene) {
     const InverseRange scene{one_in(3) ? 0.0 : uniform(0.0, 1.0) / near, 1.0 / near};
     const int layers = std::uniform_int_distribution<int>(1, 40)(random_);
     const double tolerance = log_uniform(1e-6, 0.05);
-    const double error = inverse_error_of_layers(scene, layers);
-    const double spacing = spacing_needed(scene, error, tolerance);
+    const double spacing = spacing_needed(scene, inverse_error_of_layers(scene, layers), tolerance);
     if (std::isinf(spacing)) continue;
     for (int source = 0; source < 20; ++source) {
       const double inverse = uniform(scene.min, scene.max);
-      const double width = 2.0 * error;
-      const double layer = std::min(std::floor((inverse - scene.min) / width), layers - 1.0);
-      const double assumed = scene.min + (layer + 0.5) * width;
+      const double assumed = layer_of(inverse, scene, layers);
       ASSERT_LE(ghost_angle(spacing, inverse, assumed), tolerance * (1.0 + 1e-9));
     }
     const double in_place = spacing_needed_without_depth(scene, tolerance);
@@ -484,13 +478,6 @@ TEST_F(Spacing, SceneAtInfinityNeedsNoStations) {
 TEST_F(Spacing, PixelsAreAngles) {
   EXPECT_DOUBLE_EQ(angle_of_pixels(1024.0, 1024), kTwoPi);
   EXPECT_DOUBLE_EQ(angle_of_pixels(0.5, 360), radians_from_degrees(0.5));
-}
-
-// Inverse distance of the layer nearest to `w`.
-double layer_of(double inverse, InverseRange range, int count) {
-  const double step = (range.max - range.min) / count;
-  const double index = std::clamp(std::floor((inverse - range.min) / step), 0.0, count - 1.0);
-  return range.min + (index + 0.5) * step;
 }
 
 using LayerCount = Numerics;

@@ -20,6 +20,7 @@ namespace raywalk {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 double uniform(std::mt19937* random, double low, double high) {
@@ -80,11 +81,17 @@ std::vector<StationPose> stations_of(const GridCase& grid, unsigned seed = 1) {
   return stations;
 }
 
-std::string line_of(const std::string& file) { return file.substr(0, 3); }
-
-void name_lines(std::vector<StationPose>* stations) {
-  for (StationPose& station : *stations) station.line = line_of(station.file);
+// Stations from (x, z) on, 0.1 m apart.
+void add_line(const std::string& name, LineAxis axis, double x, double z, int count,
+              std::vector<StationPose>* stations) {
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3d step =
+        0.1 * i * Eigen::Vector3d(axis == LineAxis::kX, 0, axis == LineAxis::kZ);
+    stations->push_back({fmt::format("{}{:02}", name, i), Eigen::Vector3d(x, 0.0, z) + step});
+  }
 }
+
+std::string line_of(const std::string& file) { return file.substr(0, 3); }
 
 // Every line has all stations of one planned line, and no others.
 void expect_planned_lines(const Grid& grid, const std::vector<StationPose>& stations) {
@@ -131,7 +138,7 @@ TEST(FindGrid, EveryCellIsFoundWhereverItIs) {
     if (grid.off == 0.0 && grid.intersections == Intersections::kOfBoth) {
       expect_planned_lines(found, stations);
     }
-    name_lines(&stations);
+    for (StationPose& station : stations) station.line = line_of(station.file);
     const Grid named = find_grid(stations, {});
     expect_planned_lines(named, stations);
     EXPECT_EQ(named.cells.size(), static_cast<std::size_t>(grid.cells())) << grid.text();
@@ -141,13 +148,12 @@ TEST(FindGrid, EveryCellIsFoundWhereverItIs) {
 TEST(FindGrid, SidesOfACellAndIdsOfLinesAreByPlace) {
   const Grid grid = find_grid(stations_of({.beyond = 2}), {});
   ASSERT_EQ(grid.cells.size(), 1U);
-  std::vector<std::string> ids, files;
+  std::vector<std::string> sides;
   for (const int line : grid.cells[0].line) {
-    ids.push_back(grid.lines[static_cast<std::size_t>(line)].id);
-    files.push_back(line_of(grid.lines[static_cast<std::size_t>(line)].stations[0].file));
+    const Line& side = grid.lines[static_cast<std::size_t>(line)];
+    sides.push_back(side.id + " " + line_of(side.stations[0].file));
   }
-  EXPECT_EQ(ids, (std::vector<std::string>{"x1", "z1", "x0", "z0"}));
-  EXPECT_EQ(files, (std::vector<std::string>{"x01", "z01", "x00", "z00"}));
+  EXPECT_THAT(sides, ElementsAre("x1 x01", "z1 z01", "x0 x00", "z0 z00"));
   EXPECT_NEAR(grid.cells[0].x_min_m, 0.0, 1e-12);
   EXPECT_NEAR(grid.cells[0].z_max_m, 1.0, 1e-12);
   const PlanPoint corner = intersection_of(grid.lines[1], grid.lines[3]);
@@ -183,9 +189,7 @@ TEST(FindGrid, LinesMayBeOfUnequalLengthAndOutOfEachOthersReach) {
     const Eigen::Vector3d& at = station.position_m;
     return at.z() > 1.05 && at.x() > 1.05;
   });
-  for (int i = 0; i < 21; ++i) {
-    stations.push_back({fmt::format("z09_{:04}", i), {9.0, 0.0, 0.1 * i - 1.0}});
-  }
+  add_line("z09_", LineAxis::kZ, 9.0, -1.0, 21, &stations);
   const Grid grid = find_grid(stations, {});
   EXPECT_EQ(grid.lines.size(), 8U);
   EXPECT_EQ(grid.cells.size(), 4U);
@@ -257,9 +261,8 @@ TEST(FindGrid, ACellIsOpenWhereASectionIsMissing) {
     const Grid grid = find_grid(stations, {});
     EXPECT_EQ(grid.cells.size(), lost == 3 ? 4U : 3U);
     if (lost == 3) continue;
-    ASSERT_EQ(line_notes(grid).size(), 1U);
-    EXPECT_THAT(line_notes(grid)[0], HasSubstr("line z2 has no station for 0.5 m between z02_0002 "
-                                               "and z02_0007"));
+    EXPECT_THAT(line_notes(grid), ElementsAre(HasSubstr("line z2 has no station for 0.5 m between "
+                                                        "z02_0002 and z02_0007")));
   }
   for (const int lost : {1, 2}) {
     std::vector<StationPose> stations = stations_of({.columns = 2, .rows = 2});
@@ -419,24 +422,11 @@ TEST(CoveringSpacing, HalfOfTheLineLiesInGapsAtLeastAsLarge) {
 
 TEST(LineNotes, NameLinesThatMayBePassesOfOne) {
   std::vector<StationPose> stations;
-  for (int i = 0; i < 20; ++i) {
-    stations.push_back({fmt::format("a{:02}", i), {0.05 * i, 0.0, 0.0}});
-    stations.push_back({fmt::format("b{:02}", i), {0.05 * i, 0.0, 0.012}});
-  }
-  const std::vector<std::string> notes = line_notes(find_grid(stations, {}));
-  ASSERT_EQ(notes.size(), 1U);
-  EXPECT_THAT(notes[0],
-              AllOf(HasSubstr("x0 and x1 are 12 mm apart"), HasSubstr("--line-tolerance-mm 12")));
-}
-
-// Stations from (x, z) on, 0.1 m apart.
-void add_line(const std::string& name, LineAxis axis, double x, double z, int count,
-              std::vector<StationPose>* stations) {
-  for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3d step =
-        0.1 * i * Eigen::Vector3d(axis == LineAxis::kX, 0, axis == LineAxis::kZ);
-    stations->push_back({fmt::format("{}{:02}", name, i), Eigen::Vector3d(x, 0.0, z) + step});
-  }
+  add_line("a", LineAxis::kX, 0.0, 0.0, 20, &stations);
+  add_line("b", LineAxis::kX, 0.0, 0.012, 20, &stations);
+  EXPECT_THAT(line_notes(find_grid(stations, {})),
+              ElementsAre(AllOf(HasSubstr("x0 and x1 are 12 mm apart"),
+                                HasSubstr("--line-tolerance-mm 12"))));
 }
 
 TEST(LineNotes, NameTheSideThatACellLacks) {
@@ -444,15 +434,14 @@ TEST(LineNotes, NameTheSideThatACellLacks) {
   add_line("front", LineAxis::kX, -0.65, 0.5, 14, &stations);
   add_line("left", LineAxis::kZ, -0.5, -0.65, 14, &stations);
   add_line("right", LineAxis::kZ, 0.5, -0.65, 14, &stations);
-  const std::vector<std::string> three = line_notes(find_grid(stations, {}));
-  ASSERT_EQ(three.size(), 1U);
-  EXPECT_THAT(three[0],
-              HasSubstr("x0, z0 and z1 are three sides of a cell; the fourth, along x from "
-                        "about -0.5,-0.5 to 0.5,-0.5 (x,z in metres), is missing"));
+  EXPECT_THAT(
+      line_notes(find_grid(stations, {})),
+      ElementsAre(HasSubstr("x0, z0 and z1 are three sides of a cell; the fourth, along x "
+                            "from about -0.5,-0.5 to 0.5,-0.5 (x,z in metres), is missing")));
   add_line("back", LineAxis::kX, -0.65, -0.5, 8, &stations);
-  const std::vector<std::string> half = line_notes(find_grid(stations, {}));
-  ASSERT_EQ(half.size(), 1U);
-  EXPECT_THAT(half[0], HasSubstr("line x0 ends 450 mm before the corner with line z1 at 0.5,-0.5"));
+  EXPECT_THAT(
+      line_notes(find_grid(stations, {})),
+      ElementsAre(HasSubstr("line x0 ends 450 mm before the corner with line z1 at 0.5,-0.5")));
   add_line("rest", LineAxis::kX, 0.15, -0.5, 6, &stations);
   EXPECT_TRUE(line_notes(find_grid(stations, {})).empty());
 }
