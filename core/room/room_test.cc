@@ -210,42 +210,34 @@ TEST_F(VolumeTest, DistancesThatDoNotFitTheLineAreRefused) {
 
 class RoomTest : public ::testing::Test {
  protected:
-  // One line of three stations.
-  void SetUp() override {
-    fs::create_directories(room_ / "lines");
-    fs::create_directories(distances_directory(room_, DistanceKind::kGiven));
-    std::vector<StationPose> stations;
-    for (int i = 0; i < kStations; ++i) {
-      stations.push_back({std::to_string(i) + ".jpg", {0.1 * i, 0.0, 0.0}, ""});
-    }
-    manifest_ = {kSize, find_grid(stations, {}), {}};
-    write_file_atomically(manifest_path(room_), manifest_to_json(manifest_));
-    write_line(line_volume_path(room_, "x0"));
+  Room room_of(const SyntheticRoomSpec& spec) const {
+    write_synthetic_room(spec, room_);
+    return Room::open(room_);
   }
   std::string open_error() {
     return error_of([&] { Room::open(room_); });
   }
 
   TestDirectory directory_;
-  RoomManifest manifest_;
   fs::path room_ = directory_ / "room.lf";
 };
 
 TEST_F(RoomTest, DistancesAreThoseOfTheManifest) {
+  EXPECT_EQ(room_of({.width = 16, .distance_every = 4}).distances(0).maps(), 3);
   const fs::path volume = distance_volume_path(room_, "x0");
-  write_distances(volume, {1}, {1, 4, 2});
-  EXPECT_FALSE(Room::open(room_).has_distances());
-  manifest_.distances = DistanceKind::kGiven;
-  write_file_atomically(manifest_path(room_), manifest_to_json(manifest_));
-  EXPECT_EQ(Room::open(room_).distances(0).maps(), 1);
   write_file_atomically(volume, "damaged");
   EXPECT_THAT(open_error(), HasSubstr("distances/given/x0.h5"));
   fs::remove(volume);
   EXPECT_THAT(open_error(), AllOf(HasSubstr("distances/given/x0.h5: no such file"),
                                   HasSubstr("raywalk-build-lf depth")));
+  RoomManifest manifest = read_manifest(room_);
+  manifest.distances = DistanceKind::kNone;
+  write_file_atomically(manifest_path(room_), manifest_to_json(manifest));
+  EXPECT_FALSE(Room::open(room_).has_distances());
 }
 
 TEST_F(RoomTest, EveryMissingPartIsNamed) {
+  room_of({.width = 16});
   EXPECT_THAT(error_of([&] { Room::open(directory_ / "none/a.lf"); }),
               HasSubstr("no such room; `raywalk-build-lf pack` makes one"));
   EXPECT_THAT(error_of([&] { Room::open(directory_ / "rom.lf"); }),
@@ -259,15 +251,8 @@ using Json = nlohmann::json;
 
 // The four lines of a square of side 1 around the origin, five stations each.
 RoomManifest square_manifest() {
-  std::vector<StationPose> stations;
-  for (int i = 0; i < 5; ++i) {
-    const double at_m = -0.5 + 0.25 * i;
-    stations.push_back({"front" + std::to_string(i), {at_m, 0.1, 0.5}, ""});
-    stations.push_back({"back" + std::to_string(i), {at_m, 0.1, -0.5}, ""});
-    stations.push_back({"left" + std::to_string(i), {-0.5, 0.1, at_m}, ""});
-    stations.push_back({"right" + std::to_string(i), {0.5, 0.1, at_m}, ""});
-  }
-  return {{64, 32}, find_grid(stations, {}), std::vector<std::string>(4, std::string(64, 'a'))};
+  const Grid grid = synthetic_grid({.spacing_m = 0.25, .height_m = 0.1});
+  return {{64, 32}, grid, std::vector<std::string>(4, std::string(64, 'a'))};
 }
 
 std::string manifest_error(const std::string& text) {
@@ -380,12 +365,8 @@ TEST(Manifest, StationsMustFollowEachOther) {
   EXPECT_THAT(manifest_error(json.dump()), HasSubstr("does not increase"));
 }
 
-class RequirementsTest : public ::testing::Test {
+class RequirementsTest : public RoomTest {
  protected:
-  Room room_of(const SyntheticRoomSpec& spec) const {
-    write_synthetic_room(spec, path_);
-    return Room::open(path_);
-  }
   static Json measured_on(const Room& room) {
     return {{"format", kRequirementsFormat},
             {"format_version", kRequirementsVersion},
@@ -395,11 +376,8 @@ class RequirementsTest : public ::testing::Test {
             {"storage", {{"worth_width_px", nullptr}, {"needed_distance_width_px", 256}}}};
   }
   void keep(const std::string& text) const {
-    write_file_atomically(requirements_path(path_), text);
+    write_file_atomically(requirements_path(room_), text);
   }
-
-  TestDirectory directory_;
-  std::filesystem::path path_ = directory_ / "room.lf";
 };
 
 TEST_F(RequirementsTest, AreThoseOfTheRoomsDistances) {

@@ -69,13 +69,10 @@ TEST(LeftOutPixels, AreStoredForPanoramasOfAnotherSize) {
 }
 
 TEST(LeftOutPixels, RunsOutsideThePanoramaOrTheLineAreRefused) {
-  const auto with = [](std::vector<std::int32_t> runs) {
-    return [runs] { LeftOutPixels(runs, kLeftOutSize, 4, "a.h5"); };
-  };
-  const auto refused = ThrowsMessage<Error>(HasSubstr("a.h5: 'left_out'"));
   for (const std::vector<std::int32_t>& runs : std::vector<std::vector<std::int32_t>>{
            {4, 0, 0, 1}, {-1, 0, 0, 1}, {0, 8, 0, 1}, {0, 0, 2, 2}, {0, 0, 0, 5}, {0, 0, 0}}) {
-    EXPECT_THAT(with(runs), refused);
+    EXPECT_THAT([&] { LeftOutPixels(runs, kLeftOutSize, 4, "a.h5"); },
+                ThrowsMessage<Error>(HasSubstr("a.h5: 'left_out'")));
   }
 }
 
@@ -90,18 +87,14 @@ TEST(InverseMap, SamplesDoNotMixSurfaces) {
   EXPECT_LT(map.sample({31.4, 10.0}), 0.0f);
 }
 
-class DistanceSamplesTest : public ::testing::Test {
- protected:
-  Room room_of(const SyntheticRoomSpec& spec) const {
-    write_synthetic_room(spec, directory_ / "room.lf");
-    return Room::open(directory_ / "room.lf");
-  }
+Room room_of(const SyntheticRoomSpec& spec, const TestDirectory& directory) {
+  write_synthetic_room(spec, directory / "room.lf");
+  return Room::open(directory / "room.lf");
+}
 
-  TestDirectory directory_;
-};
-
-TEST_F(DistanceSamplesTest, WeightsAreSolidAngle) {
-  const DistanceSamples known = sample_distances(room_of({.width = 64}), 1 << 20);
+TEST(DistanceSamples, WeightsAreSolidAngle) {
+  const TestDirectory directory;
+  const DistanceSamples known = sample_distances(room_of({.width = 64}, directory), 1 << 20);
   EXPECT_NEAR(known.known_share, 1.0, 1e-6);
   double pixels = 0.0;
   for (const DistanceSample& sample : known.samples) pixels += sample.weight;
@@ -109,8 +102,9 @@ TEST_F(DistanceSamplesTest, WeightsAreSolidAngle) {
   EXPECT_NEAR(pixels / static_cast<double>(known.samples.size()), 2.0 / kPi, 1e-3);
 }
 
-TEST_F(DistanceSamplesTest, FewSamplesMatchTheFullStatistics) {
-  const Room room = room_of({.width = 128});
+TEST(DistanceSamples, FewMatchTheFullStatistics) {
+  const TestDirectory directory;
+  const Room room = room_of({.width = 128}, directory);
   const std::array shares{0.05, 0.5, 0.95};
   DistanceSamples some = sample_distances(room, 500), all = sample_distances(room, 1 << 20);
   EXPECT_LT(10 * some.samples.size(), all.samples.size());
@@ -129,8 +123,10 @@ TEST(DistanceQuantiles, AreWeightedAndManyEqualDistancesAreOne) {
               ElementsAre(1.0, 1.0, 1.0, 3.0, INFINITY, INFINITY));
 }
 
-TEST_F(DistanceSamplesTest, RoomWithoutDistancesHasNoSamples) {
-  DistanceSamples none = sample_distances(room_of({.width = 32, .distances = false}), 100);
+TEST(DistanceSamples, RoomWithoutDistancesHasNone) {
+  const TestDirectory directory;
+  const Room room = room_of({.width = 32, .distances = false}, directory);
+  DistanceSamples none = sample_distances(room, 100);
   EXPECT_TRUE(none.samples.empty());
   EXPECT_EQ(none.known_share, 0.0);
   EXPECT_TRUE(std::isnan(distance_quantiles(none.samples, std::array{0.5})[0]));
@@ -290,12 +286,8 @@ Grid line_of(const std::vector<double>& along_m) {
 // Lines of nine stations, maps at every second one.
 class KeptStationsTest : public ::testing::Test {
  protected:
-  KeptStationsTest() {
-    write_synthetic_room({.width = 16, .distance_every = 2}, directory_ / "room.lf");
-    room_ = Room::open(directory_ / "room.lf");
-  }
   TestDirectory directory_;
-  Room room_;
+  Room room_ = room_of({.width = 16, .distance_every = 2}, directory_);
 };
 
 TEST_F(KeptStationsTest, HeldOutAndKeptStationsPartitionTheRoom) {
@@ -348,11 +340,9 @@ TEST_F(KeptStationsTest, InvalidSubsetsAreRejected) {
   const std::vector<int> two{0, 8};
   EXPECT_NO_THROW(room_.subset({two, two, two, two}));
   EXPECT_THROW(room_.subset({two, two, two}), UsageError);
-  EXPECT_THROW(room_.subset({two, two, two, {3}}), UsageError);
-  EXPECT_THROW(room_.subset({two, two, two, {3, 3}}), UsageError);
-  EXPECT_THROW(room_.subset({two, two, two, {8, 0}}), UsageError);
-  EXPECT_THROW(room_.subset({two, two, two, {0, 9}}), UsageError);
-  EXPECT_THROW(room_.subset({two, two, two, {-1, 8}}), UsageError);
+  for (const std::vector<int>& wrong : KeptStations{{3}, {3, 3}, {8, 0}, {0, 9}, {-1, 8}}) {
+    EXPECT_THROW(room_.subset({two, two, two, wrong}), UsageError);
+  }
 }
 
 TEST_F(KeptStationsTest, WithDistancesReplacesTheMaps) {

@@ -4,9 +4,8 @@ import { pageTest } from "./support/page_test.mjs";
 import { psnr } from "./support/pictures.mjs";
 import { place } from "./support/place.mjs";
 import { enginePictures } from "./support/rooms.mjs";
-import { drawn, goTo, openRoom, picture } from "./support/viewer.mjs";
+import { drawn, goTo, picture } from "./support/viewer.mjs";
 
-const SIZE_PX = 240;
 /** Initial views differ by the compression of the pictures alone. */
 const LEAST_DB = { initial: 43, "hlf-vd": 44, "two-sided": 43 };
 /** The virtual room's chairs have spindles thinner than a pixel of its panoramas. */
@@ -29,7 +28,8 @@ const PLACES = [
 ].map(place);
 
 async function assertAgreement(page, room, method, places, show, least = LEAST_DB[method]) {
-  const engine = await enginePictures(room, places, { size_px: SIZE_PX, method });
+  const size_px = page.viewportSize().width;
+  const engine = await enginePictures(room, places, { size_px, method });
   const db = [];
   for (const [i, at] of places.entries()) {
     await show(at);
@@ -45,18 +45,14 @@ for (const [room, least] of [
   ["virtual", LEAST_WITH_CHAIRS_DB],
 ]) {
   pageTest(`shows the ${room} room as the engine does`, async (visit) => {
-    const host = await visit.host(room);
-    const page = await visit.page({ width: SIZE_PX, height: SIZE_PX });
-    await openRoom(page, host.address, PLACES[0]);
+    const page = await visit.show(room, PLACES[0]);
     await assertAgreement(page, room, "two-sided", PLACES, (at) => goTo(page, at), least);
   });
 }
 
 pageTest("shows the other methods, chosen with the page's controls", async (visit) => {
-  const host = await visit.host("white");
-  const page = await visit.page({ width: SIZE_PX, height: SIZE_PX });
   const places = PLACES.slice(1, 3);
-  await openRoom(page, host.address, places[0]);
+  const page = await visit.show("white", places[0]);
   const choose = {
     initial: () => page.keyboard.press("1"),
     "hlf-vd": async () => {

@@ -4,7 +4,7 @@ import { FAILED_TO_LOAD, pageTest } from "./support/page_test.mjs";
 import { contrast, psnr } from "./support/pictures.mjs";
 import { place } from "./support/place.mjs";
 import { enginePictures } from "./support/rooms.mjs";
-import { drawn, goTo, openRoom, picture, progress } from "./support/viewer.mjs";
+import { drawn, goTo, picture, progress } from "./support/viewer.mjs";
 
 pageTest("shows a coarse picture while fine ones are on their way", async (visit) => {
   const host = await visit.host("cells");
@@ -13,9 +13,8 @@ pageTest("shows a coarse picture while fine ones are on their way", async (visit
   host.before = async (name) => {
     if (/^\/stations\/\d+\.jpg$/.test(name)) await released;
   };
-  const page = await visit.page();
   const started_ms = performance.now();
-  await openRoom(page, host.address, place({}));
+  const page = await visit.open(host, place({}));
   await page.waitForFunction(() => window.raywalk.viewer.progress().coarse > 20);
   const coarse = await picture(page);
   console.log(`coarse picture after ${Math.round(performance.now() - started_ms)} ms`);
@@ -36,8 +35,7 @@ pageTest("names damaged and missing files, and shows the rest", async (visit) =>
   host.replaced.set("/stations/0003.jpg", picture_file.subarray(0, 2000));
   host.replaced.set("/stations/0005.inverse", Buffer.from("this is no zlib stream"));
   host.replaced.set("/stations/0007.jpg", null);
-  const page = await visit.page();
-  await openRoom(page, host.address, place({}));
+  const page = await visit.open(host, place({}));
   await drawn(page);
   const messages = page.getByTestId("messages");
   for (const name of ["0003.jpg", "0005.inverse", "0007.jpg"]) {
@@ -83,8 +81,7 @@ pageTest("a server that stops is told of, and read again when it is back", async
       await host.stop();
     }
   };
-  const page = await visit.page();
-  await openRoom(page, host.address, place({}));
+  const page = await visit.open(host, place({}));
   await page.getByTestId("messages").getByText("is the server still there?").first().waitFor();
   assert.ok(contrast(await picture(page)) > 10);
   await page.waitForTimeout(5000); // longer than a damaged file is tried

@@ -5,7 +5,7 @@ import { pageTest } from "./support/page_test.mjs";
 import { contrast, crop, psnr } from "./support/pictures.mjs";
 import { place } from "./support/place.mjs";
 import { decodePng } from "./support/png.mjs";
-import { drawn, goTo, openRoom, picture, pose } from "./support/viewer.mjs";
+import { drawn, goTo, picture, pose } from "./support/viewer.mjs";
 
 const EYE_PX = 120;
 const EYES_APART_M = 0.064;
@@ -49,13 +49,8 @@ async function frames(page, count) {
 }
 
 pageTest("shows a headset a picture for each eye, and walks with it", async (visit) => {
-  const host = await visit.host("cells");
-  const page = await visit.page({
-    width: EYE_PX,
-    height: EYE_PX,
-    init_script: await emulatedHeadset(),
-  });
-  await openRoom(page, host.address, START);
+  const init_script = await emulatedHeadset();
+  const page = await visit.show("cells", START, { width: EYE_PX, height: EYE_PX, init_script });
   // What each eye should see, and what both see from a step ahead.
   const expected = [];
   for (const side of [-0.5, 0.5]) {
@@ -67,8 +62,7 @@ pageTest("shows a headset a picture for each eye, and walks with it", async (vis
   await goTo(page, START);
 
   await page.setViewportSize({ width: 2 * EYE_PX, height: EYE_PX });
-  await page.getByTestId("tool-vr").focus();
-  await page.keyboard.press("Enter");
+  await page.getByTestId("tool-vr").press("Enter");
   await page.waitForFunction(() => window.raywalk.viewer.webgl.xr.isPresenting);
   const [left, right] = await eyes(page);
   const agreements = [psnr(left, expected[0]), psnr(right, expected[1])];

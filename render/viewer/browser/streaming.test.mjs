@@ -3,9 +3,8 @@ import assert from "node:assert/strict";
 import { pageTest } from "./support/page_test.mjs";
 import { holes, psnr } from "./support/pictures.mjs";
 import { place } from "./support/place.mjs";
-import { drawn, goTo, openRoom, picture, progress } from "./support/viewer.mjs";
+import { drawn, goTo, picture, progress } from "./support/viewer.mjs";
 
-const SIZE_PX = 240;
 const MOST_HOLES = 0.01;
 /** Along x = 0, from where the right cell begins. */
 const BORDER_M = 0.001;
@@ -48,8 +47,7 @@ async function hostOfOneCell(visit) {
 
 pageTest("crosses from cell to cell without a hole or a jump", async (visit) => {
   const { host, of_cell, stations } = await hostOfOneCell(visit);
-  const page = await visit.page({ width: SIZE_PX, height: SIZE_PX, init_script: COUNT_LAYERS });
-  await openRoom(page, host.address, place({ x: -0.5 }));
+  const page = await visit.open(host, place({ x: -0.5 }), { init_script: COUNT_LAYERS });
   await drawn(page);
   const { wanted } = await progress(page);
   assert.ok(wanted === of_cell && wanted < stations, `${wanted} of ${stations}`);
@@ -72,8 +70,7 @@ pageTest("crosses from cell to cell without a hole or a jump", async (visit) => 
 
 pageTest("shows the next cell from what is there while it is being read", async (visit) => {
   const { host } = await hostOfOneCell(visit);
-  const page = await visit.page({ width: SIZE_PX, height: SIZE_PX });
-  await openRoom(page, host.address, place({ x: -0.3, yaw: 90 }));
+  const page = await visit.open(host, place({ x: -0.3, yaw: 90 }));
   await drawn(page);
   let read;
   const held = new Promise((resolve) => (read = resolve));

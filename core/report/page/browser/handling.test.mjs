@@ -1,19 +1,10 @@
 // What readers do with a report: by keyboard, as by pointer.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { contentOf, launch, open, reports } from "./support.mjs";
-
-let browser;
-before(async () => (browser = await launch()));
-after(() => browser.close());
+import { test } from "node:test";
+import { contentOf, open, reports } from "./support.mjs";
 
 const openKind = async (kind) =>
-  (
-    await open(
-      browser,
-      reports.find((file) => contentOf(file).kind === kind),
-    )
-  ).page;
+  (await open(reports.find((file) => contentOf(file).kind === kind))).page;
 
 test("arrow keys read the points of a chart, and so does the pointer", async () => {
   const page = await openKind("error_model");
@@ -33,7 +24,6 @@ test("arrow keys read the points of a chart, and so does the pointer", async () 
     if (await tip.isVisible()) said = await tip.textContent();
   }
   assert.match(said, /^E_[tmb].*: k \/ ° (6\d|7[01]), /);
-  await page.close();
 });
 
 test("the values of a chart stand in a table", async () => {
@@ -45,7 +35,6 @@ test("the values of a chart stand in a table", async () => {
     "k / °",
     "error, normalised as in (6)",
   ]);
-  await page.close();
 });
 
 test("a heading sorts its table, and all columns are there on demand", async () => {
@@ -68,7 +57,6 @@ test("a heading sorts its table, and all columns are there on demand", async () 
   const columns = await table.locator("thead th").count();
   await table.locator(".buttons button", { hasText: "more columns" }).click();
   assert.ok((await table.locator("thead th").count()) > columns);
-  await page.close();
 });
 
 test("images of a row are zoomed into together", async () => {
@@ -85,5 +73,4 @@ test("images of a row are zoomed into together", async () => {
   assert.match((await transforms())[0], /scale\(1\) translate\(0%/);
   await page.keyboard.press("Escape");
   await page.locator("dialog").waitFor({ state: "detached" });
-  await page.close();
 });

@@ -1,13 +1,9 @@
 // What holds of every report.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { contentOf, launch, open, reports } from "./support.mjs";
+import { test } from "node:test";
+import { contentOf, open, reports } from "./support.mjs";
 
 const A4_WIDTH_px = 718; // without margins, at 96 pixels per inch
-
-let browser;
-before(async () => (browser = await launch()));
-after(() => browser.close());
 
 test("reports of every kind are there", () => {
   const kinds = new Set(reports.map((file) => contentOf(file).kind));
@@ -27,16 +23,15 @@ for (const file of reports) {
 
   test(`${name} opens without complaint, asks no host, and fits every width`, async () => {
     for (const width of [1280, 390]) {
-      const { page, faults } = await open(browser, file, width);
+      const { page, faults } = await open(file, width);
       assert.deepEqual(faults, []);
       assert.ok((await page.title()) !== "Raywalk report");
       await fits(page);
-      await page.close();
     }
   });
 
   test(`${name} shows every key of its JSON`, async () => {
-    const { page } = await open(browser, file);
+    const { page } = await open(file);
     const shown = await page.evaluate(async () => {
       // Branches are made when they are opened.
       for (;;) {
@@ -52,21 +47,19 @@ for (const file of reports) {
         ? Object.values(value).reduce((sum, entry) => sum + 1 + count(entry), 0)
         : 0;
     assert.equal(shown, count(contentOf(file).document));
-    await page.close();
   });
 
   test(`${name} prints`, async () => {
-    const { page, faults } = await open(browser, file, A4_WIDTH_px);
+    const { page, faults } = await open(file, A4_WIDTH_px);
     await page.emulateMedia({ media: "print" });
     await page.evaluate(() => window.dispatchEvent(new Event("beforeprint")));
     await fits(page);
     assert.ok((await page.pdf({ format: "A4" })).length > 10000);
     assert.deepEqual(faults, []);
-    await page.close();
   });
 
   test(`${name} has a link to every section, figure and row of images`, async () => {
-    const { page } = await open(browser, file);
+    const { page } = await open(file);
     const dead = await page.evaluate(() => {
       const targets = [...document.querySelectorAll("main > section[id], [data-title]")];
       const ids = targets.map((target) => target.id);
@@ -76,7 +69,6 @@ for (const file of reports) {
       return { unlinked: unlinked.length, twice: ids.length - new Set(ids).size };
     });
     assert.deepEqual(dead, { unlinked: 0, twice: 0 });
-    await page.close();
   });
 }
 

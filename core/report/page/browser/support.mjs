@@ -1,12 +1,18 @@
 // A browser and pages for the tests.
 import { readFileSync } from "node:fs";
+import { after, afterEach, before } from "node:test";
 import { chromium } from "playwright-core";
 
 /** The files of the reports that the programs made. */
 export const reports = JSON.parse(process.env.RAYWALK_REPORTS ?? "[]");
 
-export const launch = () =>
-  chromium.launch({ executablePath: process.env.CHROMIUM, args: ["--no-sandbox"] });
+let browser;
+before(async () => {
+  const executablePath = process.env.CHROMIUM;
+  browser = await chromium.launch({ executablePath, args: ["--no-sandbox"] });
+});
+afterEach(() => Promise.all(browser.contexts().map((context) => context.close())));
+after(() => browser.close());
 
 /** The JSON inside a report. */
 export function contentOf(file) {
@@ -15,7 +21,7 @@ export function contentOf(file) {
 }
 
 /** An opened report, and what the browser complained of or asked other hosts for. */
-export async function open(browser, file, width = 1280) {
+export async function open(file, width = 1280) {
   const page = await browser.newPage({ viewport: { width, height: 800 } });
   const faults = [];
   page.on("console", (message) => faults.push(message.text()));
@@ -29,7 +35,7 @@ export async function open(browser, file, width = 1280) {
 }
 
 /** A page of a document that no program made. */
-export async function openDocument(browser, kind, document) {
+export async function openDocument(kind, document) {
   const json = JSON.stringify({ kind, document, images: [], sources: [] });
   const page = await browser.newPage();
   const ofKind = reports.find((file) => contentOf(file).kind === kind);

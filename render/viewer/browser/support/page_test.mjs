@@ -5,6 +5,7 @@ import test from "node:test";
 import { connectToBrowser } from "./browser.mjs";
 import { exportFolder } from "./rooms.mjs";
 import { StaticHost } from "./static_host.mjs";
+import { drawn, openRoom } from "./viewer.mjs";
 
 /** The browser's own note on tests that read pictures back, of no page's making. */
 const READING_BACK = /GL Driver Message .*GPU stall due to ReadPixels/;
@@ -65,6 +66,20 @@ class Visit {
       if (["error", "warning"].includes(message.type())) this.#complaints.push(message.text());
     });
     page.on("pageerror", (error) => this.#complaints.push(`not caught: ${error.stack}`));
+    return page;
+  }
+
+  /** A page that has opened what a host serves. */
+  async open(host, at, options) {
+    const page = await this.page(options);
+    await openRoom(page, host.address, at);
+    return page;
+  }
+
+  /** A page that shows one of the rooms of rooms.mjs, all of it. */
+  async show(room, at, options) {
+    const page = await this.open(await this.host(room), at, options);
+    await drawn(page);
     return page;
   }
 

@@ -15,6 +15,7 @@ import {
   type PlaceFromAddress,
 } from "./address";
 import { decimals, readNumber } from "./numbers";
+import type { Pose } from "../geometry/frame";
 import { near } from "../testing/near";
 
 const BASE = new URL("https://museum.example/rooms/hall/");
@@ -59,14 +60,16 @@ test("hotspots without a place or a text are left out", () => {
   near(opacityAt(100), 0.45);
 });
 
+function assertSeen(point: [number, number, number], pose: Pose, x_px: number, y_px: number): void {
+  const seen = project(point, pose, 1.5, PICTURE)!;
+  near(seen.x_px, x_px);
+  near(seen.y_px, y_px);
+}
+
 test("points of the room are seen where they are", () => {
-  const ahead = project([1, 1.6, 5], POSE, 1.5, PICTURE)!;
-  near(ahead.x_px, 200);
-  near(ahead.y_px, 100);
-  near(ahead.distance_m, 3);
-  const right_and_above = project([2, 2.1, 3], POSE, 1.5, PICTURE)!;
-  near(right_and_above.x_px, 300);
-  near(right_and_above.y_px, 50);
+  assertSeen([1, 1.6, 5], POSE, 200, 100);
+  near(project([1, 1.6, 5], POSE, 1.5, PICTURE)!.distance_m, 3);
+  assertSeen([2, 2.1, 3], POSE, 300, 50);
   assert.equal(project([1, 1.6, 1], POSE, 1.5, PICTURE), null);
   assert.equal(project([1, 1.6, 2], POSE, 1.5, PICTURE), null);
 });
@@ -84,17 +87,12 @@ test("a pixel looks where a point in it is seen", () => {
   const pose = { ...POSE, yaw_rad: 0.7, pitch_rad: -0.3, roll_rad: 0.2 };
   const [x, y, z] = directionOf(90, 150, pose, PICTURE);
   near(Math.hypot(x, y, z), 1);
-  const seen = project([pose.x_m + 2 * x, 1.6 + 2 * y, pose.z_m + 2 * z], pose, 1.5, PICTURE)!;
-  near(seen.x_px, 90);
-  near(seen.y_px, 150);
+  assertSeen([pose.x_m + 2 * x, 1.6 + 2 * y, pose.z_m + 2 * z], pose, 90, 150);
 });
 
 test("one looks at a hotspot, and steps towards what is seen", () => {
   const chair = { x_m: 2, y_m: 1, z_m: 5, text: "A chair" };
-  const turned = { ...POSE, ...lookingAt(chair, POSE, 1.6) };
-  const seen = project([2, 1, 5], turned, 1.5, PICTURE)!;
-  near(seen.x_px, 200);
-  near(seen.y_px, 100);
+  assertSeen([2, 1, 5], { ...POSE, ...lookingAt(chair, POSE, 1.6) }, 200, 100);
   const step = stepTowards(300, 20, POSE, PICTURE, 0.5);
   near(step.x_m! - 1, 0.5 / Math.SQRT2);
   near(step.z_m! - 2, 0.5 / Math.SQRT2);
@@ -232,11 +230,8 @@ test("what cannot be read is ignored", () => {
   ]) {
     assert.deepEqual(parseAddress(hash), { pose: {} }, hash.slice(0, 40));
   }
-});
-
-test("the prototype of objects cannot be reached", () => {
   parseAddress("#__proto__=1&constructor=2&x=1");
-  assert.equal(({} as Record<string, unknown>).x, undefined);
+  assert.equal(({} as Record<string, unknown>).x, undefined, "the prototype of objects");
 });
 
 test("what is out of range is taken as near as there is", () => {
