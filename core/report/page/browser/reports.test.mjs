@@ -7,15 +7,8 @@ const A4_WIDTH_px = 718; // without margins, at 96 pixels per inch
 
 test("reports of every kind are there", () => {
   const kinds = new Set(reports.map((file) => contentOf(file).kind));
-  assert.deepEqual([...kinds].sort(), [
-    "calibration",
-    "depth",
-    "error_model",
-    "plan",
-    "require",
-    "trade",
-    "validation",
-  ]);
+  const expected = "calibration depth error_model plan require trade validation";
+  assert.equal([...kinds].sort().join(" "), expected);
 });
 
 for (const file of reports) {
