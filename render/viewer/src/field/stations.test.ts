@@ -61,14 +61,9 @@ test("distances are sums of differences down the columns, modulo 65536", () => {
 
 test("maps are spread over the lines of a cell", () => {
   const cell: Cell = { x_min_m: 0, x_max_m: 1, z_min_m: 0, z_max_m: 1, lines: [0, 1, 2, 3] };
-  const front = placed(0, [
-    [0.5, 1],
-    [0.55, 1],
-    [0.7, 1],
-    [0.9, 1],
-  ]);
+  const along = [0.5, 0.55, 0.7, 0.9].map((x): [number, number] => [x, 1]);
   const left = placed(3, [[0, 0.5]], 4);
-  const sorted = byDistance([...left, ...front], [0.5, 0, 0.9]);
+  const sorted = byDistance([...left, ...placed(0, along)], [0.5, 0, 0.9]);
   const chosen = nearestMaps(sorted, cell, 4, 2).map(({ station }) => station);
   // 1 is too near to 0, 3 would be the third of its line.
   assert.deepEqual(chosen, [0, 2, 4]);

@@ -33,12 +33,7 @@ test("sticks have a dead zone and a full speed", () => {
 });
 
 test("a gamepad of the standard mapping walks and looks, others do nothing", () => {
-  const pad = {
-    mapping: "standard",
-    connected: true,
-    axes: [0, -1, 1, 0],
-    buttons: [],
-  };
+  const pad = { mapping: "standard", connected: true, axes: [0, -1, 1, 0], buttons: [] };
   const intent = readIntent([new Gamepads(() => [null, pad])]);
   near(intent.forward, 1);
   near(intent.turn, 1);

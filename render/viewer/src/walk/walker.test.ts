@@ -46,9 +46,7 @@ test("walks alike at every frame rate", () => {
     return walker.pose;
   });
   for (const end of ends) {
-    near(end.x_m, ends[0]!.x_m, 0.003);
-    near(end.z_m, ends[0]!.z_m, 0.003);
-    near(end.yaw_rad, ends[0]!.yaw_rad, 0.003);
+    for (const key of ["x_m", "z_m", "yaw_rad"] as const) near(end[key], ends[0]![key], 0.003);
   }
 });
 
@@ -135,7 +133,14 @@ test("zooms by the size of the picture, within limits", () => {
 test("never becomes what is no number", () => {
   const walker = walkerAt(-0.5, -0.5);
   walker.place({ x_m: NaN, z_m: Infinity, yaw_rad: NaN, pitch_rad: -Infinity, up_m: NaN });
-  const broken = { addTo: (intent: Intent) => void Object.assign(intent, NONSENSE) };
+  const nonsense = {
+    forward: NaN,
+    right: Infinity,
+    turn: -Infinity,
+    look_yaw_rad: NaN,
+    magnify: 0,
+  };
+  const broken = { addTo: (intent: Intent) => void Object.assign(intent, nonsense) };
   for (const seconds of [NaN, 0, -1, Infinity, 1e9, 1 / 60]) {
     walker.step(seconds, readIntent([broken]));
   }
@@ -144,8 +149,6 @@ test("never becomes what is no number", () => {
     assert.ok(Number.isFinite(value), `${value}`);
   }
 });
-
-const NONSENSE = { forward: NaN, right: Infinity, turn: -Infinity, look_yaw_rad: NaN, magnify: 0 };
 
 test("glides to a place and says when it is there", () => {
   const walker = walkerAt(-0.5, -0.5);
