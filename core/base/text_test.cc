@@ -99,12 +99,6 @@ TEST(PlainNumber, HasNoTrailingZerosAndPrintsAnyValue) {
   EXPECT_EQ(plain_number(std::numeric_limits<double>::max(), 2).size(), 309U);
 }
 
-TEST(Counted, HasAPluralUnlessThereIsOne) {
-  EXPECT_EQ(counted(0, "line"), "0 lines");
-  EXPECT_EQ(counted(1, "line"), "1 line");
-  EXPECT_EQ(counted(2, "line"), "2 lines");
-}
-
 // What is logged while `work` runs.
 template <typename Work>
 std::string logged(const Work& work) {
