@@ -17,7 +17,6 @@
 
 #include "core/base/error.h"
 #include "core/base/test_error.h"
-#include "core/base/test_log.h"
 #include "core/files/atomic_output.h"
 #include "core/files/colour_profile.h"
 #include "core/files/exif.h"
@@ -146,19 +145,6 @@ TEST_F(ImageFileTest, IntactImagesOfBothFormatsAreTold) {
     bytes.resize(bytes.size() - 5);
     EXPECT_THROW(require_intact_image(std::as_bytes(std::span(bytes)), name), Error);
   }
-}
-
-TEST_F(ImageFileTest, OneWarningNamesTheFirstTurnedImageAndCountsTheOthers) {
-  const CapturedLog log;
-  TurnedPictures turned;
-  turned.add("a.jpg", 1);
-  turned.warn();
-  EXPECT_EQ(log.text(), "");
-  turned.add("b.jpg", 6);
-  for (int i = 0; i < 3; ++i) turned.add("c.jpg", 3);
-  turned.warn();
-  EXPECT_THAT(log.text(), AllOf(HasSubstr("b.jpg"), HasSubstr("orientation 6"), HasSubstr("3 more"),
-                                HasSubstr("used as they are stored")));
 }
 
 TEST_F(ImageFileTest, DistanceMapsRoundTripExactlyAndOtherImagesAreNone) {

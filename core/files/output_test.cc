@@ -30,7 +30,6 @@ namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
-using ::testing::ThrowsMessage;
 
 TEST(AtomicFile, TargetAppearsOnlyWithCommit) {
   const TestDirectory directory;
@@ -243,10 +242,9 @@ TEST(OutputFolderTest, ExistingPathIsAnErrorNamingPathAndOption) {
   fs::create_directory(directory / "taken");
   fs::create_symlink(directory / "nowhere", directory / "link");
   for (const char* name : {"taken", "link"}) {
-    EXPECT_THAT([&] { require_absent(directory / name, "--thin"); },
-                ::testing::ThrowsMessage<Error>((directory / name).string() +
-                                                ": exists already; choose another --thin, or "
-                                                "replace it with --force"));
+    EXPECT_EQ(error_of([&] { require_absent(directory / name, "--thin"); }),
+              (directory / name).string() +
+                  ": exists already; choose another --thin, or replace it with --force");
   }
 }
 
@@ -350,7 +348,7 @@ TEST(FileLockTest, IsHeldByOneAtATime) {
   const auto take = [&] { FileLock(directory / "lock", "busy; wait for it"); };
   {
     const FileLock held(directory / "lock", "busy");
-    EXPECT_THAT(take, ThrowsMessage<Error>(directory.path().string() + ": busy; wait for it"));
+    EXPECT_EQ(error_of(take), directory.path().string() + ": busy; wait for it");
     EXPECT_NO_THROW(FileLock(directory / "other", "busy"));
   }
   EXPECT_NO_THROW(take()) << "released with the object";
@@ -391,12 +389,10 @@ TEST(FileLockTest, LocksTheFileNotItsName) {
 
 TEST(FileLockTest, UnwritableDirectoryIsNotReportedAsBusy) {
   const TestDirectory directory;
-  EXPECT_THAT([&] { FileLock(directory / "missing/lock", "busy"); },
-              ThrowsMessage<Error>(
-                  AllOf(HasSubstr("cannot write"), HasSubstr("missing"), Not(HasSubstr("busy")))));
+  EXPECT_THAT(error_of([&] { FileLock(directory / "missing/lock", "busy"); }),
+              AllOf(HasSubstr("cannot write"), HasSubstr("missing"), Not(HasSubstr("busy"))));
   fs::create_directory(directory / "lock");
-  EXPECT_THAT([&] { FileLock(directory / "lock", "busy"); },
-              ThrowsMessage<Error>(HasSubstr("cannot write")));
+  EXPECT_THAT(error_of([&] { FileLock(directory / "lock", "busy"); }), HasSubstr("cannot write"));
 }
 
 }  // namespace

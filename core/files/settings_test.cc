@@ -5,6 +5,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <filesystem>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -190,39 +191,29 @@ TEST(Settings, SequencesReplaceEarlierValues) {
   EXPECT_THAT(drawing_from("plot: {steps: []}\nmarks: []").steps, IsEmpty());
 }
 
-// Errors of a drawing, behind "plan.yaml:".
-using Mistakes = std::vector<std::pair<std::string, std::string>>;
-
-void expect_mistakes(const Mistakes& mistakes) {
+TEST(Settings, MistakesInListsNameTheElementItsLineAndItsKey) {
+  const std::string no_list = "1: 'marks' must be a list; start every item under it with '- '";
+  const std::vector<std::pair<std::string, std::string>> mistakes{
+      {"plot:\n  steps:\n    - 1\n    - 2\n",
+       "4: 'plot.steps[1]' is '2'; it must lie between -1 and 1"},
+      {"plot: {steps: [0, 0, 0, 0]}", "1: 'plot.steps' has 4 items; it may have 3 at most"},
+      {"plot: {steps: 1}", "1: 'plot.steps' must be a list; write it as [first, second]"},
+      {"plot: {steps: [1, [1]]}", "1: 'plot.steps[1]' must be a single value"},
+      {"plot: {steps: [~]}", "1: 'plot.steps[0]' has no value"},
+      {"plot: {steps: ['1']}", "1: 'plot.steps[0]' is '1' in quotes; write it without them"},
+      {"layers: [a, b, c]", "1: 'layers' has 3 items; it may have 2 at most"},
+      {"marks:\n- axis: x\n- axis: y\n",
+       "3: 'marks[1].axis' is 'y'; it is not a valid choice; valid are x, z"},
+      {"marks:\n- axs: x\n", "2: unknown key 'marks[0].axs'; did you mean 'marks[0].axis'?"},
+      {"marks:\n- axis: x\n  axis: z\n", "3: key 'marks[0].axis' appears twice"},
+      {"marks:\n- at_m: [1, 10]\n", "2: 'marks[0].at_m[1]' is '10'; it must lie between 0 and 9"},
+      {"marks: [x]", "1: 'marks[0]' must be lines of 'key: value' after '- '"},
+      {"marks: {axis: x}", no_list},
+      {"marks:", no_list},
+      {"marks: [{}, {}, {}]", "1: 'marks' has 3 items; it may have 2 at most"}};
   for (const auto& [yaml, error] : mistakes) {
     EXPECT_EQ(error_of([&] { drawing_from(yaml); }), "plan.yaml:" + error) << yaml;
   }
-}
-
-TEST(Settings, MistakesInSequencesNameTheElement) {
-  expect_mistakes(
-      {{"plot:\n  steps:\n    - 1\n    - 2\n",
-        "4: 'plot.steps[1]' is '2'; it must lie between -1 and 1"},
-       {"plot: {steps: [0, 0, 0, 0]}", "1: 'plot.steps' has 4 items; it may have 3 at most"},
-       {"plot: {steps: 1}", "1: 'plot.steps' must be a list; write it as [first, second]"},
-       {"plot: {steps: [1, [1]]}", "1: 'plot.steps[1]' must be a single value"},
-       {"plot: {steps: [~]}", "1: 'plot.steps[0]' has no value"},
-       {"plot: {steps: ['1']}", "1: 'plot.steps[0]' is '1' in quotes; write it without them"},
-       {"layers: [a, b, c]", "1: 'layers' has 3 items; it may have 2 at most"}});
-}
-
-TEST(Settings, MistakesInItemsNameItemLineAndKey) {
-  const std::string no_list = "1: 'marks' must be a list; start every item under it with '- '";
-  expect_mistakes(
-      {{"marks:\n- axis: x\n- axis: y\n",
-        "3: 'marks[1].axis' is 'y'; it is not a valid choice; valid are x, z"},
-       {"marks:\n- axs: x\n", "2: unknown key 'marks[0].axs'; did you mean 'marks[0].axis'?"},
-       {"marks:\n- axis: x\n  axis: z\n", "3: key 'marks[0].axis' appears twice"},
-       {"marks:\n- at_m: [1, 10]\n", "2: 'marks[0].at_m[1]' is '10'; it must lie between 0 and 9"},
-       {"marks: [x]", "1: 'marks[0]' must be lines of 'key: value' after '- '"},
-       {"marks: {axis: x}", no_list},
-       {"marks:", no_list},
-       {"marks: [{}, {}, {}]", "1: 'marks' has 3 items; it may have 2 at most"}});
 }
 
 TEST(Settings, LinesAreThoseOfTheValues) {
@@ -306,11 +297,9 @@ TEST(LensFileTest, DefaultIsBackToBackAtOnePosition) {
 TEST(LensFileTest, KeysWithoutDefaultsAreRequired) {
   for (const std::string key :
        {"picture_width_px", "picture_height_px", "front.centre_u_px", "front.focal_px"}) {
-    // Without the first line that has it.
-    std::string yaml = kMinimal;
-    const std::size_t at = yaml.find(key.substr(key.find('.') + 1));
-    const std::size_t begin = yaml.rfind('\n', at) + 1;
-    expect_refused(yaml.erase(begin, yaml.find('\n', at) + 1 - begin), "'" + key + "' is missing");
+    const std::regex line(" *" + key.substr(key.find('.') + 1) + ":.*\n");
+    expect_refused(std::regex_replace(kMinimal, line, "", std::regex_constants::format_first_only),
+                   "'" + key + "' is missing");
   }
   expect_refused(std::string(kMinimal).substr(0, std::string(kMinimal).find("back:")),
                  "'back.centre_u_px' is missing");

@@ -325,19 +325,6 @@ class FrameListTest : public ::testing::Test {
   std::filesystem::path list_ = directory_ / "poses.csv";
 };
 
-TEST_F(FrameListTest, FilesAndMasksAreRelativeToTheList) {
-  const std::vector<Frame> frames =
-      read("file,x,y,z,mask\ncapture/a.jpg,1,2,3,masks/a.png\n/abs/b.jpg,4,5,6,\n");
-  ASSERT_EQ(frames.size(), 2U);
-  EXPECT_EQ(frames[0].path, directory_ / "capture/a.jpg");
-  EXPECT_EQ(frames[0].file, "capture/a.jpg");
-  EXPECT_EQ(frames[0].mask, directory_ / "masks/a.png");
-  EXPECT_EQ(frames[0].position_m, Eigen::Vector3d(1, 2, 3));
-  EXPECT_FALSE(frames[0].attitude.has_value());
-  EXPECT_EQ(frames[1].path, "/abs/b.jpg");
-  EXPECT_FALSE(frames[1].mask.has_value());
-}
-
 TEST_F(FrameListTest, AnglesAreDegreesAndMissingOnesZero) {
   const std::vector<Frame> frames =
       read("file,x,y,z,yaw,roll\na.jpg,0,0,0,90,-45\nb.jpg,0,0,1,0,0\n");
