@@ -217,15 +217,8 @@ TEST_F(ErrorModelNumerics, MismatchDistanceAtTheCornerAngleIsExactlyZero) {
     EXPECT_EQ(mismatch_distance(offset, std::min(90.0, angle_deg + 1e-9)), 0.0);
     EXPECT_EQ(mismatch_distance(offset, 90.0), 0.0);
   }
-}
-
-TEST_F(ErrorModelNumerics, MismatchDistanceOnLinesAndCorners) {
-  // On the front line (8) is a / sin k, on the diagonal and in the corner it is 0.
-  EXPECT_DOUBLE_EQ(mismatch_distance({2.0, 0.0}, 60.0), 2.0 / std::sin(radians_from_degrees(60.0)));
-  EXPECT_DOUBLE_EQ(mismatch_distance({2.0, 0.0}, 89.0), 2.0 / std::sin(radians_from_degrees(89.0)));
   for (const double k_deg : {45.0, 60.0, 90.0}) {
     EXPECT_EQ(mismatch_distance({0.0, 0.0}, k_deg), 0.0);
-    EXPECT_EQ(mismatch_distance({2.0, 2.0}, k_deg), 0.0);
     EXPECT_EQ(mismatch_distance({0.0, 2.0}, k_deg), 0.0);
   }
 }
