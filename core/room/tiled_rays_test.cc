@@ -220,27 +220,21 @@ TEST(TileLayoutTest, TilesOfUsualSizeCoverAStation) {
 }
 
 // Advice to the page cache; room_test.cc covers opening datasets.
-constexpr std::size_t kRows = 4;
-constexpr std::size_t kRowBytes = std::size_t{1} << 20;
-
-// A file of kRows rows, dropped from the page cache if the file system supports it.
-std::filesystem::path write_cold(const TestDirectory& directory) {
-  const std::filesystem::path path = directory / "cold.h5";
+TEST(MappedDataset, FetchesLittleMoreThanRequested) {
+  const TestDirectory directory;
+  const fs::path path = directory / "cold.h5";
+  constexpr std::size_t kRowBytes = std::size_t{1} << 20;
   Hdf5File file = Hdf5File::create(path);
-  file.create_contiguous("rays", ElementType::kUint8, {kRows, kRowBytes});
-  const std::vector<std::uint8_t> values(kRowBytes, 7);
-  for (std::size_t row = 0; row < kRows; ++row) file.write_slab("rays", row, values.data());
+  const std::vector<std::uint8_t> values(4 * kRowBytes, 7);
+  file.create_contiguous("rays", ElementType::kUint8, {1, values.size()});
+  file.write_slab("rays", 0, values.data());
   file.close();
+  // Dropped from the page cache if the file system supports it.
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   EXPECT_EQ(::fsync(descriptor), 0);
   EXPECT_EQ(::posix_fadvise(descriptor, 0, 0, POSIX_FADV_DONTNEED), 0);
   ::close(descriptor);
-  return path;
-}
-
-TEST(MappedDataset, FetchesLittleMoreThanRequested) {
-  const TestDirectory directory;
-  const MappedDataset mapped(Hdf5File::open(write_cold(directory)), "rays", ElementType::kUint8);
+  const MappedDataset mapped(Hdf5File::open(path), "rays", ElementType::kUint8);
   mapped.expect_scattered_reads();
   const auto* rays = static_cast<const std::uint8_t*>(mapped.data());
   const std::uint8_t* const middle = rays + 2 * kRowBytes + kRowBytes / 2;
