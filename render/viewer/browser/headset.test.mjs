@@ -35,17 +35,13 @@ async function emulatedHeadset() {
 
 /** Pictures of both eyes, of a frame that was begun after this call. */
 async function eyes(page) {
-  await frames(page, 3);
+  await page.evaluate(async () => {
+    const { render } = window.raywalk.viewer.webgl.info;
+    const last = render.frame + 3;
+    while (render.frame < last) await new Promise((resolve) => setTimeout(resolve, 10));
+  });
   const both = decodePng(await page.screenshot());
   return [0, 1].map((eye) => crop(both, eye * EYE_PX, 0, EYE_PX, EYE_PX));
-}
-
-async function frames(page, count) {
-  await page.evaluate(async (wanted) => {
-    const { render } = window.raywalk.viewer.webgl.info;
-    const last = render.frame + wanted;
-    while (render.frame < last) await new Promise((resolve) => setTimeout(resolve, 10));
-  }, count);
 }
 
 pageTest("shows a headset a picture for each eye, and walks with it", async (visit) => {

@@ -50,12 +50,8 @@ pageTest("addresses that make no sense do no harm", async (visit) => {
   const there = place({ x: 0.2, z: -0.2, yaw: 30, pitch: 5, k: 60, method: "initial" });
   const page = await visit.show("cells", there);
   const opened = await pose(page);
-  for (const [key, value] of [
-    ["x_m", 0.2],
-    ["z_m", -0.2],
-    ["yaw_rad", 30 * DEGREE_RAD],
-    ["pitch_rad", 5 * DEGREE_RAD],
-  ]) {
+  const angles = { yaw_rad: 30 * DEGREE_RAD, pitch_rad: 5 * DEGREE_RAD };
+  for (const [key, value] of Object.entries({ x_m: 0.2, z_m: -0.2, ...angles })) {
     assert.ok(Math.abs(opened[key] - value) < 1e-3, `${key}: ${opened[key]}`);
   }
   const { method, k_deg } = await page.evaluate(() => window.raywalk.viewer.settings);
@@ -123,10 +119,7 @@ pageTest("compares its view with ground truth and with the engine's", async (vis
   const sheet = page.getByTestId("compare-sheet");
   const line = page.getByTestId("comparison");
   const names = await sheet.getByRole("option").allTextContents();
-  for (const [name, least_db] of [
-    ["ground truth", 36],
-    ["engine", 40],
-  ]) {
+  for (const [name, least_db] of Object.entries({ "ground truth": 36, engine: 40 })) {
     await sheet.getByRole("combobox").selectOption(names.find((each) => each.endsWith(name)));
     await line.waitFor({ state: "visible" });
     const shown = [];
