@@ -1,6 +1,5 @@
 #include "build_lf/refine/developed_station.h"
 
-#include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,7 +1,6 @@
 #include "calibrate/poses/solve_poses.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>

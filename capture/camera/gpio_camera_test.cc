@@ -1,7 +1,6 @@
 #include "capture/camera/gpio_camera.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cerrno>

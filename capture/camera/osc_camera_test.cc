@@ -1,7 +1,6 @@
 #include "capture/camera/osc_camera.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdint>

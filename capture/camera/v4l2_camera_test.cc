@@ -2,7 +2,6 @@
 #include "capture/camera/v4l2_camera.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <linux/v4l2-controls.h>
 
 #include <algorithm>

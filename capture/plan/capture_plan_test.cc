@@ -1,7 +1,6 @@
 #include "capture/plan/capture_plan.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <chrono>

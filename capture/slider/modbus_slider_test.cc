@@ -1,7 +1,6 @@
 #include "capture/slider/modbus_slider.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>

@@ -1,7 +1,6 @@
 // Work on several threads and its interrupts, other programs, and the memory that the system
 // grants.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <atomic>

@@ -1,6 +1,5 @@
 // What users read: text, numbers and progress; and the statistics behind them.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <poll.h>
 #include <pty.h>
 #include <spdlog/fmt/fmt.h>

@@ -1,7 +1,6 @@
 #include "core/evaluate/connect_error.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>

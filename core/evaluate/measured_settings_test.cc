@@ -1,7 +1,6 @@
 #include "core/evaluate/measured_settings.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>

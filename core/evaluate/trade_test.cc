@@ -1,7 +1,6 @@
 #include "core/evaluate/trade.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <fstream>

@@ -2,7 +2,6 @@
 #include "core/evaluate/validate.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>

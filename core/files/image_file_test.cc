@@ -1,7 +1,6 @@
 #include "core/files/image_file.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <lcms2.h>
 #include <zlib.h>
 

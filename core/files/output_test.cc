@@ -1,6 +1,5 @@
 // Files and folders that appear when they are complete, and how files are read.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>

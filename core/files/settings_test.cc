@@ -1,7 +1,6 @@
 #include "core/files/settings.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
 
 #include <filesystem>

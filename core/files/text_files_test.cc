@@ -1,7 +1,6 @@
 // Tables, JSON documents, lists of frames, and the fingerprints of files.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <chrono>
 #include <filesystem>

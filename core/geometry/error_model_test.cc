@@ -2,7 +2,6 @@
 #include "core/geometry/error_model.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <boost/multiprecision/cpp_bin_float.hpp>

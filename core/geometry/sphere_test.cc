@@ -1,6 +1,5 @@
 #include "core/geometry/sphere.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>

@@ -1,6 +1,5 @@
 // Models of COLMAP and nerfstudio, and the faces of panoramas that COLMAP sees.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>

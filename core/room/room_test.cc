@@ -1,7 +1,6 @@
 #include "core/room/room.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <hdf5.h>
 
 #include <cmath>

@@ -1,6 +1,5 @@
 // What belongs to the stations of a room: distances, gains, and subsets of them.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,6 @@
 #include "core/view/renderer.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,6 @@
 #include "core/view/view_parameter.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>

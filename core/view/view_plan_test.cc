@@ -1,7 +1,6 @@
 #include "core/view/view_plan.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>

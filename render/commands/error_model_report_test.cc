@@ -1,7 +1,6 @@
 #include "render/commands/error_model_report.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>

@@ -1,7 +1,6 @@
 #include "render/commands/web_quality.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <iterator>
 #include <vector>

@@ -1,7 +1,6 @@
 #include "render/video/video_writer.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 
 #include <csignal>

@@ -2,7 +2,6 @@
 #include "render/web/station_pictures.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,6 @@
 #include "simulator/rig/rig.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <httplib.h>
 
 #include <cmath>

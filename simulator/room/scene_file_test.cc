@@ -1,7 +1,6 @@
 #include "simulator/room/scene_file.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>

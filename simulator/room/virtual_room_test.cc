@@ -1,7 +1,6 @@
 #include "simulator/room/virtual_room.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>

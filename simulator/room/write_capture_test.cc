@@ -1,7 +1,6 @@
 #include "simulator/room/write_capture.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>

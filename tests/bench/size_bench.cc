@@ -8,7 +8,6 @@
 #include <deque>
 #include <filesystem>
 #include <opencv2/core.hpp>
-#include <string>
 #include <utility>
 #include <vector>
 

@@ -2,7 +2,6 @@
 // RAYWALK_RENDER are the programs.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <map>

@@ -1,6 +1,5 @@
 // End-to-end test of raywalk-capture, against the simulated rig in a process of its own.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <httplib.h>
 
 #include <algorithm>

@@ -1,6 +1,5 @@
 // What holds for the command line of every command of every program.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <filesystem>

@@ -1,7 +1,6 @@
 // A thousand stations over a link that loses, delays, corrupts and duplicates messages, in
 // simulated time: driver, carriage, sequence and session against the simulated drive.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 

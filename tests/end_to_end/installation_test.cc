@@ -2,7 +2,6 @@
 // and manual pages, and libraries that another project finds and links.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <filesystem>
 #include <iostream>

@@ -5,7 +5,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "capture/run/capture_sequence.h"
 #include "capture/run/fake_camera.h"

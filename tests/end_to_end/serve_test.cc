@@ -6,7 +6,6 @@
 #include <httplib.h>
 // clang-format on
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <chrono>
 #include <regex>

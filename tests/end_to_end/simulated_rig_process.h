@@ -10,7 +10,6 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
-#include <vector>
 
 #include "core/files/atomic_output.h"
 #include "tests/end_to_end/run_command.h"

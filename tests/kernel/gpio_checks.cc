@@ -1,6 +1,5 @@
 #include <chrono>
 #include <fstream>
-#include <memory>
 #include <mutex>
 #include <string>
 #include <thread>

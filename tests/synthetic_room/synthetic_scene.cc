@@ -1,7 +1,6 @@
 #include "tests/synthetic_room/synthetic_scene.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <random>

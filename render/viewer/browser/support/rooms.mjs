@@ -8,7 +8,7 @@ import { setup } from "./setup.mjs";
 
 const execute = promisify(execFile);
 
-const ONE_CELL = "grid: {spacing_mm: 100, overhang_share: 0.1}";
+const ONE_CELL = "grid: {spacing_mm: 50, overhang_share: 0.1}";
 const TWO_CELLS = "grid: {cells_x: 2, spacing_mm: 100, overhang_share: 0.1}";
 
 /** Makes FOLDER/{white,virtual,cells}.lf and their exports FOLDER/{white,virtual,cells}-web. */
