@@ -1,6 +1,5 @@
 #include "build_lf/refine/developed_station.h"
 
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>

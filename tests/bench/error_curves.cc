@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <random>
 #include <string>
 
 #include "core/files/atomic_output.h"
@@ -19,24 +20,18 @@ namespace {
 // Reference arithmetic with 50 digits.
 using Exact = boost::multiprecision::cpp_bin_float_50;
 
-// Random numbers that are the same on every platform.
+// Random numbers that are the same on every platform, unlike the distributions of <random>.
 class RandomArguments {
  public:
-  // SplitMix64; the distributions of <random> are implementation-defined.
   double uniform(double least, double most) {
-    state_ += 0x9e3779b97f4a7c15ULL;
-    unsigned long long z = state_;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-    z ^= z >> 31;
-    return least + static_cast<double>(z >> 11) * 0x1p-53 * (most - least);
+    return least + static_cast<double>(random_() >> 11) * 0x1p-53 * (most - least);
   }
   double log_uniform(double least, double most) {
     return std::exp(uniform(std::log(least), std::log(most)));
   }
 
  private:
-  unsigned long long state_ = 1;
+  std::mt19937_64 random_;
 };
 
 constexpr int kForms = 4;

@@ -3,7 +3,6 @@
 // RAYWALK_CAPTURE, RAYWALK_CALIBRATE, RAYWALK_BUILD_LF and RAYWALK_RENDER are the programs.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <sqlite3.h>
 
 #include <algorithm>
 #include <array>
@@ -11,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/files/csv.h"
+#include "core/files/sqlite_connection.h"
 #include "core/geometry/sphere.h"
 #include "tests/end_to_end/run_command.h"
 #include "tests/end_to_end/simulated_rig_process.h"
@@ -142,20 +142,14 @@ class WholeChainTest : public ::testing::Test {
 
  private:
   std::map<std::string, std::string> stations_of_pictures() const {
-    std::map<std::string, std::string> stations;
-    sqlite3* database = nullptr;
-    sqlite3_open(path("session/session.db").c_str(), &database);
-    sqlite3_exec(
-        database,
+    SqliteConnection session(directory_ / "session/session.db", SqliteAccess::kReadOnly);
+    SqliteStatement frames(
+        &session,
         "SELECT frame.camera_name, station.name FROM frame "
         "JOIN attempt ON attempt.id = frame.attempt_id AND attempt.outcome = 'captured' "
-        "JOIN station ON station.id = attempt.station_id",
-        [](void* out, int, char** values, char**) {
-          (*static_cast<std::map<std::string, std::string>*>(out))[values[0]] = values[1];
-          return 0;
-        },
-        &stations, nullptr);
-    sqlite3_close(database);
+        "JOIN station ON station.id = attempt.station_id");
+    std::map<std::string, std::string> stations;
+    while (frames.step()) stations[frames.text(0)] = frames.text(1);
     return stations;
   }
 
