@@ -220,12 +220,29 @@ VideoClock match(const VideoTrack& track, const std::vector<TestPass>& passes) {
   return match_video_clock(track, travels, "video.mp4");
 }
 
-TEST(VideoClock, TwoPassesAreToldApartByTheirPause) {
-  const std::vector<TestPass> passes{{.start_s = 100.0}, {.start_s = 130.0}};
-  const TrackSettings video{.offset_s = 98.0, .length_s = 46.0};
-  const VideoClock clock = match(track_of(passes, video), passes);
-  EXPECT_NEAR(clock.offset_s, video.offset_s, 0.008);
-  EXPECT_LT(clock.uncertainty_s, 0.04);
+TEST(VideoClock, TheOffsetIsFoundFromStartsAndStops) {
+  struct Case {
+    const char* what;
+    std::vector<TestPass> passes;
+    TrackSettings video;
+    double within_s;
+  };
+  const std::vector<Case> cases{
+      {"one pass", {{.start_s = 100.0}}, {.offset_s = 97.654, .length_s = 16.0}, 0.008},
+      {"a video that ends before the pass",
+       {{.start_s = 100.0, .to_mm = 1200.0}},
+       {.offset_s = 98.2, .length_s = 15.0},
+       0.02},
+      {"two passes told apart by their pause",
+       {{.start_s = 100.0}, {.start_s = 130.0}},
+       {.offset_s = 98.0, .length_s = 46.0},
+       0.008},
+  };
+  for (const auto& [what, passes, video, within_s] : cases) {
+    const VideoClock clock = match(track_of(passes, video), passes);
+    EXPECT_NEAR(clock.offset_s, video.offset_s, within_s) << what;
+    EXPECT_LT(clock.uncertainty_s, 0.04) << what;
+  }
 }
 
 TEST(VideoClock, AVideoOfSomethingElseOrTooShortIsRefused) {

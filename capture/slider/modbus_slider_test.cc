@@ -463,6 +463,16 @@ class ModbusLinkTest : public ::testing::TestWithParam<SliderConnection> {
 INSTANTIATE_TEST_SUITE_P(Lines, ModbusLinkTest, ::testing::ValuesIn(kSliderConnections),
                          [](const auto& test) { return std::string(name_of(test.param)); });
 
+TEST_P(ModbusLinkTest, ReadsAndWrites) {
+  LinkRig rig(GetParam(), {}, kLongTimeout_ms);
+  EXPECT_THAT(rig.link->read(RegisterKind::kHolding, 5, 3), ElementsAre(1005, 1006, 1007));
+  EXPECT_TRUE(rig.write(20, 42));
+  EXPECT_TRUE(rig.link->write(30, std::array<std::uint16_t, 3>{1, 2, 0xffff}));
+  EXPECT_EQ(rig.read(20), 42);
+  EXPECT_EQ(rig.read(32), 0xffff);
+  EXPECT_EQ(rig.link->openings(), 1);
+}
+
 Replies lost(int, const Bytes&, const Bytes&) { return {}; }
 Replies whole(int, const Bytes&, const Bytes& reply) { return {{0.0, reply}}; }
 Replies late(int, const Bytes&, const Bytes& reply) { return {{kTimeout_ms * 1.5, reply}}; }

@@ -115,17 +115,22 @@ TEST_F(TradeTest, WritesTheDocumentedFiles) {
 TEST_F(TradeTest, SettingsVaryEveryParameterThatHasAnEffectAndAreNamedByIt) {
   sweep({ViewMethod::kInitial, ViewMethod::kHlfVd, ViewMethod::kTwoSided});
   const json all = traded();
-  std::set<std::string> names, initial;
+  std::set<std::string> names, initial, second_sides;
   std::map<std::string, std::set<std::string>> values;
   for (const json& setting : all["settings"]) {
     EXPECT_TRUE(names.insert(setting["name"]).second) << setting["name"];
     if (setting["method"] == "initial") initial.insert(setting["name"]);
+    if (setting["method"] == "hlf-vd") second_sides.insert(setting["second_side"].dump());
     for (const json& parameter : all["parameters"]) {
       values[parameter["key"]].insert(setting[parameter["key"].get<std::string>()].dump());
     }
   }
   for (const auto& [parameter, taken] : values) EXPECT_GE(taken.size(), 2U) << parameter;
+  EXPECT_THAT(values["stations_mixed"], SizeIs(5));
+  EXPECT_THAT(values["k_deg"], SizeIs(4));  // the central one too
+  EXPECT_THAT(values["overlap_deg"], SizeIs(3));
   EXPECT_THAT(initial, SizeIs(1));
+  EXPECT_THAT(second_sides, SizeIs(1)) << "of hlf-vd, which shows one side";
   EXPECT_THAT(names, IsSupersetOf({"hlf-vd", "two-sided", "hlf-vd, cubic", "hlf-vd, k 45°",
                                    "hlf-vd, stations 16", "hlf-vd, 32 px wide",
                                    "two-sided, cubic, stations 8, second side faded"}));

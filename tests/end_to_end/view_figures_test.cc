@@ -35,9 +35,7 @@ class PackedCapture {
   }
 
   // From here on views are rendered with distances estimated from the pictures alone.
-  void estimate_distances(int width) const {
-    run(fmt::format("{} depth {} --width {}", RAYWALK_BUILD_LF, room(), width));
-  }
+  void estimate_distances() const { run(fmt::format("{} depth {}", RAYWALK_BUILD_LF, room())); }
 
   Figures figures() const {
     const fs::path report = directory_ / "report";
@@ -63,9 +61,8 @@ class PackedCapture {
 TEST(ViewFiguresTest, EmbeddedRoom) {
   const PackedCapture capture(RAYWALK_TEST_ROOM);
   expect_at_least(capture.figures(), {35.2, 37.2});  // measured: 35.53 and 37.51 dB
-  // As captured, twice as wide, they take four times as long and give 36.57 and 37.73 dB.
-  capture.estimate_distances(256);
-  expect_at_least(capture.figures(), {34.1, 36.4});  // 34.36 and 36.66 dB
+  capture.estimate_distances();
+  expect_at_least(capture.figures(), {36.2, 37.4});  // 36.57 and 37.73 dB
 }
 
 // A low room with chairs below the lines: their backs and seats are near the lower pole, half as
@@ -84,7 +81,7 @@ TEST(ViewFiguresTest, VirtualRoomWithThinObjectsAndObjectsNearThePole) {
   ASSERT_EQ(made.exit_code, 0) << made.errors;
   const PackedCapture capture(captured);
   expect_at_least(capture.figures(), {27.6, 31.0});  // measured: 27.89 and 31.46 dB
-  capture.estimate_distances(256);
+  capture.estimate_distances();
   expect_at_least(capture.figures(), {27.9, 30.9});  // 28.62 and 31.65 dB
 }
 

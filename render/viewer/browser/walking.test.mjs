@@ -46,6 +46,15 @@ pageTest("the picture follows the window's size", async (visit) => {
   assert.ok(contrast(shown) > 10);
 });
 
+const HOSTILE = [
+  "#x=1e999&z=NaN",
+  "#x=99&z=-99&up=1e9&pitch=4000&yaw=Infinity",
+  "#%E0%A4%A",
+  "#k=-1&fov=0",
+  "#method=__proto__&constructor=1&__proto__[x]=1",
+  "#x=<img src=x onerror=alert(1)>&method=<script>alert(1)</script>",
+];
+
 pageTest("addresses that make no sense do no harm", async (visit) => {
   const there = place({ x: 0.2, z: -0.2, yaw: 30, pitch: 5, k: 60, method: "initial" });
   const page = await visit.show("cells", there);
@@ -56,7 +65,7 @@ pageTest("addresses that make no sense do no harm", async (visit) => {
   }
   const { method, k_deg } = await page.evaluate(() => window.raywalk.viewer.settings);
   assert.deepEqual([method, k_deg], ["initial", 60]);
-  for (const hash of ["#x=99&z=-99&up=1e9&pitch=4000&yaw=Infinity", "#%E0%A4%A", "#k=-1&fov=0"]) {
+  for (const hash of HOSTILE) {
     await page.evaluate((text) => void (location.hash = text), hash);
     await page.waitForTimeout(50);
     const { x_m, z_m, pitch_rad, ...others } = await pose(page);
