@@ -277,7 +277,7 @@ CaptureSet captured(const std::filesystem::path& directory, const Change& change
 PosesOptions options_in(const TestDirectory& directory) {
   PosesOptions options;
   options.out = directory / "out";
-  options.face_px = 192;
+  options.face_px = 256;
   options.threads = 2;
   return options;
 }
