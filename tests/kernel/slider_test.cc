@@ -1,17 +1,22 @@
+// The Modbus slider on emulated serial ports, against the simulated drive. Needs the slave at
+// /dev/ttyS1, the orders of serial_host.py at /dev/ttyS2, and /dev/slider linked to the USB adapter
+// that was plugged in last. The tests run in their order: each begins where the one before ends.
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <poll.h>
 #include <termios.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <string>
+#include <thread>
 
+#include "capture/base/test_fault.h"
 #include "capture/slider/carriage.h"
 #include "capture/slider/modbus_slider.h"
-#include "tests/kernel/check_report.h"
+#include "tests/kernel/require.h"
 
 namespace raywalk::capture {
 namespace {
@@ -22,7 +27,7 @@ constexpr int kTimeout_ms = 60000;
 // Connection to serial_host.py, which corrupts, cuts and unplugs the serial links on request.
 class HostChannel {
  public:
-  // Throws CheckFailure if the port cannot be opened.
+  // Throws if the port cannot be opened.
   explicit HostChannel(const std::string& device)
       : fd_(open(device.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC)) {
     require(fd_ >= 0, "cannot open " + device);
@@ -36,7 +41,7 @@ class HostChannel {
   HostChannel& operator=(const HostChannel&) = delete;
 
   // Sends an order (see serial_host.py) and waits until it is done; returns the number in the
-  // reply. Throws CheckFailure if the order fails or there is no reply.
+  // reply. Throws if the order fails or there is no reply.
   int ask(const std::string& order) {
     const std::string line = order + "\n";
     require(write(fd_, line.data(), line.size()) == static_cast<ssize_t>(line.size()),
@@ -91,9 +96,9 @@ struct Rig {
   explicit Rig(const std::string& device) : slider(open_slider(config_at(device), &clock)) {}
 
   void move(double target_mm) {
-    const SettledPosition settled = carriage.move_to(kLimits.require(target_mm, "check"));
-    require_near(settled.measured_mm, target_mm, kNear_mm, "settled position");
-    require_near(slider->read_state().position_mm, target_mm, kNear_mm, "position afterwards");
+    const SettledPosition settled = carriage.move_to(kLimits.require(target_mm, "test"));
+    EXPECT_NEAR(settled.measured_mm, target_mm, kNear_mm);
+    EXPECT_NEAR(slider->read_state().position_mm, target_mm, kNear_mm);
   }
   // Moves and sends an order to the host halfway.
   void move_with(HostChannel* host, const std::string& order, double target_mm) {
@@ -120,127 +125,115 @@ struct Rig {
 };
 
 void home_and_move(Rig* rig) {
-  require(rig->slider->read_state().homed == false, "claims to be homed from the start");
+  EXPECT_EQ(rig->slider->read_state().homed, false) << "claims to be homed from the start";
   rig->carriage.home();
-  require(rig->slider->read_state().homed == true, "not homed");
+  EXPECT_EQ(rig->slider->read_state().homed, true);
   for (const double target_mm : {150.0, 12.34, 12.5}) rig->move(target_mm);
 }
 
-void check_moves() {
+class SliderTest : public ::testing::Test {
+ protected:
+  // A failed test may have left the link with a fault.
+  void SetUp() override { host.ask("serial heal"); }
+  // Contact is lost during a move: stops are sent, and the message says that none was confirmed.
+  void expect_lost(Rig* rig, const std::string& order) {
+    expect_fault(FaultKind::kNoContact, "NOT known to have stopped",
+                 [&] { rig->move_with(&host, order, 900.0); });
+  }
+  void plug_adapter_in() {
+    host.ask("usb plug");
+    for (int tries = 0; tries < 600 && !std::filesystem::exists(kUsbAdapter); ++tries) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+  }
+  static void expect_no_adapter(Rig* rig) {
+    expect_fault(FaultKind::kNoContact, "plug in the adapter", [&] { rig->slider->read_state(); });
+  }
+
+  HostChannel host{kOrders};
+};
+using SerialTest = SliderTest;
+using UsbTest = SliderTest;
+
+TEST_F(SerialTest, HomesMovesAndReadsBack) {
   Rig rig(kSerialPort);
   home_and_move(&rig);
 }
 
-void check_port_lock() {
+TEST_F(SerialTest, PortThatAnotherProgramHolds) {
   Rig owner(kSerialPort);
   owner.slider->read_state();
   Rig other(kSerialPort);
-  require_fault(FaultKind::kNoContact, "in use by another program",
-                [&] { other.slider->read_state(); });
+  expect_fault(FaultKind::kNoContact, "in use by another program",
+               [&] { other.slider->read_state(); });
 }
 
-// Moves while one in a few replies has a fault; the host counts the faults.
-void check_faulty_line(HostChannel* host, const std::string& fault) {
+// While one in a few replies has a fault; the host counts the faults.
+TEST_F(SerialTest, MovesWithFaultyReplies) {
+  for (const std::string fault :
+       {"corrupt 3", "truncate 3", "lose 3", "double 2", "noise 3", "delay 7"}) {
+    SCOPED_TRACE(fault);
+    Rig rig(kSerialPort);
+    rig.move(20.0);
+    host.ask("serial " + fault);
+    rig.move(120.0);
+    EXPECT_GT(host.ask("serial heal"), 0) << "no reply had a fault";
+    EXPECT_NEAR(rig.slider->read_state().position_mm, 120.0, kNear_mm);
+  }
+}
+
+TEST_F(SerialTest, EveryReplyCorrupted) {
+  Rig rig(kSerialPort);
+  host.ask("serial corrupt 1");
+  expect_fault(FaultKind::kNoContact, "Invalid CRC", [&] { rig.slider->read_state(); });
+  host.ask("serial heal");
+  rig.move(20.0);
+}
+
+TEST_F(SerialTest, CableCutDuringAMove) {
   Rig rig(kSerialPort);
   rig.move(20.0);
-  host->ask("serial " + fault);
-  rig.move(120.0);
-  require(host->ask("serial heal") > 0, "no reply had a fault");
-  require_near(rig.slider->read_state().position_mm, 120.0, kNear_mm, "position afterwards");
-}
-
-void check_useless_line(HostChannel* host) {
-  Rig rig(kSerialPort);
-  host->ask("serial corrupt 1");
-  require_fault(FaultKind::kNoContact, "Invalid CRC", [&] { rig.slider->read_state(); });
-  host->ask("serial heal");
-  rig.move(20.0);
-}
-
-// Contact is lost during a move: stops are sent, and the message says that none was confirmed.
-void require_lost(HostChannel* host, Rig* rig, const std::string& order) {
-  require_fault(FaultKind::kNoContact, "NOT known to have stopped",
-                [&] { rig->move_with(host, order, 900.0); });
-}
-
-void check_cut_cable(HostChannel* host) {
-  Rig rig(kSerialPort);
-  rig.move(20.0);
-  const int stops_before = host->ask("serial stops");
-  require_lost(host, &rig, "serial cut");
-  require(host->ask("serial stops") > stops_before, "no stop was sent over the cut cable");
-  host->ask("serial heal");
+  const int stops_before = host.ask("serial stops");
+  expect_lost(&rig, "serial cut");
+  EXPECT_GT(host.ask("serial stops"), stops_before) << "no stop was sent over the cut cable";
+  host.ask("serial heal");
   rig.carriage.stop();
-  require(rig.slider->read_state().moving == false, "still moving after a confirmed stop");
+  EXPECT_EQ(rig.slider->read_state().moving, false);
   rig.move(30.0);
 }
 
-void check_killed_drive(HostChannel* host) {
+TEST_F(SerialTest, DriveLosesPowerDuringAMove) {
   Rig rig(kSerialPort);
   rig.move(20.0);
-  require_lost(host, &rig, "serial kill");
-  host->ask("serial start");
-  require_fault(FaultKind::kAlarm, "home first", [&] { rig.move(30.0); });
+  expect_lost(&rig, "serial kill");
+  host.ask("serial start");
+  expect_fault(FaultKind::kAlarm, "home first", [&] { rig.move(30.0); });
   rig.carriage.home();
   rig.move(30.0);
 }
 
-void wait_for_adapter(Clock* clock) {
-  const SteadyTime deadline = clock->now() + std::chrono::seconds(30);
-  while (!std::filesystem::exists(kUsbAdapter)) {
-    require(clock->now() < deadline, "the adapter does not reappear");
-    clock->sleep(std::chrono::milliseconds(50));
-  }
-}
-
-void check_usb(HostChannel* host) {
+TEST_F(UsbTest, AdapterPluggedInHomesAndMoves) {
   Rig rig(kUsbAdapter);
-  require_fault(FaultKind::kNoContact, "plug in the adapter", [&] { rig.slider->read_state(); });
-  host->ask("usb plug");
-  wait_for_adapter(&rig.clock);
+  expect_no_adapter(&rig);
+  plug_adapter_in();
   home_and_move(&rig);
 }
 
-void check_usb_brief_unplug(HostChannel* host) {
+TEST_F(UsbTest, AdapterPluggedInAgainDuringAMove) {
   Rig rig(kUsbAdapter);
   rig.move(20.0);
-  rig.move_with(host, "usb replug", 220.0);
+  rig.move_with(&host, "usb replug", 220.0);
 }
 
-void check_usb_unplug(HostChannel* host) {
+TEST_F(UsbTest, AdapterUnpluggedDuringAMoveAndPluggedInLater) {
   Rig rig(kUsbAdapter);
   rig.move(20.0);
-  require_lost(host, &rig, "usb unplug");
-  require_fault(FaultKind::kNoContact, "plug in the adapter", [&] { rig.slider->read_state(); });
-  host->ask("usb plug");
-  wait_for_adapter(&rig.clock);
+  expect_lost(&rig, "usb unplug");
+  expect_no_adapter(&rig);
+  plug_adapter_in();
   rig.carriage.stop();
   rig.move(30.0);
 }
 
 }  // namespace
-
-void check_slider(CheckReport* report) {
-  HostChannel host(kOrders);
-  // A failed check may have left the link with a fault.
-  const auto run = [&](const std::string& name, const std::function<void()>& check) {
-    report->run(name, [&] {
-      host.ask("serial heal");
-      check();
-    });
-  };
-  run("serial: homes, moves, reads back", check_moves);
-  run("serial: port held by another program", check_port_lock);
-  for (const std::string fault :
-       {"corrupt 3", "truncate 3", "lose 3", "double 2", "noise 3", "delay 7"}) {
-    run("serial: moves with faulty replies: " + fault, [&] { check_faulty_line(&host, fault); });
-  }
-  run("serial: all replies corrupted", [&] { check_useless_line(&host); });
-  run("serial: cable cut during a move", [&] { check_cut_cable(&host); });
-  run("serial: drive loses power during a move", [&] { check_killed_drive(&host); });
-  run("usb: adapter plugged in, homes, moves", [&] { check_usb(&host); });
-  run("usb: adapter replugged during a move", [&] { check_usb_brief_unplug(&host); });
-  run("usb: adapter unplugged during a move, plugged in later", [&] { check_usb_unplug(&host); });
-}
-
 }  // namespace raywalk::capture

@@ -1,3 +1,7 @@
+// The shutter on GPIO lines of the kernel's gpio-sim. Needs a gpio-sim device "camera" in configfs
+// with one bank, "bank0", of 8 lines; the last test removes it.
+#include <gtest/gtest.h>
+
 #include <chrono>
 #include <fstream>
 #include <mutex>
@@ -6,8 +10,9 @@
 #include <vector>
 
 #include "capture/base/clock.h"
+#include "capture/base/test_fault.h"
 #include "capture/camera/gpio_camera.h"
-#include "tests/kernel/check_report.h"
+#include "tests/kernel/require.h"
 
 namespace raywalk::capture {
 namespace {
@@ -39,7 +44,7 @@ SteadyTime now() { return std::chrono::steady_clock::now(); }
 // (Documentation/admin-guide/gpio/gpio-sim.rst)
 class GpioSim {
  public:
-  // The device "camera" of configfs. Throws CheckFailure if it does not exist.
+  // The device "camera" of configfs. Throws if it does not exist.
   GpioSim() : chip_(read_word(kDevice + "/bank0/chip_name")) {
     lines_ =
         "/sys/devices/platform/" + read_word(kDevice + "/dev_name") + "/" + chip_ + "/sim_gpio";
@@ -138,148 +143,112 @@ class WiredCamera {
   std::jthread thread_;  // last, as it uses the other members
 };
 
-TriggerConfig wired(const GpioSim& lines) {
-  TriggerConfig config;
-  config.chip = lines.chip();
-  config.focus_line = kFocusLine;
-  config.shutter_line = kShutterLine;
-  config.busy_line = kBusyLine;
-  config.focus_ms = 200.0;
-  config.pulse_ms = 100.0;
-  return config;
-}
-
-void require_released(const GpioSim& lines) {
-  require(!lines.level(kShutterLine), "the shutter line stays active");
-  require(!lines.level(kFocusLine), "the focus line stays active");
-}
-
 // The simulated camera polls about every half millisecond, so a measured span may be too short by
 // the delay of its start.
 bool lasts(SteadyTime from, SteadyTime to, double ms) {
   return from != SteadyTime{} && ms_from_duration(to - from) > 0.8 * ms;
 }
 
-void require_press(const SeenPress& press, const TriggerConfig& config) {
-  require(lasts(press.focused, press.pressed, config.focus_ms), "half-press missing or too short");
-  require(lasts(press.pressed, press.released, config.pulse_ms), "shutter pulse too short");
-  require(press.unfocused >= press.released, "focus released before the shutter");
+void expect_press(const SeenPress& press, const TriggerConfig& config) {
+  EXPECT_TRUE(lasts(press.focused, press.pressed, config.focus_ms)) << "no or a short half-press";
+  EXPECT_TRUE(lasts(press.pressed, press.released, config.pulse_ms)) << "a short pulse";
+  EXPECT_GE(press.unfocused, press.released) << "focus was released before the shutter";
 }
 
-void check_three_presses(const GpioSim& lines) {
+class GpioSimTest : public ::testing::Test {
+ protected:
+  GpioCamera wired_camera() { return {config, open_gpio_chip(config.chip), &clock}; }
+  void expect_both_lines(bool level) const {
+    EXPECT_EQ(lines.level(kShutterLine), level);
+    EXPECT_EQ(lines.level(kFocusLine), level);
+  }
+
+  const GpioSim lines;
   SystemClock clock;
+  TriggerConfig config{.chip = lines.chip(),
+                       .focus_line = kFocusLine,
+                       .shutter_line = kShutterLine,
+                       .busy_line = kBusyLine,
+                       .focus_ms = 200.0,
+                       .pulse_ms = 100.0};
+};
+
+TEST_F(GpioSimTest, PressesThreeTimesAndWaitsWhileTheCameraIsBusy) {
   WiredCamera far_side(lines, false);
-  const TriggerConfig config = wired(lines);
-  GpioCamera camera(config, open_gpio_chip(config.chip), &clock);
-  ExposureSettings bracket;
-  bracket.bracket_ev = {-1.0, 0.0, 1.0};
-  camera.prepare(bracket, "");
-  require(camera.report().state == "idle", "not idle at first: " + camera.report().state);
+  GpioCamera camera = wired_camera();
+  camera.prepare({.bracket_ev = {-1.0, 0.0, 1.0}}, "");
+  EXPECT_EQ(camera.report().state, "idle");
   camera.shoot(clock.now());
   const std::vector<SeenPress> presses = far_side.presses();
-  require_near(static_cast<double>(presses.size()), 3.0, 0.0, "number of presses");
-  for (const SeenPress& press : presses) require_press(press, config);
+  ASSERT_EQ(presses.size(), 3U);
+  for (const SeenPress& press : presses) expect_press(press, config);
   for (std::size_t i = 1; i < presses.size(); ++i) {
-    require(presses[i].focused >= presses[i - 1].busy_until, "pressed while the camera was busy");
+    EXPECT_GE(presses[i].focused, presses[i - 1].busy_until);
   }
-  require_released(lines);
+  expect_both_lines(false);
 }
 
-void check_times(const GpioSim& lines) {
-  SystemClock clock;
+TEST_F(GpioSimTest, ExposureTimeIsTheKernelsStampOfTheBusyEdge) {
   WiredCamera far_side(lines, false);
-  const TriggerConfig config = wired(lines);
-  GpioCamera camera(config, open_gpio_chip(config.chip), &clock);
-  const Shot shot = camera.shoot(clock.now());
+  const Shot shot = wired_camera().shoot(clock.now());
   const SteadyTime done = clock.now();
   const std::vector<SeenPress> presses = far_side.presses();
-  require(presses.size() == 1, "not one press");
+  ASSERT_EQ(presses.size(), 1U);
   // The two clocks are read one after the other, between which the machine may pause.
-  constexpr auto kApart = std::chrono::milliseconds(1);
-  require(shot.triggered_at <= wall_time_of(clock, presses[0].pressed) + kApart,
-          "pressed later than the line rose");
-  require(shot.exposed_at >= wall_time_of(clock, presses[0].busy_from) - kApart &&
-              shot.exposed_at <= wall_time_of(clock, presses[0].busy_until) + kApart,
-          "the kernel's stamp of the busy edge is not of this clock");
-  require(done >= presses[0].busy_until, "done before the camera was");
+  constexpr auto kApart = milliseconds(1);
+  EXPECT_LE(shot.triggered_at, wall_time_of(clock, presses[0].pressed) + kApart);
+  EXPECT_GE(shot.exposed_at, wall_time_of(clock, presses[0].busy_from) - kApart);
+  EXPECT_LE(shot.exposed_at, wall_time_of(clock, presses[0].busy_until) + kApart);
+  EXPECT_GE(done, presses[0].busy_until);
 }
 
-void check_active_low(const GpioSim& lines) {
-  SystemClock clock;
-  TriggerConfig config = wired(lines);
+TEST_F(GpioSimTest, ActiveLowOutputsAreHighAtRest) {
   config.active_low = true;
-  GpioCamera camera(config, open_gpio_chip(config.chip), &clock);
-  require(lines.level(kShutterLine) && lines.level(kFocusLine), "not high at rest");
+  GpioCamera camera = wired_camera();
+  expect_both_lines(true);
   WiredCamera far_side(lines, true);
   camera.shoot(clock.now());
-  require(far_side.presses().size() == 1, "not one press");
-  require_press(far_side.presses()[0], config);
-  require(lines.level(kShutterLine) && lines.level(kFocusLine), "not high afterwards");
+  ASSERT_EQ(far_side.presses().size(), 1U);
+  expect_press(far_side.presses()[0], config);
+  expect_both_lines(true);
 }
 
-void check_silent_camera(const GpioSim& lines) {
-  SystemClock clock;
-  TriggerConfig config = wired(lines);
+TEST_F(GpioSimTest, CameraThatDoesNotReact) {
   config.busy_start_timeout_ms = 300.0;
-  GpioCamera camera(config, open_gpio_chip(config.chip), &clock);
-  require_fault(FaultKind::kMissingPicture, "did not become busy",
-                [&] { camera.shoot(clock.now()); });
-  require_released(lines);
+  expect_fault(FaultKind::kMissingPicture, "did not become busy",
+               [&] { wired_camera().shoot(clock.now()); });
+  expect_both_lines(false);
 }
 
-void check_busy_camera(const GpioSim& lines) {
-  SystemClock clock;
-  TriggerConfig config = wired(lines);
+TEST_F(GpioSimTest, CameraThatStaysBusy) {
   config.busy_end_timeout_ms = 300.0;
   lines.pull(kBusyLine, true);
-  GpioCamera camera(config, open_gpio_chip(config.chip), &clock);
-  require(camera.report().state == "busy", "not reported busy");
-  require_fault(FaultKind::kBusy, "stayed busy", [&] { camera.shoot(clock.now()); });
+  GpioCamera camera = wired_camera();
+  EXPECT_EQ(camera.report().state, "busy");
+  expect_fault(FaultKind::kBusy, "stayed busy", [&] { camera.shoot(clock.now()); });
   lines.pull(kBusyLine, false);
-  require(camera.report().state == "idle", "not reported idle again");
-  require_released(lines);
+  EXPECT_EQ(camera.report().state, "idle");
+  expect_both_lines(false);
 }
 
-void check_second_owner(const GpioSim& lines) {
-  SystemClock clock;
-  const TriggerConfig config = wired(lines);
-  const GpioCamera owner(config, open_gpio_chip(config.chip), &clock);
-  require_fault(FaultKind::kNoContact, "in use by 'raywalk-capture'",
-                [&] { const GpioCamera other(config, open_gpio_chip(config.chip), &clock); });
+TEST_F(GpioSimTest, LinesThatAnotherProgramHolds) {
+  const GpioCamera owner = wired_camera();
+  expect_fault(FaultKind::kNoContact, "in use by 'raywalk-capture'", [&] { wired_camera(); });
 }
 
-void check_wrong_lines(const GpioSim& lines) {
-  SystemClock clock;
-  TriggerConfig config = wired(lines);
+TEST_F(GpioSimTest, LinesAndChipsThatDoNotExist) {
   config.shutter_line = 8;
-  require_fault(FaultKind::kWrongDevice, "there is no line 8",
-                [&] { const GpioCamera camera(config, open_gpio_chip(config.chip), &clock); });
-  require_fault(FaultKind::kNoContact, "no GPIO chip", [] { open_gpio_chip("gpiochip99"); });
-  require_fault(FaultKind::kWrongDevice, "is not a GPIO chip", [] { open_gpio_chip("/dev/null"); });
+  expect_fault(FaultKind::kWrongDevice, "there is no line 8", [&] { wired_camera(); });
+  expect_fault(FaultKind::kNoContact, "no GPIO chip", [] { open_gpio_chip("gpiochip99"); });
+  expect_fault(FaultKind::kWrongDevice, "is not a GPIO chip", [] { open_gpio_chip("/dev/null"); });
 }
 
-void check_unplugged_chip(const GpioSim& lines) {
-  SystemClock clock;
-  const TriggerConfig config = wired(lines);
-  GpioCamera camera(config, open_gpio_chip(config.chip), &clock);
+// Last, as the chip stays away.
+TEST_F(GpioSimTest, ChipUnpluggedWhileInUse) {
+  GpioCamera camera = wired_camera();
   lines.unplug();
-  require_fault(FaultKind::kNoContact, "no longer answers", [&] { camera.shoot(clock.now()); });
+  expect_fault(FaultKind::kNoContact, "no longer answers", [&] { camera.shoot(clock.now()); });
 }
 
 }  // namespace
-
-void check_gpio(CheckReport* report) {
-  const GpioSim lines;
-  report->run("gpio: three presses, each half-press, press, release, and wait while busy",
-              [&] { check_three_presses(lines); });
-  report->run("gpio: exposure time is the kernel's stamp of the busy edge",
-              [&] { check_times(lines); });
-  report->run("gpio: active-low outputs", [&] { check_active_low(lines); });
-  report->run("gpio: camera that does not react", [&] { check_silent_camera(lines); });
-  report->run("gpio: camera that stays busy", [&] { check_busy_camera(lines); });
-  report->run("gpio: lines that another program holds", [&] { check_second_owner(lines); });
-  report->run("gpio: lines and chips that do not exist", [&] { check_wrong_lines(lines); });
-  report->run("gpio: chip unplugged while in use", [&] { check_unplugged_chip(lines); });
-}
-
 }  // namespace raywalk::capture
