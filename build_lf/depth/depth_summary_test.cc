@@ -9,8 +9,8 @@
 #include "build_lf/depth/depth_truth.h"
 #include "build_lf/depth/map_images.h"
 #include "core/base/error.h"
-#include "core/base/test_error.h"
 #include "core/files/test_json.h"
+#include "core/files/test_support.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -1,10 +1,14 @@
-// For tests: a packed room of an analytic scene; frames can be edited before packing.
+// For tests: a packed room of an analytic scene, whose frames can be edited before packing, and
+// what a depth run leaves in it.
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory_resource>
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -13,7 +17,7 @@
 #include "build_lf/pack/distance_sets.h"
 #include "build_lf/pack/volume_writer.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/geometry/test_pixels.h"
 #include "core/room/gain_fields.h"
 #include "core/room/room.h"
@@ -177,6 +181,20 @@ double share_within(const InverseDistanceMap& map, const InverseDistanceMap& tru
 inline double share_within(const InverseDistanceMap& map, const InverseDistanceMap& truth,
                            double tolerance_per_m) {
   return share_within(map, truth, tolerance_per_m, [](size_t) { return true; });
+}
+
+// Checksums of all files of a room but what tells of the run itself, which is in depth.html too.
+inline std::map<std::string, std::string> result_files_of(const std::filesystem::path& room) {
+  std::map<std::string, std::string> files = checksums_of_files(room);
+  for (const std::string folder : {"", "held-out/"}) {
+    const std::filesystem::path json = room / (folder + "depth.json");
+    if (!std::filesystem::exists(json)) continue;
+    auto document = nlohmann::json::parse(read_file(json));
+    for (const char* key : {"room", "page", "seconds", "peak_memory_mb"}) document.erase(key);
+    files[folder + "depth.json"] = document.dump();
+    files.erase(folder + "depth.html");
+  }
+  return files;
 }
 
 }  // namespace raywalk::build_lf

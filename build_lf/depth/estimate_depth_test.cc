@@ -4,12 +4,11 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "build_lf/depth/depth_test_files.h"
 #include "build_lf/depth/depth_test_room.h"
 #include "build_lf/pack/station_data.h"
 #include "build_lf/quality/frame_checks.h"
-#include "core/base/test_error.h"
 #include "core/files/file_lock.h"
+#include "core/files/test_support.h"
 #include "core/room/station_image.h"
 
 namespace raywalk::build_lf {

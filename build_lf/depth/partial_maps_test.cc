@@ -15,9 +15,8 @@
 #include "build_lf/depth/file_memory.h"
 #include "build_lf/pack/station_data.h"
 #include "core/base/error.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -16,7 +16,7 @@
 #include "build_lf/depth/inverse_distance_map.h"
 #include "build_lf/depth/semi_global.h"
 #include "build_lf/depth/sphere_walks.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 
 namespace raywalk::build_lf {
 namespace {

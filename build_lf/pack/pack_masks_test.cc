@@ -11,8 +11,8 @@
 #include "build_lf/pack/test_pack.h"
 #include "build_lf/quality/room_info.h"
 #include "build_lf/quality/room_verify.h"
-#include "core/base/test_log.h"
 #include "core/files/atomic_output.h"
+#include "core/files/test_support.h"
 
 namespace raywalk::build_lf {
 namespace {

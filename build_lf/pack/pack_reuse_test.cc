@@ -13,9 +13,8 @@
 #include "build_lf/pack/volume_writer.h"
 #include "build_lf/quality/room_verify.h"
 #include "core/base/error.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/room/hdf5_file.h"
 
 namespace raywalk::build_lf {

@@ -19,13 +19,11 @@
 #include "build_lf/quality/room_info.h"
 #include "build_lf/quality/room_verify.h"
 #include "core/base/error.h"
-#include "core/base/test_error.h"
-#include "core/base/test_log.h"
 #include "core/files/atomic_output.h"
 #include "core/files/exif.h"
 #include "core/files/frame_list.h"
 #include "core/files/output_folder.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {

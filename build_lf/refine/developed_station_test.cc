@@ -16,7 +16,7 @@
 #include "build_lf/refine/refine_plan.h"
 #include "build_lf/refine/source_views.h"
 #include "core/base/error.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/geometry/sphere.h"
 #include "core/room/station_image.h"
 #include "core/view/test_room.h"

@@ -9,10 +9,10 @@
 
 #include "build_lf/require/held_out.h"
 #include "build_lf/require/test_distances.h"
-#include "core/base/test_error.h"
+#include "core/files/test_support.h"
 #include "core/geometry/error_model.h"
 #include "core/geometry/spacing.h"
-#include "tests/synthetic_room/synthetic_scene.h"
+#include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -10,7 +10,7 @@
 #include "build_lf/pack/station_data.h"
 #include "build_lf/pack/volume_writer.h"
 #include "core/base/progress.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/room/room.h"
 #include "tests/synthetic_room/synthetic_room.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "calibrate/base/test_capture_folder.h"
-#include "core/base/test_error.h"
+#include "core/files/test_support.h"
 
 namespace raywalk::calibrate {
 namespace {

@@ -7,9 +7,8 @@
 
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/base/test_capture_folder.h"
-#include "core/base/test_error.h"
-#include "core/base/test_log.h"
 #include "core/files/json.h"
+#include "core/files/test_support.h"
 
 namespace raywalk::calibrate {
 namespace {

@@ -9,12 +9,11 @@
 #include <vector>
 
 #include "calibrate/base/capture_set.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
 #include "core/files/sqlite_connection.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/session/session_schema.h"
 
 namespace raywalk::calibrate {

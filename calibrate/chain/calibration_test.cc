@@ -9,10 +9,9 @@
 #include "calibrate/base/test_capture_folder.h"
 #include "calibrate/chain/calibration_report.h"
 #include "calibrate/poses/poses_document.h"
-#include "core/base/test_error.h"
 #include "core/files/json.h"
-#include "core/files/test_directory.h"
 #include "core/files/test_json.h"
+#include "core/files/test_support.h"
 
 namespace raywalk::calibrate {
 namespace {

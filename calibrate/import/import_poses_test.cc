@@ -8,12 +8,10 @@
 
 #include "calibrate/import/face_poses.h"
 #include "calibrate/import/grid_axes.h"
-#include "core/base/test_error.h"
-#include "core/base/test_log.h"
 #include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/reconstruction/colmap_model.h"
 #include "core/reconstruction/nerfstudio_file.h"
 #include "core/reconstruction/test_colmap.h"

@@ -13,10 +13,9 @@
 #include "calibrate/lens/lens_test_camera.h"
 #include "calibrate/lens/motion_check.h"
 #include "calibrate/lens/station_choice.h"
-#include "core/base/test_error.h"
 #include "core/files/image_file.h"
-#include "core/files/test_directory.h"
 #include "core/files/test_json.h"
+#include "core/files/test_support.h"
 #include "simulator/room/sensor.h"
 #include "simulator/room/virtual_room.h"
 

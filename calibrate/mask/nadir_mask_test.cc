@@ -8,11 +8,10 @@
 
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/mask/dolly_detection.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
-#include "core/files/test_directory.h"
 #include "core/files/test_json.h"
+#include "core/files/test_support.h"
 #include "core/geometry/test_pixels.h"
 
 namespace raywalk::calibrate {

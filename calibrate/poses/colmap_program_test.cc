@@ -12,10 +12,9 @@
 #include "calibrate/poses/colmap_workspace.h"
 #include "calibrate/poses/matching_faces.h"
 #include "core/base/interrupt.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/sqlite_connection.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 
 namespace raywalk::calibrate {
 namespace {

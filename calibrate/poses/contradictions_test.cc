@@ -12,8 +12,8 @@
 #include "calibrate/poses/rail_motion.h"
 #include "calibrate/poses/test_rail_scene.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_directory.h"
 #include "core/files/test_json.h"
+#include "core/files/test_support.h"
 
 namespace raywalk::calibrate {
 namespace {

@@ -14,9 +14,8 @@
 #include "calibrate/poses/poses_figures.h"
 #include "calibrate/poses/seen_points.h"
 #include "calibrate/poses/test_rail_scene.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "simulator/room/virtual_room.h"
 
 namespace raywalk::calibrate {

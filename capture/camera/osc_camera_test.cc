@@ -19,7 +19,7 @@
 #include "capture/camera/check_picture.h"
 #include "capture/camera/osc_exposure.h"
 #include "core/files/exif.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "simulator/rig/osc_server.h"
 
 namespace raywalk::capture {
@@ -459,7 +459,7 @@ TEST(CheckPicture, NamesWhatWasSentInstead) {
         {"GIF89a......", "JPEG or PNG"},
         {encoded(".bmp", 8, 4), "JPEG or PNG"}}) {
     expect_fault(FaultKind::kBadPicture, words,
-                 [&] { check_picture(bytes, {}, "camera, R0010001.JPG"); });
+                 [&bytes = bytes] { check_picture(bytes, {}, "camera, R0010001.JPG"); });
   }
 }
 

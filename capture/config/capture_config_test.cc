@@ -9,10 +9,9 @@
 #include <string>
 
 #include "capture/config/capture_schema.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/shipped_configs.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/files/test_yaml_keys.h"
 
 namespace raywalk::capture {

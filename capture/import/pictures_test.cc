@@ -15,7 +15,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 
 namespace raywalk::capture {
 namespace {

@@ -19,7 +19,7 @@
 #include "capture/session/test_session.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 
 namespace raywalk::capture {
 namespace {

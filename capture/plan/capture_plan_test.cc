@@ -16,7 +16,7 @@
 #include "capture/plan/line_selection.h"
 #include "capture/plan/plan_report.h"
 #include "core/base/error.h"
-#include "core/base/test_error.h"
+#include "core/files/test_support.h"
 
 namespace raywalk::capture {
 namespace {

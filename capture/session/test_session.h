@@ -18,8 +18,7 @@
 #include "capture/session/session_database.h"
 #include "capture/session/session_frames.h"  // IWYU pragma: export
 #include "capture/session/session_status.h"
-#include "core/base/test_error.h"  // IWYU pragma: export
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"  // IWYU pragma: export
 
 namespace raywalk::capture {
 

@@ -16,7 +16,7 @@
 #include "capture/base/test_fault.h"
 #include "capture/slider/soft_limits.h"
 #include "core/base/interrupt.h"
-#include "core/base/test_error.h"
+#include "core/files/test_support.h"
 #include "simulator/rig/test_slider.h"
 
 namespace raywalk::capture {

@@ -22,10 +22,9 @@
 #include "capture/slider/modbus_link.h"
 #include "capture/slider/register_map.h"
 #include "core/base/error.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/shipped_configs.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/files/test_yaml_keys.h"
 #include "simulator/rig/drive_server.h"
 

@@ -23,9 +23,8 @@
 #include "core/base/interrupt.h"
 #include "core/base/parallel.h"
 #include "core/base/recently_made.h"
-#include "core/base/test_error.h"
 #include "core/base/usable_memory.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 
 namespace raywalk {
 namespace {

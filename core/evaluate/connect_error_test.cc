@@ -8,8 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/base/test_error.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {

@@ -8,10 +8,9 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/test_error.h"
 #include "core/evaluate/kept_results.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 
 namespace raywalk {
 namespace {

@@ -19,7 +19,7 @@
 #include "core/evaluate/fsim.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 
 namespace raywalk {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/room/room.h"
 #include "tests/synthetic_room/synthetic_room.h"
 

@@ -13,11 +13,11 @@
 #include <vector>
 
 #include "core/base/interrupt.h"
-#include "core/base/test_error.h"
 #include "core/evaluate/test_truths.h"
 #include "core/evaluate/trade_settings.h"
 #include "core/evaluate/truth_views.h"
 #include "core/files/csv.h"
+#include "core/files/test_support.h"
 #include "core/room/requirements.h"
 #include "core/view/renderer.h"
 

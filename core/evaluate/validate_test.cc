@@ -13,14 +13,13 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/test_error.h"
 #include "core/evaluate/held_out.h"
 #include "core/evaluate/metrics.h"
 #include "core/evaluate/test_truths.h"
 #include "core/evaluate/truth_views.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {

@@ -16,13 +16,12 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/colour_profile.h"
 #include "core/files/exif.h"
 #include "core/files/gpano.h"
 #include "core/files/jpeg.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 
 namespace raywalk {
 namespace {

@@ -6,7 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/error.h"
-#include "core/base/test_error.h"
+#include "core/files/test_support.h"
 
 namespace raywalk {
 namespace {

@@ -16,11 +16,10 @@
 #include <thread>
 
 #include "core/base/error.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/file_lock.h"
 #include "core/files/output_folder.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 
 namespace raywalk {
 namespace {

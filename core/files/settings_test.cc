@@ -9,11 +9,10 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/lens_file.h"
 #include "core/files/shipped_configs.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 
 namespace raywalk {
 namespace {
@@ -211,7 +210,7 @@ TEST(Settings, MistakesInListsNameTheElementItsLineAndItsKey) {
       {"marks:", no_list},
       {"marks: [{}, {}, {}]", "1: 'marks' has 3 items; it may have 2 at most"}};
   for (const auto& [yaml, error] : mistakes) {
-    EXPECT_EQ(error_of([&] { drawing_from(yaml); }), "plan.yaml:" + error) << yaml;
+    EXPECT_EQ(error_of([&yaml = yaml] { drawing_from(yaml); }), "plan.yaml:" + error) << yaml;
   }
 }
 

@@ -14,14 +14,13 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/csv.h"
 #include "core/files/fingerprint.h"
 #include "core/files/frame_list.h"
 #include "core/files/json.h"
 #include "core/files/listed_files.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/files/words.h"
 
 namespace raywalk {
@@ -275,7 +274,7 @@ TEST(CheckedJson, ErrorsNameTheFileThePlaceAndTheRemedy) {
       {[](const Json& root) { root.at("place").items(3); }, "place: does not have 3 elements"}};
   for (const auto& [read, message] : errors) {
     const std::string error =
-        error_of([&] { read(Json::parse(kDocument, "room.json", "make it again")); });
+        error_of([&read = read] { read(Json::parse(kDocument, "room.json", "make it again")); });
     EXPECT_THAT(error,
                 AllOf(StartsWith("room.json: "), HasSubstr(message), EndsWith(" make it again")));
   }

@@ -12,7 +12,7 @@
 #include <random>
 #include <utility>
 
-#include "core/base/test_error.h"
+#include "core/files/test_support.h"
 #include "core/geometry/line_gaps.h"
 
 namespace raywalk {

@@ -13,9 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/reconstruction/colmap_model.h"
 #include "core/reconstruction/colmap_pose.h"
 #include "core/reconstruction/nerfstudio_file.h"
@@ -183,7 +182,8 @@ TEST_F(ColmapTest, ImagesOfAnotherFolderOrDamagedAreRefused) {
            {"1 1 0 0 0 0 zero 0 1 a.png\n\n", "images.txt:1: 'zero' is not a number"},
            {"1 0 0 0 0 0 0 0 1 a.png\n", "not a quaternion"},
            {image + image, "'a.png' is there twice"}}) {
-    EXPECT_THAT(error_of([&] { colmap_images_of_text(text, "images.txt"); }), HasSubstr(message));
+    EXPECT_THAT(error_of([&text = text] { colmap_images_of_text(text, "images.txt"); }),
+                HasSubstr(message));
   }
   write();
   const std::string whole = read_file(directory_ / "images.bin");

@@ -8,10 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/json.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/requirements.h"
 #include "tests/synthetic_room/synthetic_room.h"

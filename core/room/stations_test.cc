@@ -11,10 +11,9 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/room/distance_maps.h"
 #include "core/room/distance_volume.h"
 #include "core/room/gain_fields.h"

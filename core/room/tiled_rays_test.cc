@@ -14,9 +14,8 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/line_volume.h"
 #include "core/room/mapped_dataset.h"

@@ -17,7 +17,7 @@
 #include "core/view/map_cache.h"
 #include "core/view/smooth_distances.h"
 #include "core/view/test_room.h"
-#include "tests/synthetic_room/synthetic_scene.h"
+#include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {
 namespace {

@@ -12,7 +12,6 @@
 #include "core/panorama/panorama_sampler.h"
 #include "core/view/renderer.h"
 #include "core/view/test_room.h"
-#include "core/view/test_viewport.h"
 
 namespace raywalk {
 namespace {

@@ -16,9 +16,7 @@
 
 #include "core/room/room.h"
 #include "core/view/renderer.h"
-#include "core/view/test_gains.h"
 #include "core/view/test_room.h"
-#include "core/view/test_viewport.h"
 #include "core/view/view_plan.h"
 
 namespace raywalk {

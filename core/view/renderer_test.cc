@@ -17,15 +17,13 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/tiled_rays.h"
 #include "core/view/column_sources.h"
 #include "core/view/prepared_view.h"
 #include "core/view/test_room.h"
-#include "core/view/test_viewport.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {

@@ -1,13 +1,18 @@
-// For tests: a synthetic room in closed form, written to disk and opened.
+// For tests: a synthetic room in closed form, written to disk and opened, also with gains, and the
+// rays and pictures of a pinhole camera in it, in double.
 #pragma once
 
+#include <cmath>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <string>
 
 #include "core/evaluate/metrics.h"
-#include "core/files/test_directory.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_support.h"
 #include "core/room/room.h"
 #include "core/view/renderer.h"
+#include "core/view/viewport.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {
@@ -73,6 +78,74 @@ inline double largest_difference(const cv::Mat& a, const cv::Mat& b) {
 // Mean of the absolute differences over all channels, grey levels.
 inline double mean_difference(const cv::Mat& a, const cv::Mat& b) {
   return cv::norm(a, b, cv::NORM_L1) / static_cast<double>(a.total() * 3);
+}
+
+// A room with gains, not all of them 1.
+class RoomWithGains {
+ public:
+  RoomWithGains(const SyntheticRoomSpec& spec,
+                const std::function<GainField(int line, int station)>& gains) {
+    const auto path = directory_ / "room.lf";
+    write_synthetic_room(spec, path);
+    RoomManifest manifest = read_manifest(path);
+    GainFields fields = unit_gain_fields(manifest.grid);
+    for (std::size_t line = 0; line < fields.size(); ++line) {
+      for (std::size_t station = 0; station < fields[line].size(); ++station) {
+        fields[line][station] = gains(static_cast<int>(line), static_cast<int>(station));
+      }
+    }
+    write_gain_fields(gains_path(path), manifest.grid, fields);
+    manifest.gains = true;
+    write_file_atomically(manifest_path(path), manifest_to_json(manifest));
+    room_ = Room::open(path);
+  }
+  const Room& room() const { return room_; }
+
+ private:
+  TestDirectory directory_;
+  Room room_;
+};
+
+// Other gains in every patch of every station but the first.
+inline GainField random_field(int line, int station) {
+  GainField field;
+  if (line == 0 && station == 0) return field;  // exactly 1
+  cv::RNG random(static_cast<std::uint64_t>(100 * line + station));
+  field.local.create(12, 6, CV_32FC3);
+  random.fill(field.local, cv::RNG::UNIFORM, 0.7, 1.3);
+  return field;
+}
+
+// A viewport, angles in degrees.
+inline Viewport looking(double yaw, double pitch, double roll, double fov, int width, int height) {
+  return {.attitude = {radians_from_degrees(yaw), radians_from_degrees(pitch),
+                       radians_from_degrees(roll)},
+          .fov_x_rad = radians_from_degrees(fov),
+          .width = width,
+          .height = height};
+}
+
+// The unit direction in the world of a pixel of a pinhole camera.
+inline Eigen::Vector3d ray_of(const Viewport& viewport, int column, int row) {
+  const double focal_px = 0.5 * viewport.width / std::tan(0.5 * viewport.fov_x_rad);
+  const Eigen::Vector3d ray((column + 0.5 - 0.5 * viewport.width) / focal_px,
+                            -(row + 0.5 - 0.5 * viewport.height) / focal_px, 1.0);
+  return (world_from_camera(viewport.attitude) * ray).normalized();
+}
+
+// The picture of a pinhole camera in a room.
+inline cv::Mat true_picture(const SyntheticRoomSpec& spec, PlanPoint at, const Viewport& viewport) {
+  const Eigen::Vector3d from_m(at.x_m, spec.height_m, at.z_m);
+  cv::Mat picture(viewport.height, viewport.width, CV_8UC3);
+  for (int u = 0; u < viewport.width; ++u) {
+    for (int v = 0; v < viewport.height; ++v) {
+      const Eigen::Vector3d rgb = color_at(spec.scene, from_m, ray_of(viewport, u, v));
+      picture.at<cv::Vec3b>(v, u) = {cv::saturate_cast<uchar>(rgb.z()),
+                                     cv::saturate_cast<uchar>(rgb.y()),
+                                     cv::saturate_cast<uchar>(rgb.x())};
+    }
+  }
+  return picture;
 }
 
 }  // namespace raywalk

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/test_error.h"
-#include "core/view/test_viewport.h"
+#include "core/files/test_support.h"
+#include "core/view/test_room.h"
 #include "core/view/view_options.h"
 #include "core/view/viewport.h"
 

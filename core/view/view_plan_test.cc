@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/test_error.h"
+#include "core/files/test_support.h"
 #include "core/geometry/sphere.h"
 #include "core/view/connection.h"
 #include "core/view/test_grid.h"

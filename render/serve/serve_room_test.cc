@@ -14,7 +14,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/view/test_room.h"
 #include "render/serve/file_reply.h"
 #include "render/serve/room_site.h"

@@ -10,9 +10,8 @@
 #include <random>
 
 #include "core/base/error.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "render/video/test_video.h"
 #include "render/video/video_file.h"
 

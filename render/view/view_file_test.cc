@@ -9,11 +9,10 @@
 #include <optional>
 
 #include "core/base/error.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/exif.h"
 #include "core/files/image_file.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/view/test_room.h"
 #include "render/view/point_argument.h"
 #include "render/view/write_picture.h"

@@ -11,10 +11,9 @@
 #include <random>
 
 #include "core/base/error.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "render/video/test_video.h"
 #include "render/view/path_curve.h"
 #include "render/view/view_file.h"

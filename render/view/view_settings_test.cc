@@ -10,9 +10,7 @@
 #include <set>
 
 #include "core/base/error.h"
-#include "core/base/test_error.h"
-#include "core/base/test_log.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/files/test_yaml_keys.h"
 #include "core/room/requirements.h"
 #include "core/view/renderer.h"

@@ -14,10 +14,10 @@
 #include <vector>
 
 #include "core/base/interrupt.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/files/json.h"
+#include "core/files/test_support.h"
 #include "core/room/distance_maps.h"
 #include "core/room/requirements.h"
 #include "core/view/distance_view.h"

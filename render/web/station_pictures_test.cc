@@ -8,10 +8,8 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_directory.h"
-#include "core/view/test_gains.h"
+#include "core/files/test_support.h"
 #include "core/view/test_room.h"
 #include "render/web/hotspots.h"
 #include "render/web/station_distances.h"

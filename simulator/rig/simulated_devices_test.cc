@@ -28,7 +28,7 @@
 #include "capture/slider/modbus_slider.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "simulator/rig/drive_server.h"
 #include "simulator/rig/faults.h"
 #include "simulator/rig/osc_server.h"

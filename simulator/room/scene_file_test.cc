@@ -9,10 +9,9 @@
 #include <set>
 #include <string>
 
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/shipped_configs.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/files/test_yaml_keys.h"
 #include "core/geometry/sphere.h"
 #include "simulator/room/hash_random.h"

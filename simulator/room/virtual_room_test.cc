@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/base/median.h"
-#include "core/base/test_error.h"
+#include "core/files/test_support.h"
 #include "core/panorama/srgb.h"
 #include "simulator/rig/rig_optics.h"
 #include "simulator/room/hash_random.h"

@@ -10,11 +10,10 @@
 #include <opencv2/core.hpp>
 #include <set>
 
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/csv.h"
 #include "core/files/image_file.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/geometry/eye_circle.h"
 #include "core/geometry/line_gaps.h"
 #include "core/panorama/srgb.h"

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "build_lf/pack/test_capture.h"
+#include "build_lf/pack/test_pack.h"
 #include "core/files/atomic_output.h"
 #include "core/room/room.h"
 #include "tests/end_to_end/run_command.h"

@@ -19,7 +19,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/csv.h"
 #include "core/files/sqlite_connection.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "tests/end_to_end/run_command.h"
 #include "tests/end_to_end/simulated_rig_process.h"
 

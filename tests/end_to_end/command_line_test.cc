@@ -13,7 +13,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "tests/end_to_end/run_command.h"
 
 namespace raywalk {

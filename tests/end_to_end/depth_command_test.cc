@@ -15,7 +15,6 @@
 #include <thread>
 #include <vector>
 
-#include "build_lf/depth/depth_test_files.h"
 #include "build_lf/depth/depth_test_room.h"
 #include "core/evaluate/metrics.h"
 #include "core/files/image_file.h"

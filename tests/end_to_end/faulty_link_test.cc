@@ -9,7 +9,7 @@
 #include "capture/session/session_database.h"
 #include "capture/session/test_session.h"
 #include "capture/slider/modbus_slider.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "simulator/rig/drive_server.h"
 
 namespace raywalk::capture {

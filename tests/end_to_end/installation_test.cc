@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "tests/end_to_end/run_command.h"
 
 namespace raywalk {

@@ -11,7 +11,7 @@
 #include "capture/session/session_database.h"
 #include "capture/session/session_status.h"
 #include "capture/session/test_session.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "simulator/rig/test_slider.h"
 
 namespace raywalk::capture {

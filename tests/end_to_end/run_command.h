@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "core/files/atomic_output.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 
 namespace raywalk {
 

@@ -11,7 +11,7 @@
 #include <regex>
 #include <thread>
 
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "render/serve/test_export.h"
 #include "tests/end_to_end/run_command.h"
 #include "tests/synthetic_room/synthetic_room.h"

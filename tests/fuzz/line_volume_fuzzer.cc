@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "core/base/error.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "core/room/line_volume.h"
 #include "core/room/tiled_rays.h"
 #include "tests/fuzz/expect.h"

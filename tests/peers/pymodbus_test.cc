@@ -15,7 +15,7 @@
 #include "capture/slider/carriage.h"
 #include "capture/slider/modbus_slider.h"
 #include "core/files/atomic_output.h"
-#include "core/files/test_directory.h"
+#include "core/files/test_support.h"
 #include "tests/end_to_end/run_command.h"
 
 namespace raywalk::capture {

@@ -1,11 +1,10 @@
-#include "tests/synthetic_room/synthetic_scene.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
 
 #include "core/base/parallel.h"
+#include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {
 namespace {

@@ -9,9 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "core/base/test_log.h"
+#include "core/files/test_support.h"
 #include "core/view/gpu/gpu_device.h"
-#include "core/view/test_gains.h"
 #include "core/view/test_room.h"
 
 namespace raywalk {

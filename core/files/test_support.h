@@ -1,16 +1,24 @@
-// For tests: a temporary directory, removed by the destructor, and what a folder holds.
+// For tests: a temporary directory, what a folder holds, what an action says when it fails, and
+// what it logs.
 #pragma once
+
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <memory>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
+#include "core/base/error.h"
 #include "core/files/fingerprint.h"
 
 namespace raywalk {
 
+// Removed by the destructor.
 class TestDirectory {
  public:
   TestDirectory() {
@@ -47,5 +55,34 @@ inline std::map<std::string, std::string> checksums_of_files(const std::filesyst
   }
   return checksums;
 }
+
+// The message of the Error that `action` throws, "no error" if it throws none.
+template <typename Action>
+std::string error_of(const Action& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+// While one exists, log lines are kept instead of printed.
+class CapturedLog {
+ public:
+  CapturedLog() {
+    spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+        "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(stream_)));
+  }
+  ~CapturedLog() { spdlog::set_default_logger(before_); }
+  CapturedLog(const CapturedLog&) = delete;
+  CapturedLog& operator=(const CapturedLog&) = delete;
+
+  std::string text() const { return stream_.str(); }
+
+ private:
+  std::shared_ptr<spdlog::logger> before_ = spdlog::default_logger();
+  std::ostringstream stream_;
+};
 
 }  // namespace raywalk
