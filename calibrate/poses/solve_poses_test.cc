@@ -379,7 +379,8 @@ TEST_F(SolvePoses, HeldOutFramesArePosedWithTheStations) {
   EXPECT_EQ(std::count(result.poses.begin(), result.poses.end(), std::nullopt), 1);
   ASSERT_TRUE(result.poses[8]);
   const PoseDifference error = relative_error(result.poses, truth, 1, 8);
-  EXPECT_LT(error.position_m, 1e-3);
+  // 0.75 to 0.95 mm, as the order of COLMAP's threads has it; 24 mm were listed.
+  EXPECT_LT(error.position_m, 1.2e-3);
   EXPECT_LT(error.rotation_rad * kResidualPx_per_rad, 0.7);
   EXPECT_THAT(result.notes,
               Contains(AllOf(HasSubstr("held-out frame noise (gt.csv:2)"), HasSubstr("left out"))));
