@@ -375,12 +375,13 @@ TEST_F(SolvePoses, HeldOutFramesArePosedWithTheStations) {
   cv::Mat noise(set.frame.height, set.frame.width, CV_8UC3);
   cv::randu(noise, 0, 255);
   add("noise", noise);
-  const PosesResult result = solve_poses(set, options_in(directory));
+  PosesOptions options = options_in(directory);
+  options.threads = 1;  // what several do in another order moves the place by a tenth of its bound
+  const PosesResult result = solve_poses(set, options);
   EXPECT_EQ(std::count(result.poses.begin(), result.poses.end(), std::nullopt), 1);
   ASSERT_TRUE(result.poses[8]);
   const PoseDifference error = relative_error(result.poses, truth, 1, 8);
-  // 0.75 to 0.95 mm, as the order of COLMAP's threads has it; 24 mm were listed.
-  EXPECT_LT(error.position_m, 1.2e-3);
+  EXPECT_LT(error.position_m, 1e-3);
   EXPECT_LT(error.rotation_rad * kResidualPx_per_rad, 0.7);
   EXPECT_THAT(result.notes,
               Contains(AllOf(HasSubstr("held-out frame noise (gt.csv:2)"), HasSubstr("left out"))));

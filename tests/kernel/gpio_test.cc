@@ -215,8 +215,9 @@ TEST_F(GpioSimTest, ActiveLowOutputsAreHighAtRest) {
 
 TEST_F(GpioSimTest, CameraThatDoesNotReact) {
   config.busy_start_timeout_ms = 300.0;
+  GpioCamera camera = wired_camera();
   expect_fault(FaultKind::kMissingPicture, "did not become busy",
-               [&] { wired_camera().shoot(clock.now()); });
+               [&] { camera.shoot(clock.now()); });
   expect_both_lines(false);
 }
 

@@ -145,6 +145,7 @@ class SliderTest : public ::testing::Test {
     for (int tries = 0; tries < 600 && !std::filesystem::exists(kUsbAdapter); ++tries) {
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
+    EXPECT_TRUE(std::filesystem::exists(kUsbAdapter)) << "the adapter does not appear";
   }
   static void expect_no_adapter(Rig* rig) {
     expect_fault(FaultKind::kNoContact, "plug in the adapter", [&] { rig->slider->read_state(); });
